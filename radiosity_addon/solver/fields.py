@@ -1,0 +1,46 @@
+"""Fields: colours that vary over the surface (an image texture, corner colours, a constant).
+
+Depends on NumPy only. A field is evaluated at points named by (triangle, barycentric u, v),
+where a point is ``(1-u-v)·p0 + u·p1 + v·p2``: Embree's convention, used throughout.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Union
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Constant:
+    """The same colour everywhere."""
+
+    value: np.ndarray  # (3,) float64
+
+
+@dataclass(frozen=True)
+class Texture:
+    """An image looked up through a UV map.
+
+    ``pixels``: (height, width, 3) float32, linear working space, row 0 at v = 0 as in Blender.
+    ``uv``: (n_triangles, 3, 2) float32, the UV of each corner; shared between textures.
+    ``extension``: REPEAT, EXTEND, CLIP (black outside) or MIRROR. ``interpolation``: Linear or
+    Closest. ``factor``: (3,) multiplies the lookup.
+    """
+
+    pixels: np.ndarray
+    uv: np.ndarray
+    extension: str = "REPEAT"
+    interpolation: str = "Linear"
+    factor: np.ndarray | float = 1.0
+
+
+@dataclass(frozen=True)
+class CornerColors:
+    """Colours given at triangle corners and interpolated linearly: (n_triangles, 3, 3) float32."""
+
+    values: np.ndarray
+
+
+Field = Union[Constant, Texture, CornerColors]

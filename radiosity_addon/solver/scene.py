@@ -1,0 +1,115 @@
+"""Scene: what the solver is given. Triangles, materials, lamps and sky, free of Blender.
+
+Depends on NumPy and ``fields``. Lengths are in any one unit; the solver normalises. Colours are
+linear, in whatever RGB working space the caller uses; ``emission`` is a radiance [W/m²/sr] (an
+Emission shader of strength 1 has radiance 1), and exitance is π times that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Union
+
+import numpy as np
+
+from .fields import Constant, Field
+
+BLACK = Constant(np.zeros(3))
+WHITE = Constant(np.ones(3))
+
+
+@dataclass(frozen=True)
+class Material:
+    """A matte two-sided surface.
+
+    ``reflectance`` in [0, 1]; ``emission`` radiance, on both sides; ``transmittance`` in [0, 1]:
+    the share of light that goes straight through, tinted (alpha cutouts, glass).
+    """
+
+    name: str
+    reflectance: Field = WHITE
+    emission: Field = BLACK
+    transmittance: Field = BLACK
+
+
+@dataclass(frozen=True)
+class PointLamp:
+    """A sphere of ``radius`` with radiant intensity ``intensity`` (3,) [W/sr] (P/4π for P watts).
+
+    A spot has ``axis`` (3,) unit, the direction it shines in; ``cone`` the full cone angle
+    [rad] and ``blend`` in [0, 1]; for a point lamp ``axis`` is None.
+    """
+
+    name: str
+    position: np.ndarray  # (3,)
+    intensity: np.ndarray  # (3,)
+    radius: float = 0.0
+    axis: np.ndarray | None = None
+    cone: float = np.pi
+    blend: float = 0.0
+
+
+@dataclass(frozen=True)
+class SunLamp:
+    """A distant disc. ``direction`` (3,) unit, in which light travels; ``irradiance`` (3,) [W/m²]
+    on a surface that faces it; ``angle`` its full angular diameter [rad]."""
+
+    name: str
+    direction: np.ndarray
+    irradiance: np.ndarray
+    angle: float = 0.0
+
+
+@dataclass(frozen=True)
+class AreaLamp:
+    """A one-sided flat lamp; it blocks no light.
+
+    Rectangle ``center ± u/2 ± v/2``, or the ellipse with these diameters when ``ellipse``.
+    ``normal`` (3,) unit: the side that shines. ``radiance`` (3,). ``spread`` [rad] as in Cycles:
+    π is plain Lambertian, less narrows the beam.
+    """
+
+    name: str
+    center: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+    normal: np.ndarray
+    radiance: np.ndarray
+    ellipse: bool = False
+    spread: float = np.pi
+
+
+Lamp = Union[PointLamp, SunLamp, AreaLamp]
+
+
+@dataclass(frozen=True)
+class Sky:
+    """Radiance from infinitely far: ``pixels`` (height, width, 3) float32, equirectangular as in
+    Cycles (row 0 at the nadir, column 0 at direction −x, increasing u turning clockwise seen from
+    above: u = −atan2(y, x)/2π + 1/2, v = atan2(z, hypot(x, y))/π + 1/2). A constant sky has 1 × 1.
+    """
+
+    pixels: np.ndarray
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Triangles with materials; lamps; a sky; the names they came from.
+
+    The front of a triangle is where its vertices turn counter-clockwise. Both sides reflect and
+    emit; receivers are fronts. ``casts_shadow`` and ``visible`` (to diffuse rays) are per object.
+    ``lamp_objects``: for each lamp the objects it lights (indices), or None for all of them.
+    """
+
+    vertices: np.ndarray  # (n_vertices, 3) float64
+    triangles: np.ndarray  # (n_triangles, 3) int32
+    material: np.ndarray  # (n_triangles,) int32, into materials
+    object: np.ndarray  # (n_triangles,) int32, into objects
+    materials: tuple[Material, ...]
+    objects: tuple[str, ...]
+    lamps: tuple[Lamp, ...] = ()
+    sky: Sky | None = None
+    casts_shadow: np.ndarray | None = None  # (n_objects,) bool; None: all do
+    visible: np.ndarray | None = None  # (n_objects,) bool; None: all are
+    lamp_objects: tuple[np.ndarray | None, ...] | None = None
+    warnings: tuple[str, ...] = field(default=())
