@@ -1,0 +1,4 @@
+"""The measured trade: our error and time beside Cycles and beside exact solutions.
+
+Run from the project's folder: ``python -m benchmarks.cornell``, ``python -m benchmarks.study``.
+"""
