@@ -1,0 +1,29 @@
+"""Radiosity: bake diffuse global illumination onto Blender objects, to an error you name."""
+
+from __future__ import annotations
+
+__version__ = "0.1.0"
+
+_commands: list = []  # handles of the command lines registered with Blender
+
+
+def register() -> None:
+    """Add ``blender --command radiosity`` to Blender. Raises nothing when it is there already."""
+    import bpy
+
+    if not _commands:
+        _commands.append(bpy.utils.register_cli_command("radiosity", _run_command))
+
+
+def unregister() -> None:
+    """Take back everything that ``register`` added."""
+    import bpy
+
+    while _commands:
+        bpy.utils.unregister_cli_command(_commands.pop())
+
+
+def _run_command(argv: list[str]) -> int:
+    from .command import main
+
+    return main(argv, opened=True)

@@ -1,0 +1,171 @@
+"""The command line's words: argparse on one side, a Request on the other. Depends on settings."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass
+
+from .settings import DOMAINS, FORMATS, PASSES, QUALITY_ERROR, TARGETS, Settings
+
+DEMO_NAMES = ("cornell",)
+DEFAULTS = Settings()
+
+
+@dataclass(frozen=True)
+class Request:
+    """What one run is to do. Paths are as the user wrote them; None where not given."""
+
+    settings: Settings
+    scene: str | None  # the .blend to read; None: the demo, or the file that is open
+    demo: str | None
+    output: str | None
+    report: str | None
+
+
+def parse(argv: list[str], opened: bool = False) -> Request:
+    """Read the options; ``opened``: a file is open already, so none need be named.
+
+    Raises SystemExit with status 2 after one line on stderr for wrong usage, and with status 0
+    after ``--help`` and ``--version``.
+    """
+    parser = build_parser()
+    found = parser.parse_args(argv)
+    if found.scene and found.demo:
+        parser.error("SCENE.blend and --demo are both given; choose one")
+    if not (found.scene or found.demo or opened):
+        parser.error("nothing to bake; name a SCENE.blend or give --demo cornell")
+    if found.output and not found.output.lower().endswith(".blend"):
+        parser.error(f"--output is {found.output!r}; its name must end in .blend")
+    if found.image_dir and found.target != "image":
+        parser.error("--image-dir writes images; add --target image")
+    if found.format and not found.image_dir:
+        parser.error("--format is for image files; say where with --image-dir DIR")
+    return Request(_settings(found), found.scene, found.demo, found.output, found.report)
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The parser whose ``--help`` is the reference of every option and its default."""
+    parser = _Parser(
+        prog="radiosity",
+        description="Solve diffuse global illumination by radiosity and bake it onto the "
+        "objects of a Blender file, as vertex colours or as image textures.",
+        epilog="Exit status: 0 done, 1 failed, 2 wrong usage, 130 interrupted.",
+    )
+    parser.add_argument("--version", action="version", version=_version())
+    parser.add_argument("scene", nargs="?", metavar="SCENE.blend", help="the file to bake")
+    parser.add_argument(
+        "--demo", choices=DEMO_NAMES, help="build a demo scene instead of reading a file"
+    )
+    parser.add_argument(
+        "--output",
+        metavar="FILE.blend",
+        help="save the result there (SCENE_baked.blend); the input is never written unless named",
+    )
+    parser.add_argument("--report", metavar="FILE.json", help="write the report as JSON")
+    _add_destination(parser.add_argument_group("where the colours go"))
+    _add_accuracy(parser.add_argument_group("accuracy and cost"))
+    return parser
+
+
+def _add_destination(group) -> None:
+    add = group.add_argument
+    add(
+        "--objects",
+        nargs="+",
+        action="extend",
+        metavar="NAME",
+        default=[],
+        help="objects to bake (all renderable meshes); the others still light and shadow",
+    )
+    add("--target", choices=TARGETS, default=DEFAULTS.target, help="(%(default)s)")
+    add("--domain", choices=DOMAINS, default=DEFAULTS.domain, help="vertex target (%(default)s)")
+    add(
+        "--resolution",
+        type=int,
+        metavar="N",
+        default=DEFAULTS.resolution,
+        help="image target: texels along an edge (%(default)s)",
+    )
+    add(
+        "--uv-map",
+        metavar="NAME",
+        default=DEFAULTS.uv_map,
+        help="image target: the UV map to bake to (Radiosity, made where missing)",
+    )
+    add(
+        "--margin",
+        type=int,
+        metavar="N",
+        default=DEFAULTS.margin,
+        help="texels by which islands are extended (%(default)s)",
+    )
+    add("--image-dir", metavar="DIR", help="also write the images as files into this folder")
+    add("--format", choices=FORMATS, help="of the files in --image-dir (exr)")
+    add(
+        "--name",
+        default=DEFAULTS.name,
+        help="the colour attribute NAME, the images NAME_<object> (%(default)s)",
+    )
+    add(
+        "--passes",
+        type=_passes,
+        metavar=",".join(PASSES),
+        default=DEFAULTS.passes,
+        help="which parts of the light, in Cycles' meaning of the words (all four)",
+    )
+
+
+def _add_accuracy(group) -> None:
+    add = group.add_argument
+    presets = ", ".join(f"{name} {error:g}" for name, error in QUALITY_ERROR.items())
+    add(
+        "--quality",
+        choices=tuple(QUALITY_ERROR),
+        default=DEFAULTS.quality,
+        help=f"target relative error: {presets} (%(default)s)",
+    )
+    add("--error", type=float, metavar="E", help="target relative error; overrides --quality")
+    add("--time-limit", type=float, metavar="S", help="the best result within S seconds of solving")
+    add("--seed", type=int, metavar="N", default=DEFAULTS.seed, help="(%(default)s)")
+    add("--threads", type=int, metavar="N", default=DEFAULTS.threads, help="0: all cores")
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str):
+        """Wrong usage is one line, not the whole synopsis."""
+        self.exit(2, f"{self.prog}: {message} (--help lists the options)\n")
+
+
+def _passes(text: str) -> tuple[str, ...]:
+    """``emit,direct`` → those passes in their canonical order; raises for unknown words."""
+    words = [word.strip() for word in text.split(",") if word.strip()]
+    unknown = [word for word in words if word not in PASSES]
+    if unknown or not words:
+        raise argparse.ArgumentTypeError(f"{text!r}; choose from {','.join(PASSES)}")
+    return tuple(word for word in PASSES if word in words)
+
+
+def _settings(found: argparse.Namespace) -> Settings:
+    return Settings(
+        objects=tuple(dict.fromkeys(found.objects)),
+        target=found.target,
+        domain=found.domain,
+        resolution=found.resolution,
+        uv_map=found.uv_map,
+        margin=found.margin,
+        image_dir=found.image_dir,
+        format=found.format,
+        name=found.name,
+        passes=found.passes,
+        quality=found.quality,
+        error=found.error,
+        time_limit=found.time_limit,
+        seed=found.seed,
+        threads=found.threads,
+    )
+
+
+def _version() -> str:
+    from . import __version__
+
+    return f"radiosity {__version__}"

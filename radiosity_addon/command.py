@@ -1,0 +1,205 @@
+"""The headless bake: open, prepare, run, apply, save, report. Imports bpy once words are read."""
+
+from __future__ import annotations
+
+import time
+import traceback
+from contextlib import ExitStack
+from pathlib import Path
+
+from . import arguments, files, memory
+from .interrupt import INTERRUPTED, Interrupts
+from .terminal import Terminal, debugging
+
+DONE, FAILED = 0, 1
+BLEND_MAGIC = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")  # plain, Zstandard, gzip
+# What bad input raises; anything else is a fault of ours.
+EXPECTED = (ValueError, OSError, RuntimeError, MemoryError, ImportError)
+SHARES = {"prepare": (0.0, 0.1), "run": (0.1, 0.95), "apply": (0.95, 1.0)}  # of the whole
+
+
+def main(argv: list[str], opened: bool = False) -> int:
+    """Run one bake and return the exit status: 0 done, 1 failed, 2 wrong usage, 130 interrupted.
+
+    ``opened``: Blender has a file open, which is baked when ``argv`` names none.
+    """
+    try:
+        request = arguments.parse(argv, opened)
+    except SystemExit as stop:
+        return int(stop.code or 0)
+    with ExitStack() as stack:
+        terminal = stack.enter_context(Terminal())
+        publication = stack.enter_context(files.Publication())
+        interrupts = stack.enter_context(Interrupts(lambda: _last_act(terminal, publication)))
+        try:
+            terminal_text = _bake(request, terminal, publication, interrupts)
+        except KeyboardInterrupt:
+            interrupts.caught()
+            terminal.fail("interrupted; nothing was written")
+            return INTERRUPTED
+        except EXPECTED as error:
+            return _fail(terminal, str(error) or type(error).__name__)
+        except Exception as error:  # noqa: BLE001  reported as ours, and shown when debugging
+            return _fail(terminal, f"unexpected {type(error).__name__}: {error}; "
+                                   "RADIOSITY_DEBUG=1 shows where; please report it")
+        terminal.say(terminal_text)
+    return DONE
+
+
+def _fail(terminal: Terminal, message: str) -> int:
+    terminal.fail(message)
+    if debugging():
+        traceback.print_exc()
+    return FAILED
+
+
+def _last_act(terminal: Terminal, publication: files.Publication) -> None:
+    publication.discard()
+    terminal.fail("interrupted; nothing was written")
+
+
+def _bake(request, terminal, publication, interrupts) -> str:
+    """The whole bake; returns the summary. Raises what EXPECTED lists, or KeyboardInterrupt."""
+    request.settings.check()
+    _check_input(request)
+    _check_destinations(request)
+    progress = _Progress(terminal, interrupts)
+    progress("Start", 0.0)
+    bpy = _import_bpy()
+    from . import job as work
+    from .report import build_report, summarise, write_report
+
+    started = time.perf_counter()
+    _open(bpy, request)
+    output = _output(bpy, request)
+    files.check_writable(output, "--output")
+    job = work.prepare(bpy.context, request.settings, progress.part("prepare"))
+    prepared = time.perf_counter()
+    result = work.run(job, progress.part("run"))
+    solved = time.perf_counter()
+    work.apply(bpy.context, job, result, progress.part("apply"), publication)
+    _save(bpy, publication.stage(output))
+    now = time.perf_counter()
+    seconds = {
+        "export": prepared - started,
+        "write": now - solved + result.seconds["fit"],
+        "total": now - started,
+    }
+    report = build_report(job, result, seconds, memory.peak_memory())
+    if request.report:
+        write_report(report, publication.stage(request.report))
+    interrupts.check()
+    with interrupts.held():
+        publication.commit()
+    return summarise(report, str(output))
+
+
+class _Progress:
+    """Feeds the terminal and raises KeyboardInterrupt when a signal got lost on its way."""
+
+    def __init__(self, terminal: Terminal, interrupts: Interrupts) -> None:
+        self._terminal, self._interrupts = terminal, interrupts
+
+    def __call__(self, stage: str, fraction: float) -> None:
+        self._interrupts.check()
+        self._terminal.progress(stage, fraction)
+
+    def part(self, name: str):
+        """A callback whose 0 to 1 is this part's share of the whole."""
+        low, high = SHARES[name]
+        return lambda stage, fraction: self(stage, low + (high - low) * fraction)
+
+
+def _import_bpy():
+    try:
+        import bpy
+    except ImportError as error:
+        raise ImportError(
+            f"Blender's module bpy cannot be imported ({error}); install it with Python 3.11 or "
+            "3.13 (pip install .), or run inside Blender"
+        ) from error
+    for name in ("scipy", "embreex"):
+        _check_module(name)
+    return bpy
+
+
+def _check_module(name: str) -> None:
+    import importlib
+
+    try:
+        importlib.import_module(name)
+    except ImportError as error:
+        raise ImportError(
+            f"the Python module {name} cannot be imported ({error}); install the extension, which "
+            "brings it, or pip install it for this Python"
+        ) from error
+
+
+def _check_input(request: arguments.Request) -> None:
+    """Raise OSError unless the scene named is a .blend that can be read."""
+    if not request.scene:
+        return
+    path = Path(request.scene)
+    if not path.exists():
+        raise OSError(f"{path} does not exist; check the name")
+    if path.is_dir():
+        raise OSError(f"{path} is a folder; name a .blend file in it")
+    with open(path, "rb") as handle:
+        start = handle.read(7)
+    if not start.startswith(BLEND_MAGIC):
+        raise OSError(f"{path} is no Blender file; name a .blend saved by Blender")
+
+
+def _check_destinations(request: arguments.Request) -> None:
+    """Raise OSError if a file that was asked for cannot be written: before any work is done."""
+    if request.output:
+        files.check_writable(request.output, "--output")
+    elif request.scene:
+        files.check_writable(_baked(Path(request.scene)), "--output")
+    if request.report:
+        files.check_writable(request.report, "--report")
+    if request.settings.image_dir:
+        files.check_folder(request.settings.image_dir, "--image-dir")
+
+
+def _open(bpy, request: arguments.Request) -> None:
+    """Bring the scene in: read the file, build the demo, or take what is open."""
+    if request.demo:
+        from .export.demo import build_demo
+
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        build_demo(request.demo)
+    elif request.scene:
+        path = str(Path(request.scene).resolve())
+        try:
+            bpy.ops.wm.open_mainfile(filepath=path, load_ui=False)
+        except RuntimeError as error:
+            raise OSError(
+                f"{request.scene} cannot be read by Blender {bpy.app.version_string}: "
+                f"{str(error).strip()}; open and save it there again"
+            ) from error
+
+
+def _output(bpy, request: arguments.Request) -> Path:
+    """Where the result goes: as asked, or beside the input with ``_baked`` added to its name."""
+    if request.output:
+        return Path(request.output)
+    if request.demo:
+        return Path(f"{request.demo}_baked.blend")
+    if request.scene:
+        return _baked(Path(request.scene))
+    if not bpy.data.filepath:
+        raise OSError("the open file was never saved, so it has no name; give --output FILE.blend")
+    return _baked(Path(bpy.data.filepath))
+
+
+def _baked(scene: Path) -> Path:
+    return scene.with_name(f"{scene.stem}_baked.blend")
+
+
+def _save(bpy, path: Path) -> None:
+    """Save the open file as a copy. Raises OSError with Blender's reason."""
+    try:
+        bpy.ops.wm.save_as_mainfile(filepath=str(path.resolve()), copy=True, check_existing=False)
+    except RuntimeError as error:
+        raise OSError(f"the result cannot be saved: {str(error).strip()}") from error

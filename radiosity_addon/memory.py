@@ -1,0 +1,109 @@
+"""Memory: how much this process used at most, and how much it may still take. No dependencies."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+from pathlib import Path
+
+
+def peak_memory() -> int:
+    """The largest resident size of this process so far [bytes]; 0 where it cannot be read."""
+    if sys.platform == "win32":
+        return _windows_peak()
+    import resource
+
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == "darwin" else peak * 1024
+
+
+def available_memory() -> int | None:
+    """Bytes this process may still take: free memory and its own limit; None where unknown."""
+    if sys.platform == "win32":
+        return _windows_available()
+    known = [size for size in (_free_memory(), _address_space_left()) if size is not None]
+    return min(known) if known else None
+
+
+def require(needed: int, what: str, remedy: str) -> None:
+    """Raise MemoryError naming ``what`` and the ``remedy`` when ``needed`` bytes are not there."""
+    left = available_memory()
+    if left is not None and needed > left:
+        raise MemoryError(
+            f"{what} needs about {_gigabytes(needed)} of memory and {_gigabytes(left)} are free; "
+            f"{remedy}"
+        )
+
+
+def _gigabytes(size: int) -> str:
+    return f"{size / 2**30:.1f} GB"
+
+
+def _free_memory() -> int | None:
+    """MemAvailable on Linux; a quarter of all memory where only the total is known (macOS)."""
+    try:
+        for line in Path("/proc/meminfo").read_text().splitlines():
+            if line.startswith("MemAvailable:"):
+                return int(line.split()[1]) * 1024
+    except OSError:
+        pass  # not Linux: only the total is known
+    try:
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 4
+    except (ValueError, OSError, AttributeError):
+        return None
+
+
+def _address_space_left() -> int | None:
+    """What ``ulimit -v`` leaves, or None without such a limit."""
+    import resource
+
+    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+    if limit == resource.RLIM_INFINITY:
+        return None
+    try:
+        used = int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+    except OSError:
+        used = peak_memory()
+    return max(0, limit - used)
+
+
+class _MemoryCounters(ctypes.Structure):
+    """PROCESS_MEMORY_COUNTERS of the Windows API; sizes in bytes."""
+
+    _fields_ = [
+        ("cb", ctypes.c_ulong),
+        ("page_faults", ctypes.c_ulong),
+        ("peak_working_set", ctypes.c_size_t),
+        ("working_set", ctypes.c_size_t),
+        ("pools", ctypes.c_size_t * 4),
+        ("pagefile", ctypes.c_size_t * 2),
+    ]
+
+
+class _MemoryStatus(ctypes.Structure):
+    """MEMORYSTATUSEX of the Windows API; sizes in bytes."""
+
+    _fields_ = [
+        ("length", ctypes.c_ulong),
+        ("load", ctypes.c_ulong),
+        ("total", ctypes.c_ulonglong),
+        ("available", ctypes.c_ulonglong),
+        ("others", ctypes.c_ulonglong * 5),
+    ]
+
+
+def _windows_peak() -> int:
+    counters = _MemoryCounters(cb=ctypes.sizeof(_MemoryCounters))
+    kernel = ctypes.windll.kernel32
+    kernel.GetCurrentProcess.restype = ctypes.c_void_p
+    read = kernel.K32GetProcessMemoryInfo
+    read.argtypes = (ctypes.c_void_p, ctypes.c_void_p, ctypes.c_ulong)
+    ok = read(kernel.GetCurrentProcess(), ctypes.byref(counters), counters.cb)
+    return counters.peak_working_set if ok else 0
+
+
+def _windows_available() -> int | None:
+    status = _MemoryStatus(length=ctypes.sizeof(_MemoryStatus))
+    ok = ctypes.windll.kernel32.GlobalMemoryStatusEx(ctypes.byref(status))
+    return status.available if ok else None

@@ -1,0 +1,113 @@
+"""The report: what was baked, to what error, at what cost. A plain dict, JSON, and five lines."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+from . import __version__
+from .job import Job, Result
+
+STAGES = ("elements", "transport", "solve", "gather")  # timed by the solver
+ENERGY = ("emitted", "absorbed", "escaped")  # [W]
+
+
+def build_report(job: Job, result: Result, seconds: dict, peak_memory: int) -> dict:
+    """The report as a dict of plain values, with the keys that scripts rely on.
+
+    ``seconds``: ``export``, ``write`` and ``total`` as the caller timed them; the other stages
+    are the solver's. ``peak_memory`` in bytes.
+    """
+    figures = result.statistics
+    return {
+        "version": __version__,
+        "triangles": len(job.scene.triangles),
+        "elements": int(figures.elements),
+        "receivers": int(job.receivers.count),
+        "rays": int(figures.rays),
+        "iterations": int(figures.iterations),
+        "residual": float(figures.residual),
+        "target_error": float(job.settings.target_error),
+        "estimated_error": float(figures.estimated_error),
+        "energy": {name: float(figures.energy.get(name, 0.0)) for name in ENERGY},
+        "seconds": _seconds(figures.seconds, seconds),
+        "peak_memory": int(peak_memory),
+        "objects": _objects(job),
+        "warnings": list(dict.fromkeys((*job.warnings, *result.warnings))),
+    }
+
+
+def write_report(report: dict, path: str | Path) -> None:
+    """Write the report as JSON; a number that is not finite becomes null, as JSON has none."""
+    text = json.dumps(_finite(report), indent=2, ensure_ascii=False, allow_nan=False)
+    Path(path).write_text(text + "\n", encoding="utf-8")
+
+
+def summarise(report: dict, output: str) -> str:
+    """Five lines for people: what, how much work, how right, how long, what to look at."""
+    baked = sum(entry["baked"] for entry in report["objects"])
+    skipped = len(report["objects"]) - baked
+    energy, seconds, warnings = report["energy"], report["seconds"], report["warnings"]
+    return "\n".join(
+        [
+            f"Baked {_count(baked, 'object')} into {output}"
+            + (f", {_count(skipped, 'object')} left out" if skipped else ""),
+            f"Work: {_count(report['triangles'], 'triangle')}, "
+            f"{_count(report['elements'], 'element')}, "
+            f"{_count(report['receivers'], 'receiver')}, {_count(report['rays'], 'ray')}",
+            f"Relative error: {_percent(report['estimated_error'])} estimated, "
+            f"{_percent(report['target_error'])} asked; energy {energy['emitted']:.4g} W emitted, "
+            f"{energy['absorbed']:.4g} W absorbed, {energy['escaped']:.4g} W escaped",
+            f"Time: {seconds['total']:.2f} s ({_stages(seconds)}); "
+            f"memory {report['peak_memory'] / 2**20:.0f} MB",
+            f"Warnings: {_warnings(warnings)}",
+        ]
+    )
+
+
+def _seconds(solver: dict, caller: dict) -> dict:
+    stages = {name: float(solver.get(name, 0.0)) for name in STAGES}
+    return {
+        "export": float(caller["export"]),
+        **stages,
+        "write": float(caller["write"]),
+        "total": float(caller["total"]),
+    }
+
+
+def _objects(job: Job) -> list[dict]:
+    baked = [{"name": target.name, "baked": True, "reason": ""} for target in job.targets]
+    return baked + [
+        {"name": name, "baked": False, "reason": reason} for name, reason in job.skipped
+    ]
+
+
+def _finite(value):
+    """The same structure with None in place of NaN and infinities."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _count(number: int, word: str) -> str:
+    return f"{number:,} {word}{'' if number == 1 else 's'}"
+
+
+def _percent(error: float) -> str:
+    return f"{100 * error:.2g} %"
+
+
+def _stages(seconds: dict) -> str:
+    return ", ".join(
+        f"{name} {value:.2f}" for name, value in seconds.items() if name != "total"
+    )
+
+
+def _warnings(warnings: list[str]) -> str:
+    if not warnings:
+        return "none"
+    first = warnings[0]
+    return first if len(warnings) == 1 else f"{len(warnings)} (--report has all): {first}"
