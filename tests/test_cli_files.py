@@ -1,0 +1,94 @@
+"""Files appear whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from radiosity_addon.files import Publication, check_folder, check_writable
+
+
+def test_nothing_is_in_place_before_commit_and_everything_after(tmp_path):
+    with Publication() as files:
+        for name in ("a.blend", "b.json"):
+            files.stage(tmp_path / name).write_text(name)
+        assert not (tmp_path / "a.blend").exists()
+        files.commit()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.blend", "b.json"]
+    assert (tmp_path / "b.json").read_text() == "b.json"
+
+
+def test_failure_leaves_the_earlier_file_and_no_temporary(tmp_path):
+    (tmp_path / "a.blend").write_text("earlier")
+    with pytest.raises(RuntimeError), Publication() as files:
+        temporary = files.stage(tmp_path / "a.blend")
+        temporary.write_text("half")
+        temporary.with_name(temporary.name + "@").write_text("Blender's own half")
+        raise RuntimeError
+    assert [path.name for path in tmp_path.iterdir()] == ["a.blend"]
+    assert (tmp_path / "a.blend").read_text() == "earlier"
+
+
+@pytest.mark.parametrize("contents", [None, ""])
+def test_one_file_missing_or_empty_commits_none(tmp_path, contents):
+    with Publication() as files:
+        files.stage(tmp_path / "a.blend").write_text("whole")
+        second = files.stage(tmp_path / "b.blend")
+        if contents is not None:
+            second.write_text(contents)
+        with pytest.raises(OSError, match="b.blend was not written"):
+            files.commit()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_temporary_keeps_the_ending(tmp_path):
+    """Blender chooses formats and adds endings by the name."""
+    with Publication() as files:
+        assert files.stage(tmp_path / "a.blend").suffix == ".blend"
+
+
+def test_what_a_killed_run_left_is_removed_by_the_next(tmp_path):
+    child = subprocess.Popen([sys.executable, "-c", ""])
+    child.wait()  # its number belongs to nobody now
+    dead = tmp_path / f".a.blend.radiosity-{child.pid}.blend"
+    alive = tmp_path / f".a.blend.radiosity-{os.getppid()}.blend"
+    for leftover in (dead, alive):
+        leftover.write_text("half")
+    with Publication() as files:
+        files.stage(tmp_path / "a.blend")
+    assert not dead.exists()
+    assert alive.exists()
+
+
+def test_missing_folder_is_named(tmp_path):
+    with pytest.raises(OSError, match="nowhere.*does not exist; create it"):
+        check_writable(tmp_path / "nowhere" / "a.blend", "--output")
+
+
+def test_folder_that_is_a_file(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OSError, match="is a file"):
+        check_folder(tmp_path / "file", "--image-dir")
+
+
+def test_name_of_a_folder(tmp_path):
+    with pytest.raises(OSError, match="is a folder"):
+        check_writable(tmp_path, "--report")
+
+
+def test_read_only_folder_and_file_are_refused_even_for_the_superuser(tmp_path):
+    folder, file = tmp_path / "locked", tmp_path / "a.blend"
+    folder.mkdir()
+    file.write_text("earlier")
+    folder.chmod(0o555)
+    file.chmod(0o444)
+    try:
+        with pytest.raises(OSError, match="not writable"):
+            check_writable(folder / "a.blend", "--output")
+        with pytest.raises(OSError, match="read-only"):
+            check_writable(file, "--output")
+    finally:
+        folder.chmod(0o755)
