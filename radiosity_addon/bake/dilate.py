@@ -1,0 +1,36 @@
+"""Dilation: colours carried from the islands into the margin around them. NumPy and SciPy only."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def extend_islands(pixels: np.ndarray, covered: np.ndarray, margin: int) -> np.ndarray:
+    """RGBA image (height, width, 4) float32 from ``pixels`` (height, width, 3).
+
+    Texels within ``margin`` (Euclidean, in texels) of a covered one take the colour of the
+    nearest covered texel, so that filtering between texels never mixes in black. Covered texels
+    keep their colour. Alpha is 1 on ``covered`` (height, width) bool and 0 elsewhere, in the
+    margin too: it says which texels belong to a face. Beyond the margin the colour is black.
+    Raises ValueError when the shapes differ or the margin is negative.
+    """
+    if pixels.shape != (*covered.shape, 3):
+        raise ValueError(f"pixels have shape {pixels.shape}; it must be {(*covered.shape, 3)}")
+    if margin < 0:
+        raise ValueError(f"margin is {margin}; it must be 0 or more")
+    image = np.zeros((*covered.shape, 4), np.float32)
+    image[covered, :3] = pixels[covered]
+    image[covered, 3] = 1.0
+    if margin and covered.any() and not covered.all():
+        to, source = _nearest(covered, margin)
+        image[to[0], to[1], :3] = pixels[source[0], source[1]]
+    return image
+
+
+def _nearest(covered, margin) -> tuple[tuple, np.ndarray]:
+    """Texels of the margin, as (rows, columns), and of each its nearest covered texel (2, n)."""
+    from scipy.ndimage import distance_transform_edt
+
+    distance, nearest = distance_transform_edt(~covered, return_indices=True)
+    margin_texels = np.nonzero(~covered & (distance <= margin))
+    return margin_texels, nearest[:, margin_texels[0], margin_texels[1]]

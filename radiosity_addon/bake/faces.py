@@ -1,0 +1,83 @@
+"""Pieces of faces: the receivers behind vertex colours. NumPy only.
+
+Each triangle is cut into n² equal triangles, one receiver each. n follows the triangle's share of
+the area, so that a large face carries the light's variation and a fine mesh costs one receiver a
+triangle.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from ..solver.receivers import Receivers
+
+SAMPLES = 20_000  # receivers aimed at, over all objects of a bake
+FINEST = 16  # most cuts of a triangle's edge
+COARSE_MESH = 50_000  # triangles; up to here every triangle has at least four receivers
+
+
+def receiver_budget(areas: np.ndarray, samples: int = SAMPLES) -> float:
+    """Area [squared length] per receiver, for the triangles (n,) of all objects of a bake."""
+    return float(areas.sum()) / samples
+
+
+def face_receivers(
+    vertices: np.ndarray, triangles: np.ndarray, triangle: np.ndarray, budget: float,
+    least: int | None = None,
+) -> Receivers:
+    """Receivers of one object.
+
+    ``vertices`` (v, 3), ``triangles`` (n, 3) and their scene numbers ``triangle`` (n,);
+    ``budget`` as from ``receiver_budget``; ``least`` is the smallest n, None: 2, or 1 above
+    ``COARSE_MESH`` triangles. Triangles without area get no receiver.
+    """
+    area = triangle_areas(vertices, triangles)
+    if least is None:
+        least = 2 if len(triangles) <= COARSE_MESH else 1
+    wanted = np.sqrt(area / budget) if budget > 0 else np.zeros(len(area))
+    cuts = np.clip(np.ceil(wanted), least, FINEST).astype(int)
+    cuts[~(area > 0)] = 0
+    count = cuts**2
+    owner = np.repeat(np.arange(len(triangles)), count)
+    corners = np.empty((len(owner), 3, 2))
+    for n in np.unique(cuts[cuts > 0]):
+        corners[cuts[owner] == n] = np.tile(_subdivision(int(n)), ((cuts == n).sum(), 1, 1))
+    return Receivers(
+        count=len(owner),
+        receiver=np.arange(len(owner), dtype=np.int32),
+        triangle=np.asarray(triangle)[owner].astype(np.int32),
+        corners=corners,
+        square=np.zeros(len(owner), bool),
+    )
+
+
+@lru_cache(maxsize=FINEST)
+def _subdivision(n: int) -> np.ndarray:
+    """(n², 3, 2) barycentric corners of the equal triangles of an n-fold cut."""
+    i, j = (index.ravel() for index in np.meshgrid(np.arange(n), np.arange(n), indexing="ij"))
+    up, down = i + j < n, i + j < n - 1
+    origins = np.stack([i, j], 1)
+    upward = origins[up, None] + np.array([[0, 0], [1, 0], [0, 1]])
+    downward = origins[down, None] + np.array([[1, 1], [0, 1], [1, 0]])
+    return np.concatenate([upward, downward]) / n
+
+
+def triangle_areas(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """(n,) float64 areas; 0 where a vertex is not finite."""
+    p = np.asarray(vertices, float)[triangles]
+    with np.errstate(invalid="ignore", over="ignore"):
+        area = 0.5 * np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1)
+    return np.where(np.isfinite(area), area, 0.0)
+
+
+def receiver_areas(
+    vertices: np.ndarray, triangles: np.ndarray, receivers: Receivers
+) -> np.ndarray:
+    """(count,) float64 surface area of each receiver; ``triangles`` are all of the scene's."""
+    u = receivers.corners[:, 1] - receivers.corners[:, 0]
+    v = receivers.corners[:, 2] - receivers.corners[:, 0]
+    share = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) * np.where(receivers.square, 2.0, 1.0)
+    area = share * triangle_areas(vertices, triangles[receivers.triangle])
+    return np.bincount(receivers.receiver, area, receivers.count)

@@ -1,0 +1,200 @@
+"""Texels: the exact part of each texel's square that lies on the surface. NumPy only.
+
+Coordinates are texels: UV times the resolution, so texel (row, column) is the unit square with
+its lower left corner at (column, row). Triangles are walked row by row: in each row the texels
+that lie wholly inside are one run (one square cell each), the few around it are clipped.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..solver.receivers import Receivers
+from .clip import clip_squares, doubled_areas, fan
+
+NEGLIGIBLE = 1e-6  # of a texel: a cell smaller than this is left out when its texel has others
+TOUCHED = 1e-8  # of a texel: a texel covered by less belongs to no face
+CHUNK = 1 << 16  # triangles, or texels to clip, worked on at once
+OVERLAP = 1.01  # a texel covered by more than this many texel areas has several owners
+
+
+def texel_receivers(
+    uv: np.ndarray, triangle: np.ndarray, resolution: int, image: int = 0
+) -> Receivers:
+    """One receiver per texel that lies at least partly on the surface.
+
+    ``uv`` (n, 3, 2) float64, ``triangle`` (n,) their scene triangles. Only what lies in the 0-1
+    tile is baked, as in Cycles; triangles without UV area (or with NaN in it) get no texel. Where
+    triangles overlap the texel is the mean over all of them (see ``overlapping_texels``).
+    Raises ValueError on mismatched shapes.
+    """
+    uv = np.asarray(uv, float)
+    if uv.ndim != 3 or uv.shape[1:] != (3, 2) or len(uv) != len(triangle):
+        raise ValueError(f"uv has shape {uv.shape}; it must be ({len(triangle)}, 3, 2)")
+    points = uv * resolution
+    parts = [_empty()]
+    for start in range(0, len(points), CHUNK):
+        parts += _cells(points[start : start + CHUNK], start, resolution)
+    texel, index, corners, square, area = (np.concatenate(column) for column in zip(*parts))
+    del parts
+    order = np.argsort(texel, kind="stable")
+    order = order[_drop_negligible(texel[order], area[order])]
+    texel, index = texel[order], index[order]
+    first = np.diff(texel, prepend=-1) != 0
+    flat = texel[first]
+    grid = np.stack([np.full_like(flat, image), flat // resolution, flat % resolution], 1)
+    return Receivers(
+        count=len(flat),
+        receiver=(np.cumsum(first) - 1).astype(np.int32),
+        triangle=np.asarray(triangle)[index].astype(np.int32),
+        corners=corners[order],
+        square=square[order],
+        grid=grid.astype(np.int32),
+    )
+
+
+def overlapping_texels(receivers: Receivers, uv: np.ndarray, start: int, resolution: int) -> int:
+    """How many texels are covered more than once: the map's triangles overlap there.
+
+    ``uv`` (n, 3, 2) as given to ``texel_receivers``, of the scene triangles from ``start`` on.
+    """
+    texel_area = np.abs(doubled_areas(np.asarray(uv, float))) * resolution**2
+    area = np.abs(doubled_areas(receivers.corners)) * np.where(receivers.square, 1.0, 0.5)
+    covered = area * texel_area[receivers.triangle - start]
+    return int((np.bincount(receivers.receiver, covered) > OVERLAP).sum())
+
+
+def _empty():
+    texel = np.zeros(0, np.int64)
+    return texel, texel, np.zeros((0, 3, 2)), np.zeros(0, bool), np.zeros(0)
+
+
+def _cells(points: np.ndarray, start: int, resolution: int) -> list[tuple]:
+    """Cells of a chunk of triangles: (texel, triangle, corners, square, area)."""
+    finite = np.isfinite(points).all((1, 2))
+    area = np.zeros(len(points))
+    area[finite] = np.abs(doubled_areas(points[finite]))
+    extent = np.ptp(points, axis=1).max(1)
+    usable = np.nonzero(finite & (area > 1e-12 * np.maximum(extent, 1e-3) ** 2))[0]
+    points = points[usable]
+    inverse = _barycentric(points)
+    owner, row = _rows(points, resolution)
+    parts = []
+    for at in range(0, len(owner), CHUNK):
+        who, y = owner[at : at + CHUNK], row[at : at + CHUNK]
+        outer, inner = _spans(points[who], y, resolution)
+        whole = _whole(inner, who, y)
+        parts.append(_finish(whole, points, inverse, usable + start, resolution))
+        partial = _partial(outer, inner, who, y)
+        for i in range(0, len(partial[0]), CHUNK):
+            piece = tuple(column[i : i + CHUNK] for column in partial)
+            parts.append(_finish(_clipped(*piece, points), points, inverse, usable + start,
+                                 resolution))
+    return parts
+
+
+def _barycentric(points: np.ndarray) -> np.ndarray:
+    """(n, 2, 2) matrices that take an offset in texels to one in barycentric (u, v)."""
+    u, v = points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]
+    area = doubled_areas(points)
+    return np.stack([v[:, 1], -v[:, 0], -u[:, 1], u[:, 0]], 1).reshape(-1, 2, 2) / area[
+        :, None, None
+    ]
+
+
+def expand(count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Ragged ranges: ``(owner, offset)`` with offset 0..count[i]-1 for every owner i."""
+    owner = np.repeat(np.arange(len(count)), count)
+    begin = np.cumsum(count) - count
+    return owner, np.arange(len(owner)) - begin[owner]
+
+
+def _rows(points: np.ndarray, resolution: int) -> tuple[np.ndarray, np.ndarray]:
+    """All (triangle, row) pairs that meet."""
+    low = np.clip(np.floor(points[..., 1].min(1)), 0, resolution).astype(np.int64)
+    high = np.clip(np.ceil(points[..., 1].max(1)), 0, resolution).astype(np.int64)
+    owner, offset = expand(np.maximum(high - low, 0))
+    return owner, low[owner] + offset
+
+
+def _spans(triangles: np.ndarray, row: np.ndarray, resolution: int):
+    """Column ranges per (triangle, row): ``outer`` that meet it, ``inner`` that lie inside.
+
+    Each is (first, last + 1). A texel is inside when its lower and its upper side are, because
+    triangles are convex.
+    """
+    low, high = row.astype(float), row + 1.0
+    left, right = np.full(len(row), np.inf), np.full(len(row), -np.inf)
+    within = [np.array(left) for _ in range(2)] + [np.array(right) for _ in range(2)]
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        p, q = triangles[:, a], triangles[:, b]
+        span = q[:, 1] - p[:, 1]
+        flat = span == 0
+        slope = (q[:, 0] - p[:, 0]) / np.where(flat, 1.0, span)
+        bottom, top = np.minimum(p[:, 1], q[:, 1]), np.maximum(p[:, 1], q[:, 1])
+        meets = (bottom <= high) & (top >= low)
+        for side, y in enumerate((low, high)):
+            x = p[:, 0] + (np.clip(y, bottom, top) - p[:, 1]) * slope
+            other = np.where(flat, q[:, 0], x)
+            left = np.where(meets, np.minimum(left, np.minimum(x, other)), left)
+            right = np.where(meets, np.maximum(right, np.maximum(x, other)), right)
+            cuts = (bottom <= y) & (y <= top)
+            reach = np.minimum(x, other), np.maximum(x, other)
+            within[side] = np.where(cuts, np.minimum(within[side], reach[0]), within[side])
+            within[2 + side] = np.where(cuts, np.maximum(within[2 + side], reach[1]),
+                                        within[2 + side])
+    first = np.ceil(np.maximum(within[0], within[1]) - 1e-9)
+    last = np.floor(np.minimum(within[2], within[3]) + 1e-9)
+    inside = np.isfinite(first) & np.isfinite(last) & (first < last)
+    outer = _clamped(np.floor(left), np.ceil(right), resolution)
+    inner = _clamped(np.where(inside, first, 0), np.where(inside, last, 0), resolution)
+    empty = inner[0] >= inner[1]
+    return outer, (np.where(empty, outer[1], inner[0]), np.where(empty, outer[1], inner[1]))
+
+
+def _clamped(first, last, resolution) -> tuple[np.ndarray, np.ndarray]:
+    first = np.clip(first, 0, resolution).astype(np.int64)
+    return first, np.maximum(np.clip(last, 0, resolution).astype(np.int64), first)
+
+
+def _whole(inner, owner, row):
+    """Texels wholly inside one triangle: (owner, column, row, corners in the texel, square)."""
+    span, offset = expand(inner[1] - inner[0])
+    corners = np.broadcast_to([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], (len(span), 3, 2))
+    return owner[span], inner[0][span] + offset, row[span], corners, np.ones(len(span), bool)
+
+
+def _partial(outer, inner, owner, row):
+    """Candidates left and right of the inner run: (owner, column, row)."""
+    before, left = expand(inner[0] - outer[0])
+    after, right = expand(outer[1] - inner[1])
+    span = np.concatenate([before, after])
+    column = np.concatenate([outer[0][before] + left, inner[1][after] + right])
+    return owner[span], column, row[span]
+
+
+def _clipped(owner, column, row, points):
+    corner = np.stack([column, row], 1).astype(float)
+    polygons, count = clip_squares(corner, points[owner])
+    who, corners, square = fan(polygons, count)
+    return owner[who], column[who], row[who], corners, square
+
+
+def _finish(cells, points, inverse, names, resolution):
+    """From corners in the texel to barycentric ones: (texel, triangle, corners, square, area)."""
+    owner, column, row, corners, square = cells
+    area = np.abs(doubled_areas(corners)) * np.where(square, 1.0, 0.5)
+    offset = np.stack([column, row], 1) - points[owner, 0]
+    matrix = inverse[owner]
+    barycentric = np.matmul(corners + offset[:, None], matrix.transpose(0, 2, 1))
+    keep = area > TOUCHED
+    cells = row * resolution + column, names[owner], barycentric, square, area
+    return cells if keep.all() else tuple(column[keep] for column in cells)
+
+
+def _drop_negligible(texel: np.ndarray, area: np.ndarray) -> np.ndarray:
+    """Which cells to keep (texels in order): the sizeable ones, or all where none is."""
+    first = np.nonzero(np.diff(texel, prepend=-1))[0]
+    sizeable = area > NEGLIGIBLE
+    any_sizeable = np.logical_or.reduceat(sizeable, first) if len(texel) else sizeable
+    return sizeable | ~np.repeat(any_sizeable, np.diff(first, append=len(texel)))
