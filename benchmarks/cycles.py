@@ -86,7 +86,9 @@ def _prepared(obj, image_size: int, seed: int, threads: int):
     import bpy
 
     scene = bpy.context.scene
-    image = bpy.data.images.new("Cycles bake", image_size, image_size, alpha=True, float_buffer=True)
+    image = bpy.data.images.new(
+        "Cycles bake", image_size, image_size, alpha=True, float_buffer=True
+    )
     image.colorspace_settings.name = "Non-Color"
     with ExitStack() as stack:
         stack.callback(bpy.data.images.remove, image)
@@ -160,10 +162,10 @@ def _default_material(obj, image):
     material = bpy.data.materials.new("Cycles bake")
     if not material.node_tree:
         material.use_nodes = True
-    tree = material.node_tree
-    tree.nodes.clear()
-    shader, output = tree.nodes.new("ShaderNodeBsdfDiffuse"), tree.nodes.new("ShaderNodeOutputMaterial")
-    tree.links.new(shader.outputs[0], output.inputs["Surface"])
+    nodes = material.node_tree.nodes
+    nodes.clear()
+    shader, output = nodes.new("ShaderNodeBsdfDiffuse"), nodes.new("ShaderNodeOutputMaterial")
+    material.node_tree.links.new(shader.outputs[0], output.inputs["Surface"])
     obj.data.materials.append(material)
     try:
         with _target_node(material, image):

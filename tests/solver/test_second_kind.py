@@ -26,7 +26,7 @@ def two_rooms(n=300, door=1e-3):
 
 
 def tunnel(n=300, reach=10.0):
-    """A long tunnel: every element sees ten neighbours either way; a cluster of eigenvalues at 1."""
+    """A long tunnel, every element sees some ten others either way: eigenvalues crowd near 1."""
     place = np.arange(n)
     factors = np.exp(-np.abs(place[:, None] - place[None, :]) / reach)
     return factors / factors.sum(axis=1, keepdims=True)
