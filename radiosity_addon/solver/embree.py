@@ -1,0 +1,93 @@
+"""Tracer: the one file that knows embreex. Rays in, hits out, float32.
+
+Embreex checks no shapes and prints its device's errors to a log, so both are checked here.
+The vertices must already be centred and scaled to a unit box (``geometry``): float32 needs it.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from threading import Lock
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+
+
+@dataclass(frozen=True)
+class Hits:
+    """What each of n rays met first. ``triangle`` is -1 where it met nothing."""
+
+    triangle: np.ndarray  # (n,) int32
+    u: np.ndarray  # (n,) float32 barycentric
+    v: np.ndarray  # (n,) float32
+    distance: np.ndarray  # (n,) float32, in units of the direction's length
+    front: np.ndarray  # (n,) bool: the ray met the front of the triangle
+
+
+class Tracer:
+    """An Embree scene of one triangle mesh. Counts its rays and the seconds Embree spent."""
+
+    def __init__(self, vertices: np.ndarray, triangles: np.ndarray):
+        """``vertices`` (n, 3) within [-1, 1]; ``triangles`` (m, 3) indices into them, m >= 0."""
+        vertices = np.ascontiguousarray(vertices, np.float32)
+        triangles = np.ascontiguousarray(triangles, np.int32)
+        if not np.isfinite(vertices).all() or (len(vertices) and np.abs(vertices).max() > 1.001):
+            raise ValueError("vertices must be finite and within [-1, 1]; normalise them first")
+        if len(triangles) and not (0 <= triangles.min() <= triangles.max() < len(vertices)):
+            raise ValueError("triangles name vertices that do not exist")
+        self.rays = 0
+        self.seconds = 0.0
+        self._lock = Lock()
+        self._empty = len(triangles) == 0
+        if self._empty:
+            return
+        self._scene = EmbreeScene()
+        self._mesh = TriangleMesh(self._scene, vertices, triangles)
+        # The first call commits the scene (builds the tree); it must not happen on two threads.
+        one = np.zeros((1, 3), np.float32)
+        self._scene.run(one, one + 1)
+
+    def intersect(self, origins: np.ndarray, directions: np.ndarray) -> Hits:
+        """First hits of rays (n, 3), (n, 3) float32."""
+        n = _check(origins, directions)
+        if self._empty or n == 0:
+            zero = np.zeros(n, np.float32)
+            return Hits(np.full(n, -1, np.int32), zero, zero, zero, np.zeros(n, bool))
+        start = time.perf_counter()
+        found = self._scene.run(origins, directions, output=True)
+        self._count(n, start)
+        front = np.einsum("ij,ij->i", found["Ng"], directions) < 0
+        return Hits(found["primID"], found["u"], found["v"], found["tfar"], front)
+
+    def clear(self, origins: np.ndarray, segments: np.ndarray, lengths=None) -> np.ndarray:
+        """(n,) bool: nothing lies on ``origin + t·segment``, 0 < t < ``lengths`` (default 1).
+
+        ``lengths`` may be np.inf for rays that leave the scene.
+        """
+        n = _check(origins, segments)
+        if self._empty or n == 0:
+            return np.ones(n, bool)
+        limits = np.full(n, 1.0 if lengths is None else lengths, np.float32)
+        start = time.perf_counter()
+        blocked = self._scene.run(origins, segments, limits, query="OCCLUDED")
+        self._count(n, start)
+        return blocked != 0
+
+    def _count(self, n: int, start: float) -> None:
+        seconds = time.perf_counter() - start
+        with self._lock:
+            self.rays += n
+            self.seconds += seconds
+
+
+def _check(origins: np.ndarray, directions: np.ndarray) -> int:
+    for name, array in (("origins", origins), ("directions", directions)):
+        if array.dtype != np.float32 or array.ndim != 2 or array.shape[1] != 3:
+            raise ValueError(f"{name} are {array.dtype} {array.shape}; they must be float32 (n, 3)")
+        if not array.flags.c_contiguous:
+            raise ValueError(f"{name} are not contiguous; Embree would read the wrong numbers")
+    if len(origins) != len(directions):
+        raise ValueError(f"{len(origins)} origins but {len(directions)} directions")
+    return len(origins)

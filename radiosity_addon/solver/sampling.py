@@ -1,0 +1,61 @@
+"""Sampling: randomised quasi-Monte Carlo numbers, directions and tangent frames.
+
+Depends on NumPy and SciPy's Sobol sequence. Every number follows from (seed, stream), never from
+threads or the clock.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from scipy.stats import qmc
+
+GROUPS = 8  # neighbouring receivers use different point sets, so that their errors are independent
+
+
+@lru_cache(maxsize=256)
+def sobol(count: int, dimensions: int, *key: int) -> np.ndarray:
+    """(count, dimensions) float64 in [0, 1): a scrambled Sobol set (Owen 1995) for this key."""
+    generator = np.random.default_rng(np.random.SeedSequence(key))
+    engine = qmc.Sobol(dimensions, scramble=True, rng=generator)
+    return engine.random_base2(max(0, int(np.ceil(np.log2(count)))))[:count]
+
+
+def uniform(shape: tuple[int, ...], *key: int) -> np.ndarray:
+    """Independent float32 numbers in [0, 1) for this key."""
+    bits = np.random.Philox(np.random.SeedSequence(key))
+    return np.random.Generator(bits).random(shape, np.float32)
+
+
+def cosine_directions(xi: np.ndarray) -> np.ndarray:
+    """(n, 3) float32 unit vectors about +z with density cosθ/π, from xi (n, 2) in [0, 1).
+
+    Malley's method on a polar map: an (x, y) uniform in the disc, lifted to the hemisphere.
+    """
+    radius, angle = np.sqrt(xi[:, 0]), 2 * np.pi * xi[:, 1]
+    z = np.sqrt(np.maximum(1 - xi[:, 0], 1e-12))
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], 1).astype(np.float32)
+
+
+def tangent_frames(normal: np.ndarray, turn: np.ndarray | float = 0.0) -> np.ndarray:
+    """(..., 3, 3) float32: rows tangent, bitangent, normal of unit ``normal`` (..., 3).
+
+    The tangent is turned about the normal by ``turn`` (...) revolutions. Branchless construction
+    of Duff et al. 2017, "Building an Orthonormal Basis, Revisited", Listing 3.
+    """
+    normal = np.asarray(normal, np.float32)
+    x, y, z = normal[..., 0], normal[..., 1], normal[..., 2]
+    sign = np.copysign(np.float32(1), z)
+    a = -1 / (sign + z)
+    b = x * y * a
+    angle = np.asarray(turn, np.float32) * np.float32(2 * np.pi)
+    c, s = np.cos(angle), np.sin(angle)
+    frames = np.empty(normal.shape[:-1] + (3, 3), np.float32)
+    tangent = (1 + sign * x * x * a, sign * b, -sign * x)
+    bitangent = (b, sign + y * y * a, -y)
+    for k in range(3):
+        frames[..., 0, k] = c * tangent[k] + s * bitangent[k]
+        frames[..., 1, k] = c * bitangent[k] - s * tangent[k]
+        frames[..., 2, k] = normal[..., k]
+    return frames
