@@ -74,8 +74,11 @@ class Interrupts:
             raise KeyboardInterrupt
 
     def _watch(self) -> None:
-        heard = self._ear.recv(1)
-        self._ear.close()
+        """Wait for a signal's number on the bell, then for the main thread to come out."""
+        with self._ear:
+            heard = self._ear.recv(1)
+            while heard and heard[0] not in SIGNALS:
+                heard = self._ear.recv(1)
         while heard and not self._left.wait(PATIENCE):
             if not self._held:
                 self._last_act()
