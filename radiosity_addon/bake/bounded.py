@@ -1,0 +1,54 @@
+"""Least squares within bounds, for sparse normal equations. NumPy and SciPy only."""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+from scipy.sparse import csr_matrix, diags
+from scipy.sparse.linalg import cg
+
+TOLERANCE = 1e-10  # of the residual, relative, after scaling the diagonal to 1
+ITERATIONS = 400
+ROUNDS = 4  # of solving, fixing what left its bounds there, and solving for the rest
+
+log = logging.getLogger(__name__)
+
+
+def solve_bounded(
+    matrix: csr_matrix, right: np.ndarray, guess: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> np.ndarray:
+    """Approximately minimise ½ xᵀMx − bᵀx for low <= x <= high, M symmetric and semi-definite.
+
+    What leaves its bounds is fixed there and the others are solved for again, a few times; the
+    result always lies within the bounds and is the exact minimum where none of them acts. What M
+    does not determine stays at ``guess``.
+    """
+    x = np.clip(guess, low, high)
+    free = (low < high) & (matrix.diagonal() > 0)
+    for _ in range(ROUNDS):
+        if not free.any():
+            break
+        x[free] = _solve(matrix, right, x, free)
+        left = free & ((x < low) | (x > high))
+        if not left.any():
+            break
+        x = np.clip(x, low, high)
+        free &= ~left
+    return np.clip(x, low, high)
+
+
+def _solve(matrix, right, x, free) -> np.ndarray:
+    """Conjugate gradients on the free unknowns, the others kept; diagonal scaled to 1."""
+    rest = right - matrix @ x
+    inner = matrix if free.all() else matrix[free][:, free]
+    scale = 1 / np.sqrt(inner.diagonal())
+    scaled = diags(scale) @ inner @ diags(scale)
+    start = x[free] / scale
+    size = np.linalg.norm(right[free] * scale)
+    step, failed = cg(
+        scaled.tocsr(), rest[free] * scale, rtol=0.0, atol=TOLERANCE * size, maxiter=ITERATIONS
+    )
+    if failed:
+        log.warning("corner colours: conjugate gradients stopped after %d iterations", ITERATIONS)
+    return (start + step) * scale

@@ -1,0 +1,192 @@
+"""Corners: vertex colours that fit the light over the faces around them. NumPy and SciPy only.
+
+Colours are interpolated linearly over each triangle, so the light shown at a receiver's centroid
+is a weighted sum of the unknown colours x, ``A x``. We seek the x that minimises
+
+    Σ_r w_r |(A x)_r − L_r|² + ε Σ_t w_t Σ_c |(x_t,c − mean_c x_t,c)|²
+
+over the surface (w are areas). Light that is constant or linear over flat faces comes back
+exactly, because the mean of a linear function over a cell is its value at the centroid. The second
+term matters only where one receiver a triangle cannot tell its three corners apart.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_matrix, csr_matrix, diags
+
+from ..export.exported import ExportedObject
+from ..solver.receivers import Receivers
+from .bounded import solve_bounded
+
+STIFFNESS = (0.03, 1e-10)  # ε of triangles with fewer than, and at least, three receivers
+
+
+def fit_corners(
+    target: ExportedObject,
+    receivers: Receivers,
+    values: np.ndarray,
+    weights: np.ndarray,
+    domain: str = "corner",
+) -> np.ndarray:
+    """Colours (n_loops, 3) for ``corner``, (n_vertices, 3) for ``point``, float64, >= 0.
+
+    ``receivers`` lie on the target's triangles (scene numbers), ``values`` (count, 3) is the
+    light and ``weights`` (count,) its area; weight 0 leaves a receiver out (a part of the face
+    that nobody can see, inside another object). A colour stays within the light on the faces
+    around it, widened by as much as a linear course of the light needs: a shadow edge across a
+    large face makes no colour darker than the shadow. Corners without light take that of their
+    vertex, else the object's mean. ``point`` gives a row for each vertex up to the last one that
+    a loop uses. Raises ValueError on wrong shapes or light that is not finite.
+    """
+    values, weights = np.asarray(values, float), np.asarray(weights, float)
+    _check(target, receivers, values, weights)
+    group = target.loop_vertex if domain == "point" else target.loop_smooth_group
+    unknowns = int(group.max(initial=-1)) + 1
+    corners = _corner_map(target, group, unknowns)
+    light = _data(receivers, weights, target.start, target.stop - target.start)
+    bounds = _bounds(corners, light, values, weights, target.loop_vertex, group)
+    sampling = (light.sampling @ corners).tocsr()
+    normal = (sampling.T @ diags(weights) @ sampling + _stiffness(corners, light)).tocsr()
+    right = sampling.T @ (weights[:, None] * values)
+    colors = np.empty((unknowns, 3))
+    for channel in range(3):
+        same = [c for c in range(channel) if np.array_equal(values[:, c], values[:, channel])]
+        colors[:, channel] = (
+            colors[:, same[0]]
+            if same
+            else solve_bounded(normal, right[:, channel], *(x[:, channel] for x in bounds))
+        )
+    return colors if domain == "point" else colors[group]
+
+
+def _check(target, receivers, values, weights) -> None:
+    if target.corner_map is None or target.loop_vertex is None:
+        raise ValueError(f"{target.name!r} was exported without its loops; export for vertices")
+    if values.shape != (receivers.count, 3) or weights.shape != (receivers.count,):
+        raise ValueError(
+            f"light {values.shape} and weights {weights.shape} do not fit {receivers.count} "
+            f"receivers of {target.name!r}"
+        )
+    bad = int((~np.isfinite(values).all(1)).sum() + (~np.isfinite(weights) | (weights < 0)).sum())
+    if bad:
+        raise ValueError(f"{bad} receivers of {target.name!r} have light or area that is not finite")
+
+
+@dataclass(frozen=True)
+class _Light:
+    """Where the receivers are: a matrix and counts on the object's n triangles."""
+
+    sampling: csr_matrix  # (count, 3 n): light at a receiver from that at triangle corners
+    triangle: np.ndarray  # (count,) the triangle of the receiver's first cell
+    area: np.ndarray  # (n,) area with light known on it
+    cuts: np.ndarray  # (n,) float64: square root of the number of receivers with weight
+
+
+def _data(receivers: Receivers, weights, start: int, triangles: int) -> _Light:
+    """Sampling matrix at the receivers' centroids, each the area mean over its cells."""
+    u, v = _centroids(receivers)
+    cell_triangle = receivers.triangle - start
+    side = receivers.corners[:, 1:] - receivers.corners[:, :1]
+    area = np.abs(side[:, 0, 0] * side[:, 1, 1] - side[:, 0, 1] * side[:, 1, 0])
+    area = area * np.where(receivers.square, 2.0, 1.0)
+    total = np.bincount(receivers.receiver, area, receivers.count)
+    share = area / total[receivers.receiver]
+    entries = np.stack([1 - u - v, u, v], 1) * share[:, None]
+    columns = 3 * cell_triangle[:, None] + np.arange(3)
+    rows = np.repeat(receivers.receiver, 3)
+    sampling = csr_matrix(
+        (entries.ravel(), (rows, columns.ravel())), shape=(receivers.count, 3 * triangles)
+    )
+    first = np.searchsorted(receivers.receiver, np.arange(receivers.count))
+    triangle = cell_triangle[first] if receivers.count else np.zeros(0, int)
+    known = np.bincount(triangle, weights > 0, triangles)
+    return _Light(sampling, triangle, np.bincount(triangle, weights, triangles), np.sqrt(known))
+
+
+def _centroids(receivers: Receivers) -> tuple[np.ndarray, np.ndarray]:
+    a, b, c = receivers.corners.transpose(1, 2, 0)
+    return tuple(np.where(receivers.square, (b + c) / 2, (a + b + c) / 3))
+
+
+def _corner_map(target: ExportedObject, group: np.ndarray, unknowns: int) -> csr_matrix:
+    """(3 n, unknowns): the colour at each evaluated triangle corner from the unknown colours."""
+    loops = len(group)
+    choose = csr_matrix((np.ones(loops), (np.arange(loops), group)), shape=(loops, unknowns))
+    return (target.corner_map @ choose).tocsr()
+
+
+def _stiffness(corners: csr_matrix, light: _Light) -> csr_matrix:
+    """Differences between a triangle's corners, times its area and ε."""
+    epsilon = np.where(light.cuts**2 < 2.5, *STIFFNESS) * light.area / 3
+    n = len(epsilon)
+    first = 3 * np.arange(n)
+    signs = np.tile([1.0, -1.0], (n, 1))
+    total = None
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        rows = np.repeat(np.arange(n), 2)
+        columns = np.stack([first + a, first + b], 1).ravel()
+        edge = coo_matrix((signs.ravel(), (rows, columns)), shape=(n, 3 * n)).tocsr() @ corners
+        term = edge.T @ diags(epsilon) @ edge
+        total = term if total is None else total + term
+    return total
+
+
+def _bounds(corners, light, values, weights, loop_vertex, group):
+    """Per unknown a first guess, the lowest and the highest colour allowed: (unknowns, 3) each.
+
+    Over a triangle cut n-fold a linear function reaches 2/(3(n−1)) of what its receivers'
+    centroids span beyond them; that much is allowed. With one receiver a triangle it is half of
+    what the triangles around the unknown span.
+    """
+    shown = weights > 0
+    triangle, values = light.triangle[shown], values[shown]
+    n = len(light.area)
+    low, high, total = np.full((n, 3), np.inf), np.full((n, 3), -np.inf), np.zeros((n, 3))
+    np.minimum.at(low, triangle, values)
+    np.maximum.at(high, triangle, values)
+    np.add.at(total, triangle, weights[shown, None] * values)
+    with np.errstate(invalid="ignore"):
+        reach = (high - low) * (2 / 3 / np.maximum(light.cuts - 1, 0.5))[:, None]
+    reach[light.cuts == 0] = -np.inf
+    low, high, reach = (_over_unknowns(corners, x, f) for x, f in (
+        (low, np.minimum), (high, np.maximum), (reach, np.maximum)))
+    mass = corners.T @ np.repeat(light.area, 3)
+    known = (mass > 0) & np.isfinite(low).all(1)
+    guess = np.zeros((corners.shape[1], 3))
+    guess[known] = (corners.T @ np.repeat(total, 3, axis=0))[known] / mass[known, None]
+    guess = _fill(guess, known, mass, loop_vertex, group)
+    with np.errstate(invalid="ignore"):
+        reach = np.where(reach > 0, reach, (high - low) / 2)
+        low, high = np.maximum(low - reach, 0.0), np.maximum(high + reach, 0.0)
+    known = known[:, None]
+    return np.maximum(guess, 0), np.where(known, low, guess), np.where(known, high, guess)
+
+
+def _over_unknowns(corners: csr_matrix, value: np.ndarray, reduce: np.ufunc) -> np.ndarray:
+    """Reduce ``value`` (n, 3) of the triangles over those around each unknown."""
+    around = corners.tocsc()
+    used = np.nonzero(np.diff(around.indptr))[0]
+    out = np.full((corners.shape[1], 3), np.inf if reduce is np.minimum else -np.inf)
+    if len(used):
+        out[used] = reduce.reduceat(value[around.indices // 3], around.indptr[used], axis=0)
+    return out
+
+
+def _fill(guess, known, mass, loop_vertex, group) -> np.ndarray:
+    """Give unknowns without light the mean of their vertex, else of the object."""
+    if known.all():
+        return guess
+    if not known.any():
+        return np.zeros_like(guess)
+    lit = known[group].astype(float)
+    count = np.bincount(loop_vertex, lit)
+    sums = [np.bincount(loop_vertex, lit * guess[group, c]) for c in range(3)]
+    vertex = np.stack(sums, 1) / np.maximum(count, 1)[:, None]
+    vertex[count == 0] = np.average(guess[known], axis=0, weights=mass[known])
+    filled = np.tile(np.average(guess[known], axis=0, weights=mass[known]), (len(guess), 1))
+    filled[group] = vertex[loop_vertex]
+    filled[known] = guess[known]
+    return filled
