@@ -9,9 +9,16 @@ from pathlib import Path
 
 
 def peak_memory() -> int:
-    """The largest resident size of this process so far [bytes]; 0 where it cannot be read."""
+    """The largest resident size of this process so far [bytes]; 0 where it cannot be read.
+
+    On Linux the kernel's own high-water mark: getrusage also counts what the parent process had
+    when it started this one.
+    """
     if sys.platform == "win32":
         return _windows_peak()
+    kilobytes = _proc_value("/proc/self/status", "VmHWM:")
+    if kilobytes is not None:
+        return kilobytes * 1024
     import resource
 
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
@@ -42,16 +49,22 @@ def _gigabytes(size: int) -> str:
 
 def _free_memory() -> int | None:
     """MemAvailable on Linux; a quarter of all memory where only the total is known (macOS)."""
-    try:
-        for line in Path("/proc/meminfo").read_text().splitlines():
-            if line.startswith("MemAvailable:"):
-                return int(line.split()[1]) * 1024
-    except OSError:
-        pass  # not Linux: only the total is known
+    kilobytes = _proc_value("/proc/meminfo", "MemAvailable:")
+    if kilobytes is not None:
+        return kilobytes * 1024
     try:
         return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 4
     except (ValueError, OSError, AttributeError):
         return None
+
+
+def _proc_value(path: str, key: str) -> int | None:
+    """The number after ``key`` in one of Linux' tables; None on other systems."""
+    try:
+        lines = Path(path).read_text().splitlines()
+    except OSError:
+        return None
+    return next((int(line.split()[1]) for line in lines if line.startswith(key)), None)
 
 
 def _address_space_left() -> int | None:
