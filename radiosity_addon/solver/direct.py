@@ -1,6 +1,6 @@
-"""Direct light: irradiance from explicit lights at footprints, shadows included.
+"""Direct light: irradiance from explicit lights, shadows included.
 
-Depends on ``lights``, ``footprints``, ``embree``, ``parallel``. Each light's irradiance is its
+Depends on ``lights``, ``points``, ``embree``, ``parallel``. Each light's irradiance is its
 unoccluded value, exact by Lambert's formula for polygons, times the visible share, sampled. So a
 wall that touches a lamp is right, and a receiver that sees the whole light has no noise.
 """
@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from .embree import Tracer
-from .footprints import Footprints, grouped_chunks, sample_points
 from .parallel import map_chunks
+from .points import grouped_chunks
 from .sampling import sobol
 
-RAYS_PER_CHUNK = 1 << 15
+OWNERS_PER_CHUNK = 1 << 12
 
 
 @dataclass(frozen=True)
@@ -30,34 +30,35 @@ class DirectLight:
 def direct_light(
     tracer: Tracer,
     lights: list,
-    footprints: Footprints,
+    count: int,
+    place,
     objects: np.ndarray,
-    per: int,
     key: tuple[int, ...],
     threads: int,
     tick,
 ) -> DirectLight:
-    """Light from ``lights`` at every footprint, by ``per`` points each.
+    """Light from ``lights`` at ``count`` owners; ``place(chosen, group)`` gives their Points.
 
     ``objects`` (n_triangles,) is the object of each triangle, for lights linked to some only.
     """
-    result = DirectLight(np.zeros((footprints.count, 3)), np.zeros(footprints.count, bool))
-    if not lights or footprints.count == 0:
+    result = DirectLight(np.zeros((count, 3)), np.zeros(count, bool))
+    if not lights or count == 0:
         return result
 
     def work(chunk):
         group, chosen = chunk
-        points = sample_points(footprints, chosen, per, *key, group)
+        points = place(chosen, group)
+        per = len(points.position)
         position = points.position.reshape(-1, 3).astype(float)
         normal = points.normal.reshape(-1, 3).astype(float)
         irradiance, mixed = np.zeros((len(chosen), 3)), np.zeros(len(chosen), bool)
         for number, light in enumerate(lights):
             table = sobol(per, 2, *key, group, number, 1)
-            shift = footprints.turn[chosen][:, [2, 0]]
+            shift = points.turn[:, [2, 0]]
             xi = ((table[:, None] + shift + 0.5) % 1.0).reshape(-1, 2)
             sample = light.sample(position, normal, xi)
             if light.objects is not None:
-                lit = np.isin(objects[footprints.triangle[points.cell]], light.objects).ravel()
+                lit = np.isin(objects[points.triangle], light.objects).ravel()
                 sample.irradiance[~lit] = 0
                 sample.weight[~lit] = 0
             arriving, partly = _visible_mean(tracer, points.position, sample, per)
@@ -65,7 +66,7 @@ def direct_light(
             mixed |= partly
         return chosen, irradiance, mixed
 
-    chunks = grouped_chunks(footprints.count, max(1, RAYS_PER_CHUNK // per))
+    chunks = grouped_chunks(count, OWNERS_PER_CHUNK)
     for chosen, irradiance, mixed in map_chunks(work, chunks, threads, tick):
         result.irradiance[chosen] = irradiance
         result.mixed[chosen] = mixed

@@ -1,6 +1,6 @@
 """Elements: the pieces of surface on which radiosity is constant, and the map from hits to them.
 
-Depends on ``geometry`` and ``receivers``. Each triangle carries a uniform barycentric grid of
+Depends on ``geometry``. Each triangle carries a uniform barycentric grid of
 *cells*; an element is a group of cells. A large triangle has many cells, each an element of its
 own; tiny triangles have one cell each and share an element. So elements follow area, not
 tessellation, and a hit (triangle, u, v) finds its element by one table lookup.
@@ -15,7 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from .geometry import Geometry
-from .receivers import Receivers
 
 MAX_GRID = 256  # cells along a triangle's edge
 
@@ -28,6 +27,15 @@ class Elements:
     base: np.ndarray  # (n_triangles + 1,) int64: first cell of each triangle
     element: np.ndarray  # (n_cells,) int32
     count: int
+
+    @property
+    def miss(self) -> int:
+        """The cell side that stands for nothing hit."""
+        return 2 * len(self.element)
+
+    def sides_of(self, cell_sides: np.ndarray) -> np.ndarray:
+        """Element sides of cell sides, none of which may be the miss."""
+        return 2 * self.element[cell_sides >> 1].astype(np.int64) + (cell_sides & 1)
 
     def cells_at(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Cells (n,) int64 at barycentric (u, v) of triangles; triangle must be >= 0."""
@@ -51,18 +59,6 @@ def _cell_in_grid(n: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
     j = np.clip(y.astype(np.int32), 0, n - 1 - i)
     inverted = ((x - i) + (y - j) > 1) & (j < n - 1 - i)
     return i * (2 * n - i) + 2 * j + inverted
-
-
-def grid_cells(n: int) -> np.ndarray:
-    """(n², 3, 2) barycentric corners of the cells of a grid, in the order of their indices."""
-    cells = []
-    for i in range(n):
-        j = np.arange(n - i)
-        upright = np.stack([(i + 0 * j, j), (i + 1 + 0 * j, j), (i + 0 * j, j + 1)])
-        inverted = np.stack([(i + 1 + 0 * j, j + 1), (i + 0 * j, j + 1), (i + 1 + 0 * j, j)])
-        row = np.stack([upright, inverted], -1).transpose(2, 3, 0, 1).reshape(-1, 3, 2)
-        cells.append(row[: 2 * (n - i) - 1])
-    return np.concatenate(cells) / n
 
 
 def build_elements(geometry: Geometry, group: np.ndarray, target: int) -> Elements:
@@ -100,22 +96,3 @@ def _clusters(geometry: Geometry, small: np.ndarray, group: np.ndarray, size: fl
             key = key * base + column[:, axis]
     _, labels = np.unique(key, return_inverse=True)
     return labels.reshape(-1).astype(np.int32), int(labels.max()) + 1
-
-
-def element_receivers(elements: Elements) -> Receivers:
-    """The elements as receivers, so that they gather and are lit by the same code."""
-    n_cells = len(elements.element)
-    triangle = np.repeat(np.arange(len(elements.grid), dtype=np.int32), np.diff(elements.base))
-    corners = np.empty((n_cells, 3, 2))
-    for n in np.unique(elements.grid):
-        chosen = np.flatnonzero(elements.grid == n)
-        where = elements.base[chosen][:, None] + np.arange(int(n) ** 2)
-        corners[where] = grid_cells(int(n))
-    order = np.argsort(elements.element, kind="stable")
-    return Receivers(
-        count=elements.count,
-        receiver=elements.element[order],
-        triangle=triangle[order],
-        corners=corners[order],
-        square=np.zeros(n_cells, bool),
-    )

@@ -1,6 +1,6 @@
-"""Gather: cosine-distributed rays from footprints, and the light they bring back.
+"""Gather: cosine-distributed rays from points, and the light they bring back.
 
-Depends on ``footprints``, ``elements``, ``embree``, ``parallel``. One ray of n carries 1/n of the
+Depends on ``points``, ``elements``, ``embree``, ``parallel``. One ray of n carries 1/n of the
 irradiance: rows built from rays have entries >= 0 and sums <= 1, whatever the geometry.
 """
 
@@ -9,26 +9,23 @@ from __future__ import annotations
 import numpy as np
 
 from .elements import Elements
-from .embree import Tracer
-from .footprints import Footprints, grouped_chunks, point_frames, sample_points
+from .embree import Hits, Tracer
 from .parallel import map_chunks
+from .points import Points, grouped_chunks
 from .sampling import cosine_directions, sobol
 
 RAYS_PER_CHUNK = 1 << 16
-POINTS = 4  # points on a footprint that share its rays
 
 
-def trace_footprints(tracer, elements, footprints, chosen, rays, key, group):
-    """Sides hit by ``rays`` from each of ``chosen`` footprints, and the directions.
+def shoot(tracer: Tracer, points: Points, rays: int, *key: int) -> tuple[Hits, np.ndarray]:
+    """``rays`` cosine-distributed rays from each owner, shared among its points.
 
-    Returns (rays, R) int64 indices of cell sides (2·cell + back; the last one where nothing is
-    hit) and (rays, R, 3) float32 directions.
+    Returns the hits, in order (rays, R) flattened, and directions (rays, R, 3) float32. ``rays``
+    is a multiple of the points per owner. One matrix product turns the shared directions.
     """
-    per = min(POINTS, rays)
-    points = sample_points(footprints, chosen, per, *key, group, 2)
-    frames = point_frames(points, footprints.turn[chosen, 2])
-    local = cosine_directions(sobol(rays, 2, *key, group, 3))
-    count = len(chosen)
+    per, count = points.triangle.shape
+    frames = points.frames()
+    local = cosine_directions(sobol(rays, 2, *key))
     origins = np.empty((per, rays // per, count, 3), np.float32)
     directions = np.empty_like(origins)
     for p in range(per):
@@ -36,58 +33,49 @@ def trace_footprints(tracer, elements, footprints, chosen, rays, key, group):
         directions[p] = (local[p::per] @ axes).reshape(-1, count, 3)
         origins[p] = points.position[p]
     hits = tracer.intersect(origins.reshape(-1, 3), directions.reshape(-1, 3))
-    return sides_hit(elements, hits).reshape(rays, count), directions.reshape(rays, count, 3)
+    return hits, directions.reshape(rays, count, 3)
 
 
-def sides_hit(elements: Elements, hits) -> np.ndarray:
+def sides_hit(elements: Elements, hits: Hits) -> np.ndarray:
     """(n,) int64 cell side of each hit: 2·cell + back; ``2 n_cells`` where nothing was hit."""
     missed = hits.triangle < 0
     cells = elements.cells_at(np.where(missed, 0, hits.triangle), hits.u, hits.v)
     sides = 2 * cells + ~hits.front
-    sides[missed] = 2 * len(elements.element)
+    sides[missed] = elements.miss
     return sides
 
 
-def gather(
-    tracer: Tracer,
-    elements: Elements,
-    footprints: Footprints,
-    table: np.ndarray,
-    rays: int,
-    key: tuple[int, ...],
-    threads: int,
-    tick,
-    sky=None,
-):
-    """(count, 3) mean of ``table`` over each footprint's rays, and (count, 3) mean of the sky.
+def gather(tracer, elements: Elements, count: int, place, table, rays, key, threads, tick, sky=None):
+    """(count, 3) mean of ``table`` over each owner's rays, and (count, 3) mean of the sky.
 
-    ``table`` (2 n_cells + 1, channels) float32: what a ray brings from each cell side; last the
-    escaped ray's. ``sky`` (n, 3) directions → (n, channels), or None where none shines.
+    ``place(chosen, group)`` gives the owners' Points. ``table`` (2 n_cells + 1, channels) float32:
+    what a ray brings from each cell side, 0 in the last. ``sky``: see ``sky_mean``.
     """
     channels = table.shape[1]
-    bounced = np.zeros((footprints.count, channels))
-    open_sky = np.zeros((footprints.count, channels))
+    bounced, open_sky = np.zeros((count, channels)), np.zeros((count, channels))
 
     def work(chunk):
         group, chosen = chunk
-        sides, directions = trace_footprints(
-            tracer, elements, footprints, chosen, rays, key, group
-        )
-        brought = np.take(table, sides.ravel(), axis=0).reshape(rays, -1, channels).mean(axis=0)
-        escaped = sky_mean(sky, sides == len(table) - 1, directions, channels)
-        return chosen, brought, escaped
+        hits, directions = shoot(tracer, place(chosen, group), rays, *key, group, 3)
+        sides = sides_hit(elements, hits)
+        brought = np.take(table, sides, axis=0).reshape(rays, -1, channels).mean(axis=0)
+        missed = (sides == elements.miss).reshape(rays, -1)
+        return chosen, brought, sky_mean(sky, missed, directions)
 
-    chunks = grouped_chunks(footprints.count, max(1, RAYS_PER_CHUNK // rays))
+    chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // rays))
     for chosen, brought, escaped in map_chunks(work, chunks, threads, tick):
         bounced[chosen] = brought
         open_sky[chosen] = escaped
     return bounced, open_sky
 
 
-def sky_mean(sky, missed: np.ndarray, directions: np.ndarray, channels: int) -> np.ndarray | float:
-    """(R, channels) mean over rays of the sky's light where ``missed`` (rays, R)."""
+def sky_mean(sky, missed: np.ndarray, directions: np.ndarray) -> np.ndarray | float:
+    """(R, 3) mean over rays of the sky's radiosity where ``missed`` (rays, R).
+
+    ``sky`` maps directions (n, 3) to (n, 3) radiosity (π radiance); None where no sky shines.
+    """
     if sky is None:
         return 0.0
-    light = np.zeros(missed.shape + (channels,), np.float32)
+    light = np.zeros(missed.shape + (3,), np.float32)
     light[missed] = sky(directions[missed])
     return light.mean(axis=0)

@@ -10,11 +10,11 @@ import time
 import numpy as np
 
 from .direct import direct_light
-from .elements import build_elements, element_receivers
+from .elements import build_elements
 from .embree import Tracer
 from .evaluate import evaluate_material
-from .footprints import build_footprints, grouped_chunks
-from .gather import gather, trace_footprints
+from .footprints import build_footprints
+from .gather import gather, shoot, sides_hit
 from .geometry import build_geometry
 from .lights import build_lights, emissive_triangles
 from .progress import Progress, silent
@@ -22,11 +22,12 @@ from .receivers import Receivers
 from .scene import Scene
 from .second_kind import solve_second_kind
 from .solution import Solution, Statistics
-from .transport import cell_rows, form_factors, sides_of_elements, trace_transport
+from .points import footprint_points, grouped_chunks
+from .transport import *
 
 
 def solve(scene: Scene, receivers: Receivers, settings, progress: Progress | None = None,
-          n_elements=5000, row_rays=128, gather_rays=32, direct_points=4, element_points=16) -> Solution:
+          n_elements=5000, row_rays=128, gather_rays=32, direct_points=4, element_points=16, seed_rays=8) -> Solution:
     progress = progress or silent
     clock = time.perf_counter
     t0 = clock()
@@ -36,36 +37,30 @@ def solve(scene: Scene, receivers: Receivers, settings, progress: Progress | Non
     tracer = Tracer(geometry.vertices, geometry.triangles)
     group = scene.object * len(scene.materials) + scene.material
     elements = build_elements(geometry, group, n_elements)
-    sides = element_receivers(elements)
-    # both sides: front and back
-    twice = Receivers(
-        count=2 * sides.count,
-        receiver=np.concatenate([2 * sides.receiver, 2 * sides.receiver + 1]),
-        triangle=np.tile(sides.triangle, 2), corners=np.tile(sides.corners, (2, 1, 1)),
-        square=np.tile(sides.square, 2))
-    order = np.argsort(twice.receiver, kind="stable")
-    twice = Receivers(twice.count, twice.receiver[order].astype(np.int32), twice.triangle[order], twice.corners[order], twice.square[order])
-    sided = build_footprints(geometry, twice, settings.seed, 1, back=np.arange(twice.count) % 2 == 1)
     where = build_footprints(geometry, receivers, settings.seed, 2)
     T["elements"] = clock() - t0; t0 = clock()
     lights = build_lights(scene, geometry)
     explicit, _ = emissive_triangles(scene)
     sky = None
     # seeds
-    pick = np.arange(0, receivers.count, max(1, receivers.count // 20000))
-    seen = np.zeros(2 * len(elements.element) + 1, bool)
+    def on_receivers(per, *key):
+        return lambda chosen, group: footprint_points(where, chosen, per, settings.seed, *key, group)
+    pick = np.arange(0, receivers.count, max(1, receivers.count // 10000))
+    found = []
     for g, chosen in grouped_chunks(len(pick), 4096):
-        s, _ = trace_footprints(tracer, elements, where, pick[chosen], 4, (settings.seed, 3), g)
-        seen[s.ravel()] = True
-    seeds = np.unique(sides_of_elements(elements, np.flatnonzero(seen[:-1])))
-    cells_first = sided.start[:-1]
-    tri = sided.triangle[cells_first]
-    rho = evaluate_material(scene, "reflectance", tri, np.full((len(tri), 2), 1 / 3))
-    transport = trace_transport(tracer, elements, sided, seeds, rho.max(1) > 0, row_rays,
+        hits, _ = shoot(tracer, on_receivers(8, 3)(pick[chosen], g), seed_rays, settings.seed, 3, g)
+        found.append(places_hit(sides_hit(elements, hits), hits, elements.miss))
+    seeds = join_places(found)
+    rho_t = evaluate_material(scene, "reflectance", np.arange(len(scene.triangles)), np.full((len(scene.triangles), 2), 1 / 3))
+    rho = np.zeros((elements.count, 3))
+    tri_of_cell = np.repeat(np.arange(len(elements.grid)), np.diff(elements.base))
+    rho[elements.element] = rho_t[tri_of_cell]
+    rho = np.repeat(rho, 2, axis=0)
+    transport = trace_transport(tracer, geometry, elements, seeds, rho.max(1) > 0, row_rays, element_points,
                                 (settings.seed, 4), threads, lambda f: progress("transport", f), sky)
     T["transport"] = clock() - t0; t0 = clock()
     rows = transport.sides
-    D = direct_light(tracer, lights, sided.subset(rows), scene.object, element_points, (settings.seed, 5), threads, lambda f: progress("direct", f))
+    D = direct_light(tracer, lights, len(rows), lambda c, g: take_points(transport.points, c), scene.object, (settings.seed, 5), threads, lambda f: progress("direct", f))
     T["element direct"] = clock() - t0; t0 = clock()
     F = form_factors(transport, elements)
     r = rho[rows]
@@ -75,9 +70,9 @@ def solve(scene: Scene, receivers: Receivers, settings, progress: Progress | Non
     table = np.zeros((2 * len(elements.element) + 1, 3), np.float32)
     cr = cell_rows(transport, elements)
     table[cr >= 0] = sol.solution[cr[cr >= 0]]
-    dr = direct_light(tracer, lights, where, scene.object, direct_points, (settings.seed, 6), threads, lambda f: progress("direct", f))
+    dr = direct_light(tracer, lights, where.count, on_receivers(direct_points, 6), scene.object, (settings.seed, 6), threads, lambda f: progress("direct", f))
     T["direct"] = clock() - t0; t0 = clock()
-    bounced, open_sky = gather(tracer, elements, where, table, gather_rays, (settings.seed, 7), threads, lambda f: progress("gather", f), sky)
+    bounced, open_sky = gather(tracer, elements, where.count, on_receivers(4, 7), table, gather_rays, (settings.seed, 7), threads, lambda f: progress("gather", f), sky)
     T["gather"] = clock() - t0; t0 = clock()
     first = where.start[:-1]
     uv = receivers.corners[first].mean(axis=1)
