@@ -12,6 +12,7 @@ from contextlib import ExitStack, contextmanager
 import numpy as np
 
 BOUNCES = 128  # Russian roulette ends paths long before
+EMIT_SAMPLES = 16  # one sample would be taken at the texel's centre, whatever the seed
 PASSES = ("emit", "direct", "indirect", "color")
 CYCLES = {
     "device": "CPU",
@@ -48,18 +49,21 @@ def cycles_bake(
     """Bake ``obj`` with Cycles and leave the file as it was.
 
     Returns the radiance (size, size, 3) float64 with row 0 at v = 0, the mask (size, size) of
-    texels that belong to a face, and the seconds of the Diffuse bake; emission, the same in every
-    sample, is baked at 1 sample and not counted. Raises ValueError where the UV map is missing.
+    texels that belong to a face, and the seconds of the Diffuse bake; emission, which
+    has no noise but the texel's footprint, is baked apart and not counted. Raises ValueError where the UV map, or the
+    material of a slot, is missing.
     """
     if uv_map not in obj.data.uv_layers:
         raise ValueError(f"object {obj.name!r} has no UV map {uv_map!r}; make it before the bake")
+    if not obj.material_slots or not all(slot.material for slot in obj.material_slots):
+        raise ValueError(f"object {obj.name!r} has faces without material; Cycles bakes none there")
     lighting = {name.upper() for name in passes if name != "emit"}
     with _prepared(obj, image_size, seed, threads) as image:
         pixels, mask, seconds = np.zeros((image_size, image_size, 3)), None, 0.0
         if lighting:
             pixels, mask, seconds = _bake(image, "DIFFUSE", samples, uv_map, lighting)
         if "emit" in passes:
-            emitted, mask, _ = _bake(image, "EMIT", 1, uv_map, set())
+            emitted, mask, _ = _bake(image, "EMIT", EMIT_SAMPLES, uv_map, set())
             pixels = pixels + emitted
     return pixels, mask, seconds
 
@@ -98,10 +102,8 @@ def _prepared(obj, image_size: int, seed: int, threads: int):
         stack.enter_context(_changed(scene.cycles, CYCLES | {"seed": seed, "samples": 1}))
         stack.enter_context(_changed(scene.render.bake, BAKE))
         stack.enter_context(_selected(obj))
-        for material in {slot.material for slot in obj.material_slots if slot.material}:
+        for material in {slot.material for slot in obj.material_slots}:
             stack.enter_context(_target_node(material, image))
-        if not any(slot.material for slot in obj.material_slots):
-            stack.enter_context(_default_material(obj, image))
         yield image
 
 
@@ -152,24 +154,3 @@ def _target_node(material, image):
     finally:
         nodes.remove(node)
         nodes.active = active
-
-
-@contextmanager
-def _default_material(obj, image):
-    """For a mesh without material: one that is Cycles' default grey (0.8)."""
-    import bpy
-
-    material = bpy.data.materials.new("Cycles bake")
-    if not material.node_tree:
-        material.use_nodes = True
-    nodes = material.node_tree.nodes
-    nodes.clear()
-    shader, output = nodes.new("ShaderNodeBsdfDiffuse"), nodes.new("ShaderNodeOutputMaterial")
-    material.node_tree.links.new(shader.outputs[0], output.inputs["Surface"])
-    obj.data.materials.append(material)
-    try:
-        with _target_node(material, image):
-            yield
-    finally:
-        obj.data.materials.pop(index=len(obj.data.materials) - 1)
-        bpy.data.materials.remove(material)
