@@ -6,10 +6,12 @@ bake runs. Set RADIOSITY_DEBUG=1 to see everything they print, and tracebacks.
 
 from __future__ import annotations
 
+import ctypes
 import os
 import shutil
 import sys
 import time
+from contextlib import ExitStack, redirect_stderr, redirect_stdout
 
 REDRAW = 0.1  # seconds between two progress lines
 
@@ -27,6 +29,7 @@ class Terminal:
 
     def __init__(self) -> None:
         self._saved: list[tuple[int, int]] = []  # (descriptor, its copy)
+        self._python = ExitStack()  # Python's own streams, put back at the end
         self._drawn = False
         self._next = 0.0
         self._start = time.monotonic()
@@ -42,6 +45,7 @@ class Terminal:
     def __exit__(self, *_) -> None:
         self.clear()
         _flush()
+        self._python.close()
         for number, copy in self._saved:
             if copy >= 0:
                 os.dup2(copy, number)
@@ -49,11 +53,12 @@ class Terminal:
         self._saved = []
 
     def _silence(self) -> None:
-        nowhere = os.open(os.devnull, os.O_WRONLY)
+        nowhere = self._python.enter_context(open(os.devnull, "w"))
+        self._python.enter_context(redirect_stdout(nowhere))
+        self._python.enter_context(redirect_stderr(nowhere))
         for number, copy in self._saved:
             if copy >= 0:
-                os.dup2(nowhere, number)
-        os.close(nowhere)
+                os.dup2(nowhere.fileno(), number)
 
     def progress(self, stage: str, fraction: float) -> None:
         """Redraw the line ``stage percent, time left`` unless that was done just before."""
@@ -114,10 +119,12 @@ def _duration(seconds: float) -> str:
 
 
 def _flush() -> None:
-    """Empty Python's buffers, so that no text lands on the wrong side of a redirection."""
+    """Empty Python's and C's buffers, so that no text lands on the wrong side of a redirection."""
     for stream in (sys.stdout, sys.stderr):
         if stream is not None and not stream.closed:
             stream.flush()
+    library = ctypes.CDLL("ucrtbase" if sys.platform == "win32" else None)
+    library.fflush(None)
 
 
 def _copy(number: int) -> int:
