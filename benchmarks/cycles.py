@@ -50,8 +50,8 @@ def cycles_bake(
 
     Returns the radiance (size, size, 3) float64 with row 0 at v = 0, the mask (size, size) of
     texels that belong to a face, and the seconds of the Diffuse bake; emission, which
-    has no noise but the texel's footprint, is baked apart and not counted. Raises ValueError where the UV map, or the
-    material of a slot, is missing.
+    has no noise but the texel's footprint, is baked apart and not counted. Raises ValueError
+    where the UV map, or the material of a slot, is missing.
     """
     if uv_map not in obj.data.uv_layers:
         raise ValueError(f"object {obj.name!r} has no UV map {uv_map!r}; make it before the bake")

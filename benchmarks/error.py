@@ -28,8 +28,8 @@ def relative_error(x: np.ndarray, a: np.ndarray, b: np.ndarray | None = None) ->
     """Local relative RMS error of x (n, channels) against the references a and b.
 
     sqrt(mean((x−a)(x−b) / max(L, L̄)²)), L the mean of a receiver's channels in the references and
-    L̄ the mean of L. For an exact solution leave b out. Unbiased but for the noise in L, which is of
-    second order: good references (1 %) make it negligible. Raises ValueError on shapes that differ,
+    L̄ the mean of L. For an exact solution leave b out. Unbiased but for the noise in L, of second
+    order: good references (1 %) make it negligible. Raises ValueError on shapes that differ,
     nothing to compare, values that are not finite, or a black reference.
     """
     b = a if b is None else b

@@ -106,7 +106,7 @@ def _add_nodes(digest, owner) -> None:
 def _values(block) -> str:
     """Numbers, names and short vectors of a data-block, but none that point or only display."""
     shown = {"location", "location_absolute", "select", "width", "height", "dimensions", "tag",
-             "session_uid", "use_nodes", "is_evaluated", "users", "show_texture", "hide"}  # fmt: skip
+             "session_uid", "use_nodes", "is_evaluated", "users", "hide"}  # fmt: skip
     found = []
     for field in block.bl_rna.properties:
         name = field.identifier

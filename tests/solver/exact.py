@@ -1,7 +1,7 @@
 """Exact solutions: what the solver is judged against. Each verified by independent quadrature.
 
-Form factors F are from the first surface named to the second. Lengths in any unit; q is the exitance
-emitted and B the radiosity, both [W/m²]; rho the reflectance.
+Form factors F are from the first surface named to the second. Lengths in any unit; q is the
+exitance emitted and B the radiosity, both [W/m²]; rho the reflectance.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def parallel_rectangles(a: float, b: float, c: float) -> float:
 
 
 def perpendicular_rectangles(a: float, b: float, c: float) -> float:
-    """From c × a (a across) to c × b standing on it, common edge of length c (Howell 1982, C-14)."""
+    """From c × a to c × b standing on it, common edge of length c (Howell 1982, C-14)."""
     w, h = a / c, b / c
     r = np.hypot(w, h)
     total = w * np.arctan(1 / w) + h * np.arctan(1 / h) - r * np.arctan(1 / r)
@@ -125,8 +125,8 @@ def manufactured_emission(points, normals, own, radiosity, rho, faces) -> np.nda
     """E (n,) that makes the radiosity of a convex closed polyhedron constant on each face.
 
     E(x) = B(x) − rho Σ_f B_f F(x→f) with Lambert's formula: ``faces`` are polygons (k, 3), ``own``
-    (n,) the face each point lies on, which does not see itself, ``radiosity`` and ``rho`` (n_faces,).
-    Piecewise constants then represent the exact solution. Points must not lie on other faces.
+    (n,) the face each point lies on, which does not see itself; ``radiosity`` and ``rho``
+    (n_faces,). Piecewise constants then represent the exact solution. Points must not lie on other faces.
     """
     emission = radiosity[own].astype(float)
     for f, polygon in enumerate(faces):
