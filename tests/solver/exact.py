@@ -125,8 +125,9 @@ def manufactured_emission(points, normals, own, radiosity, rho, faces) -> np.nda
     """E (n,) that makes the radiosity of a convex closed polyhedron constant on each face.
 
     E(x) = B(x) − rho Σ_f B_f F(x→f) with Lambert's formula: ``faces`` are polygons (k, 3), ``own``
-    (n,) the face each point lies on, which does not see itself; ``radiosity`` and ``rho``
-    (n_faces,). Piecewise constants then represent the exact solution. Points must not lie on other faces.
+    (n,) the face each point lies on, which does not see itself; ``radiosity`` and ``rho`` are
+    (n_faces,). Piecewise constants then represent the exact solution. Points must not lie on
+    other faces.
     """
     emission = radiosity[own].astype(float)
     for f, polygon in enumerate(faces):

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from radiosity_addon.solver.fields import Constant, CornerColors
+from radiosity_addon.solver.receivers import Receivers
 from radiosity_addon.solver.scene import Material, Scene
 
 CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
@@ -200,3 +201,20 @@ def manufactured_cube(radiosity, rho, divisions: int = 16) -> Scene:
     field = CornerColors(values)
     materials = tuple(Material(m.name, m.reflectance, field) for m in base.materials)
     return Scene(base.vertices, base.triangles, base.material, base.object, materials, base.objects)
+
+
+def triangle_receivers(scene: Scene, divisions: int = 1) -> Receivers:
+    """Every triangle cut into divisions² equal ones, one receiver each, in the triangles' order."""
+    vertices, cells = np.array([[0, 0], [1, 0], [0, 1]], float), np.array([[0, 1, 2]])
+    for _ in range(int(np.log2(divisions))):
+        flat, cells = subdivide(np.column_stack([vertices, 0 * vertices[:, 0]]), cells)
+        vertices = flat[:, :2]
+    corners = vertices[cells]  # of the cells, (divisions², 3, 2)
+    count = len(scene.triangles) * len(corners)
+    return Receivers(
+        count=count,
+        receiver=np.arange(count, dtype=np.int32),
+        triangle=np.repeat(np.arange(len(scene.triangles), dtype=np.int32), len(corners)),
+        corners=np.tile(corners, (len(scene.triangles), 1, 1)),
+        square=np.zeros(count, bool),
+    )
