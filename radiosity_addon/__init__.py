@@ -8,19 +8,24 @@ _commands: list = []  # handles of the command lines registered with Blender
 
 
 def register() -> None:
-    """Add ``blender --command radiosity`` to Blender. Raises nothing when it is there already."""
+    """Add the sidebar tab and ``blender --command radiosity`` to Blender."""
     import bpy
 
-    if not _commands:
-        _commands.append(bpy.utils.register_cli_command("radiosity", _run_command))
+    from . import ui
+
+    ui.register()
+    _commands.append(bpy.utils.register_cli_command("radiosity", _run_command))
 
 
 def unregister() -> None:
     """Take back everything that ``register`` added."""
     import bpy
 
+    from . import ui
+
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
+    ui.unregister()
 
 
 def _run_command(argv: list[str]) -> int:

@@ -1,0 +1,38 @@
+"""The interface: properties, operators, panels. Draws and orchestrates; solves nothing.
+
+Importing it is cheap; ``register`` imports bpy's parts, and SciPy and embreex wait for the first
+bake.
+"""
+
+from __future__ import annotations
+
+
+def register() -> None:
+    """Add every class and property to Blender."""
+    import bpy
+
+    from . import panels, properties
+
+    for cls in _classes():
+        bpy.utils.register_class(cls)
+    properties.register_properties()
+    bpy.types.STATUSBAR_HT_header.append(panels.draw_status)
+
+
+def unregister() -> None:
+    """End a bake that runs, and take back everything ``register`` added."""
+    import bpy
+
+    from . import panels, properties, session
+
+    session.end()
+    bpy.types.STATUSBAR_HT_header.remove(panels.draw_status)
+    properties.unregister_properties()
+    for cls in reversed(_classes()):
+        bpy.utils.unregister_class(cls)
+
+
+def _classes() -> tuple:
+    from . import bake, panels, properties
+
+    return (properties.RadiositySettings, *bake.CLASSES, *panels.CLASSES)

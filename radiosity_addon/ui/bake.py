@@ -1,0 +1,151 @@
+"""The operators that bake and that cancel. They orchestrate; the work is done elsewhere."""
+
+import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
+
+from . import session
+from .choice import chosen_objects, why_not
+from .properties import settings_of
+from .report_store import store_report
+
+TICK = 0.05  # seconds between two looks at the solver's process
+# What bad input and failing disks raise; anything else is a fault of ours and shows its traceback.
+EXPECTED = (ValueError, OSError, RuntimeError, MemoryError, ImportError)
+
+
+class RADIOSITY_OT_bake(bpy.types.Operator):
+    """Solve the light of the scene and bake it onto the objects. Esc cancels"""
+
+    bl_idname = "radiosity.bake"
+    bl_label = "Bake Radiosity"
+    bl_options = {"REGISTER", "UNDO"}
+
+    _timer = None
+
+    @classmethod
+    def poll(cls, context):
+        reason = why_not(context)
+        if reason:
+            cls.poll_message_set(reason)
+        return not reason
+
+    def invoke(self, context, event):
+        """Start the bake in the background and come back at once."""
+        if bpy.app.background:
+            return self.execute(context)
+        if not self._begin(context):
+            return {"CANCELLED"}
+        manager = context.window_manager
+        self._timer = manager.event_timer_add(TICK, window=context.window)
+        manager.modal_handler_add(self)
+        redraw(context)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        bake = session.current()
+        if bake is None:  # cancelled by its button, or the file was closed
+            return self._finish(context, {"CANCELLED"})
+        if event.type == "ESC" and event.value == "PRESS":
+            session.end()
+            self.report({"INFO"}, rpt_("Bake cancelled; the scene is as it was"))
+            return self._finish(context, {"CANCELLED"})
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        return self._tick(context, bake)
+
+    def execute(self, context):
+        """Bake and return when it is done: for scripts and background mode."""
+        if not self._begin(context):
+            return {"CANCELLED"}
+        bake = session.current()
+        while bake.stage is not session.Stage.DONE:
+            if not self._step(context, bake):
+                return {"CANCELLED"}
+            bake.wait(1.0)
+            if bake.stage is session.Stage.WAIT:
+                session.end()
+                self.report({"ERROR"}, rpt_("Leave Edit Mode first"))
+                return {"CANCELLED"}
+        return self._done(context, bake)
+
+    def cancel(self, context):
+        """Blender ends the operator: its window or the file is being closed."""
+        self._finish(context, {"CANCELLED"})
+
+    def _begin(self, context) -> bool:
+        try:
+            settings = settings_of(context.scene.radiosity, chosen_objects(context))
+            session.begin(session.BakeSession(context.scene.name, settings))
+        except EXPECTED as error:
+            self.report({"ERROR"}, str(error))
+            return False
+        return True
+
+    def _tick(self, context, bake):
+        redraw(context)
+        if not self._step(context, bake):
+            return self._finish(context, {"CANCELLED"})
+        if bake.stage is session.Stage.DONE:
+            return self._finish(context, self._done(context, bake))
+        return {"PASS_THROUGH"}
+
+    def _step(self, context, bake) -> bool:
+        """One step of the bake; False after a failure, which has been reported."""
+        try:
+            bake.step(context)
+        except EXPECTED as error:
+            self.report({"ERROR"}, str(error) or type(error).__name__)
+            session.end()
+            return False
+        except BaseException:
+            session.end()
+            raise
+        return True
+
+    def _done(self, context, bake):
+        store_report(bake.scene_name, bake.report)
+        session.end()
+        for warning in bake.report["warnings"]:
+            self.report({"WARNING"}, warning)
+        self.report({"INFO"}, rpt_("Radiosity baked"))
+        return {"FINISHED"}
+
+    def _finish(self, context, status):
+        session.end()
+        if self._timer is not None:
+            context.window_manager.event_timer_remove(self._timer)
+            self._timer = None
+        redraw(context)
+        return status
+
+
+class RADIOSITY_OT_cancel(bpy.types.Operator):
+    """Stop the bake that is running; the scene stays as it was"""
+
+    bl_idname = "radiosity.cancel"
+    bl_label = "Cancel Bake"
+    bl_options = {"INTERNAL"}
+
+    @classmethod
+    def poll(cls, context):
+        return session.current() is not None
+
+    def execute(self, context):
+        session.end()
+        self.report({"INFO"}, rpt_("Bake cancelled; the scene is as it was"))
+        redraw(context)
+        return {"FINISHED"}
+
+
+def redraw(context) -> None:
+    """Show the progress of now wherever it is shown."""
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                for region in area.regions:
+                    if region.type == "UI":
+                        region.tag_redraw()
+        window.workspace.status_text_set_internal(None)
+
+
+CLASSES = (RADIOSITY_OT_bake, RADIOSITY_OT_cancel)

@@ -1,0 +1,152 @@
+"""The sidebar tab. Panels only lay out: what they show is computed elsewhere."""
+
+import bpy
+
+from . import session
+from .properties import CUSTOM
+
+
+class RadiosityPanel:
+    """Where every panel of the tab is."""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Radiosity"
+
+    def split_layout(self):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        return layout
+
+
+class RADIOSITY_PT_bake(RadiosityPanel, bpy.types.Panel):
+    bl_label = "Radiosity"
+
+    def draw(self, context):
+        layout = self.split_layout()
+        properties = context.scene.radiosity
+        bake = session.current()
+        if bake is None:
+            row = layout.row()
+            row.scale_y = 1.5
+            row.operator("radiosity.bake", text="Bake", icon="RENDER_STILL")
+        else:
+            draw_progress(layout.column(), bake)
+        column = layout.column()
+        column.enabled = bake is None
+        column.prop(properties, "objects_from")
+        column.prop(properties, "quality")
+        if properties.quality == CUSTOM:
+            column.prop(properties, "error")
+
+
+class RADIOSITY_PT_target(RadiosityPanel, bpy.types.Panel):
+    bl_label = "Target"
+    bl_parent_id = "RADIOSITY_PT_bake"
+
+    def draw(self, context):
+        layout = self.split_layout()
+        properties = context.scene.radiosity
+        layout.enabled = session.current() is None
+        layout.prop(properties, "target", text="Bake To")
+        layout.prop(properties, "name")
+        if properties.target == "VERTEX":
+            layout.prop(properties, "domain")
+            return
+        layout.prop(properties, "resolution")
+        item = context.object
+        if item is not None and item.type == "MESH":
+            layout.prop_search(properties, "uv_map", item.data, "uv_layers", icon="GROUP_UVS")
+        else:
+            layout.prop(properties, "uv_map", icon="GROUP_UVS")
+        layout.prop(properties, "margin")
+
+
+class RADIOSITY_PT_files(RadiosityPanel, bpy.types.Panel):
+    bl_label = "Image Files"
+    bl_parent_id = "RADIOSITY_PT_target"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context):
+        return context.scene.radiosity.target == "IMAGE"
+
+    def draw_header(self, context):
+        self.layout.prop(context.scene.radiosity, "write_files", text="")
+
+    def draw(self, context):
+        layout = self.split_layout()
+        properties = context.scene.radiosity
+        layout.enabled = properties.write_files and session.current() is None
+        layout.prop(properties, "image_dir")
+        layout.prop(properties, "format")
+
+
+class RADIOSITY_PT_passes(RadiosityPanel, bpy.types.Panel):
+    bl_label = "Passes"
+    bl_parent_id = "RADIOSITY_PT_bake"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        layout = self.layout
+        layout.enabled = session.current() is None
+        layout.column(align=True).prop(context.scene.radiosity, "passes")
+
+
+class RADIOSITY_PT_advanced(RadiosityPanel, bpy.types.Panel):
+    bl_label = "Advanced"
+    bl_parent_id = "RADIOSITY_PT_bake"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        layout = self.split_layout()
+        properties = context.scene.radiosity
+        layout.enabled = session.current() is None
+        row = layout.row(heading="Time Limit")
+        row.prop(properties, "use_time_limit", text="")
+        part = row.row()
+        part.enabled = properties.use_time_limit
+        part.prop(properties, "time_limit", text="")
+        layout.prop(properties, "threads")
+        layout.prop(properties, "seed")
+
+
+def draw_progress(layout, bake) -> None:
+    """The bake's stage, percent and time left, and the way to stop it."""
+    layout.use_property_split = False
+    row = layout.row(align=True)
+    row.scale_y = 1.5
+    row.progress(factor=bake.fraction, text=progress_text(bake))
+    row.operator("radiosity.cancel", text="", icon="X")
+
+
+def progress_text(bake) -> str:
+    """``Solving: gather 42 %, 3 s left``."""
+    from bpy.app.translations import pgettext_iface as iface_
+
+    text = iface_(bake.stage.value)
+    if bake.detail:
+        text = f"{text}: {iface_(bake.detail)}"
+    text = f"{text} {100 * bake.fraction:.0f} %"
+    left = bake.seconds_left
+    return text if left is None else iface_("{}, {} s left").format(text, max(1, round(left)))
+
+
+def draw_status(self, context) -> None:
+    """The same in Blender's status bar."""
+    bake = session.current()
+    if bake is not None:
+        row = self.layout.row(align=True)
+        row.ui_units_x = 16
+        row.progress(factor=bake.fraction, text=progress_text(bake))
+        row.operator("radiosity.cancel", text="", icon="X")
+
+
+CLASSES = (
+    RADIOSITY_PT_bake,
+    RADIOSITY_PT_target,
+    RADIOSITY_PT_files,
+    RADIOSITY_PT_passes,
+    RADIOSITY_PT_advanced,
+)

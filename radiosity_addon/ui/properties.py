@@ -1,0 +1,203 @@
+"""The panel's properties, saved with the scene, and the Settings they stand for.
+
+``Settings`` is the one source of defaults and limits; nothing here repeats a number of it.
+"""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import (
+    BoolProperty,
+    EnumProperty,
+    FloatProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+
+from ..settings import ERROR_RANGE, RESOLUTION_RANGE, Settings
+
+DEFAULTS = Settings()
+CUSTOM = "CUSTOM"  # the quality whose error the user names
+
+TARGETS = (
+    ("VERTEX", "Vertex Colors", "A color attribute on each mesh: as fine as the mesh, no UV map"),
+    ("IMAGE", "Image Textures", "One 32-bit float image per object: needs a UV map without overlaps"),
+)
+DOMAINS = (
+    ("CORNER", "Face Corner", "Keeps hard edges between faces sharp"),
+    ("POINT", "Vertex", "One color per vertex: smaller, light blends over hard edges"),
+)
+SOURCES = (
+    ("ALL", "All Visible", "Every mesh that is rendered in this view layer"),
+    ("SELECTED", "Selected", "The selected meshes; all others still light and shadow them"),
+)
+QUALITIES = (
+    ("DRAFT", "Draft", "10 % error: seconds, for a first look"),
+    ("MEDIUM", "Medium", "3 % error: about five times the time of a draft"),
+    ("HIGH", "High", "1 % error: for final bakes, about five times the time of medium"),
+    (CUSTOM, "Custom", "Name the error yourself; half the error takes about three times as long"),
+)
+PASSES = (
+    ("EMIT", "Emission", "Light that the surface itself gives off"),
+    ("DIRECT", "Direct", "Light that comes straight from lamps, the sky and glowing faces"),
+    ("INDIRECT", "Indirect", "Light that comes by way of other surfaces"),
+    ("COLOR", "Color", "Multiply light by the surface's color; off: a lightmap without it"),
+)
+FORMATS = (
+    ("EXR", "OpenEXR", "32-bit float, linear: keeps everything"),
+    ("PNG", "PNG", "8 bits, encoded for display: brighter than white is cut off"),
+    ("HDR", "Radiance HDR", "Linear with a shared exponent: small, no alpha"),
+)
+
+
+class RadiositySettings(bpy.types.PropertyGroup):
+    """What the user asks of a bake in this scene."""
+
+    target: EnumProperty(
+        name="Target",
+        description="Where the light is stored",
+        items=TARGETS,
+        default=DEFAULTS.target.upper(),
+    )
+    domain: EnumProperty(
+        name="Domain",
+        description="What carries a color of the attribute",
+        items=DOMAINS,
+        default=DEFAULTS.domain.upper(),
+    )
+    resolution: IntProperty(
+        name="Resolution",
+        description="Texels along each edge of an image. Twice as many show half the detail size "
+        "and cost up to four times the time and memory",
+        default=DEFAULTS.resolution,
+        min=RESOLUTION_RANGE[0],
+        max=RESOLUTION_RANGE[1],
+        subtype="PIXEL",
+    )
+    uv_map: StringProperty(
+        name="UV Map",
+        description="The UV map to bake to, which each object must have. Empty: a map named "
+        "Radiosity, made where it is missing; your other maps stay as they are",
+        default=DEFAULTS.uv_map or "",
+    )
+    margin: IntProperty(
+        name="Margin",
+        description="Texels by which islands are extended, so that no seams show when the image "
+        "is filtered. Costs next to nothing",
+        default=DEFAULTS.margin,
+        min=0,
+        soft_max=64,
+        max=1024,
+        subtype="PIXEL",
+    )
+    name: StringProperty(
+        name="Name",
+        description="Name of the color attribute, and start of the images' names",
+        default=DEFAULTS.name,
+    )
+    objects_from: EnumProperty(
+        name="Objects",
+        description="Which objects get the light. Objects left out still take part in it",
+        items=SOURCES,
+    )
+    quality: EnumProperty(
+        name="Accuracy",
+        description="The error you accept; the solver spends what that needs",
+        items=QUALITIES,
+        default=DEFAULTS.quality.upper(),
+    )
+    error: FloatProperty(
+        name="Target Error",
+        description="Accepted relative error: half of it takes about three times as long",
+        default=DEFAULTS.target_error,
+        min=ERROR_RANGE[0],
+        max=ERROR_RANGE[1],
+        soft_min=0.005,
+        soft_max=0.2,
+        precision=3,
+        step=1,
+    )
+    use_time_limit: BoolProperty(
+        name="Time Limit",
+        description="Stop refining after this time and bake the best result so far; the report "
+        "says what error was reached",
+    )
+    time_limit: FloatProperty(
+        name="Seconds",
+        description="Time the solver may take",
+        default=60.0,
+        min=0.1,
+        max=1e6,
+        soft_max=3600,
+        subtype="TIME_ABSOLUTE",
+    )
+    passes: EnumProperty(
+        name="Passes",
+        description="Which parts of the light are baked, in Cycles' meaning of the words",
+        items=PASSES,
+        options={"ENUM_FLAG"},
+        default={name.upper() for name in DEFAULTS.passes},
+    )
+    write_files: BoolProperty(
+        name="Image Files",
+        description="Also write each image as a file",
+    )
+    image_dir: StringProperty(
+        name="Folder",
+        description="Folder the image files are written to; // is the folder of the .blend file",
+        subtype="DIR_PATH",
+        default="//",
+    )
+    format: EnumProperty(name="Format", description="Format of the image files", items=FORMATS)
+    seed: IntProperty(
+        name="Seed",
+        description="Another seed gives another noise of the same size; the same seed gives the "
+        "same result",
+        default=DEFAULTS.seed,
+        min=0,
+    )
+    threads: IntProperty(
+        name="Threads",
+        description="Cores the solver may use; 0 means all. Changes the time, not the result",
+        default=DEFAULTS.threads,
+        min=0,
+        max=1024,
+    )
+    report: StringProperty(options={"HIDDEN"}, description="The last bake's report, as JSON")
+
+
+def settings_of(properties: RadiositySettings, objects: tuple[str, ...] = ()) -> Settings:
+    """The Settings that the properties stand for. Raises ValueError as ``Settings.check`` does.
+
+    ``objects``: names of the receivers when not all visible ones are.
+    """
+    to_files = properties.target == "IMAGE" and properties.write_files
+    asked = {name.lower() for name in properties.passes}
+    settings = Settings(
+        objects=objects,
+        target=properties.target.lower(),
+        domain=properties.domain.lower(),
+        resolution=properties.resolution,
+        uv_map=properties.uv_map.strip() or None,
+        margin=properties.margin,
+        image_dir=bpy.path.abspath(properties.image_dir) if to_files else None,
+        format=properties.format.lower() if to_files else None,
+        name=properties.name,
+        passes=tuple(name for name in DEFAULTS.passes if name in asked),
+        quality=DEFAULTS.quality if properties.quality == CUSTOM else properties.quality.lower(),
+        error=properties.error if properties.quality == CUSTOM else None,
+        time_limit=properties.time_limit if properties.use_time_limit else None,
+        seed=properties.seed,
+        threads=properties.threads,
+    )
+    settings.check()
+    return settings
+
+
+def register_properties() -> None:
+    bpy.types.Scene.radiosity = PointerProperty(type=RadiositySettings, name="Radiosity")
+
+
+def unregister_properties() -> None:
+    del bpy.types.Scene.radiosity

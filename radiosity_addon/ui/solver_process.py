@@ -1,0 +1,131 @@
+"""The solver's process: started, watched and ended from Blender without ever waiting for it. No bpy.
+
+Extensions may not start threads beside Blender's main thread, so the long middle stage of a bake
+runs in a process of its own: Blender's own Python on ``worker.py``. All it needs and gives lies in
+a temporary folder that goes away with it.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from . import worker
+from .payload import read_payload, write_payload
+
+LIBRARIES = ("numpy", "scipy", "embreex")
+PATIENCE = 0.5  # seconds between asking the process to end and ending it
+ERRORS = "errors"  # the file that takes standard output and error
+LAST_LINES = 3
+
+
+class SolverFailed(RuntimeError):
+    """The solver's process ended without a result; the message says why and what to do."""
+
+
+class SolverProcess:
+    """One job in a process of its own.
+
+    ``finished()`` and ``progress()`` return at once; ``result()`` after the end. ``close()`` ends
+    the process if it runs and removes its files; it may be called twice.
+    """
+
+    def __init__(self, job, python: str = sys.executable) -> None:
+        self._process = None
+        self._folder = Path(tempfile.mkdtemp(prefix="radiosity-"))
+        try:
+            write_payload(self._folder / worker.JOB, job)
+            self._process = self._start(python)
+        except BaseException:
+            self.close()
+            raise
+
+    def _start(self, python: str) -> subprocess.Popen:
+        options = {}
+        if os.name == "nt":
+            quiet = subprocess.CREATE_NO_WINDOW | subprocess.BELOW_NORMAL_PRIORITY_CLASS
+            options["creationflags"] = quiet
+        with open(self._folder / ERRORS, "wb") as errors:
+            return subprocess.Popen(
+                [python, "-s", "-B", worker.__file__, str(self._folder)],
+                stdin=subprocess.PIPE,
+                stdout=errors,
+                stderr=errors,
+                env=worker_environment(),
+                **options,
+            )
+
+    def progress(self) -> tuple[str, float]:
+        """The stage's name and the fraction done, as the process told them last."""
+        return worker.read_progress(self._folder / worker.PROGRESS)
+
+    def finished(self) -> bool:
+        """Whether the process has ended, in whatever way."""
+        return self._process.poll() is not None
+
+    def wait(self, seconds: float) -> bool:
+        """Wait for the end, at most ``seconds``; whether it came."""
+        try:
+            self._process.wait(seconds)
+        except subprocess.TimeoutExpired:
+            return False
+        return True
+
+    def result(self):
+        """The job's result and the process's peak memory [bytes]. Raises SolverFailed."""
+        status = self._process.poll()
+        if status is None:
+            raise SolverFailed("the solver is still running; wait for it to finish")
+        if status == 0:
+            return read_payload(self._folder / worker.RESULT)
+        failure = self._folder / worker.FAILURE
+        if failure.exists():
+            raise SolverFailed(failure.read_text(encoding="utf-8"))
+        raise SolverFailed(self._crash(status))
+
+    def _crash(self, status: int) -> str:
+        text = (self._folder / ERRORS).read_text(errors="replace")
+        lines = [line.strip() for line in text.splitlines() if line.strip()]
+        how = f"signal {-status}" if status < 0 else f"status {status}"
+        last = " | ".join(lines[-LAST_LINES:]) or "it said nothing; memory may have run out"
+        return f"the solver's process stopped ({how}): {last}"
+
+    def close(self) -> None:
+        """End the process and remove its files. Takes at most ``PATIENCE`` and a little."""
+        if self._process is not None:
+            if self._process.poll() is None:
+                self._process.terminate()
+                if not self.wait(PATIENCE):
+                    self._process.kill()
+                    self.wait(PATIENCE)
+            self._process.stdin.close()
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+
+def worker_environment() -> dict[str, str]:
+    """The environment in which the process finds the libraries that Blender finds.
+
+    Python's own variables are left out, as Blender ignores them too. Raises SolverFailed when a
+    library is missing.
+    """
+    kept = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+    return {**kept, "PYTHONPATH": os.pathsep.join(library_folders()), "PYTHONUTF8": "1"}
+
+
+def library_folders() -> list[str]:
+    """The folders that hold the libraries, each once. Imports none of them."""
+    folders = []
+    for name in LIBRARIES:
+        spec = importlib.util.find_spec(name)
+        if spec is None or spec.origin is None:
+            raise SolverFailed(
+                f"{name} is missing from Blender's Python {sys.version.split()[0]}; install the "
+                "extension's package for this platform again"
+            )
+        folders.append(str(Path(spec.origin).resolve().parents[1]))
+    return list(dict.fromkeys(folders))

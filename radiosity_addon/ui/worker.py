@@ -1,0 +1,111 @@
+"""The program of the solver's process: read a job, run it, write the result. No bpy.
+
+Started by its path with the folder of one bake as its only argument. It tells its progress in a
+file of fixed length, writes the result under a temporary name and renames it last. Standard input
+is a line to Blender that carries nothing: when it ends, Blender is gone and so are we.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import os
+import shutil
+import sys
+import threading
+import time
+from pathlib import Path
+
+JOB, RESULT, PROGRESS, FAILURE = "job", "result", "progress", "failure"  # files in the folder
+PROGRESS_LENGTH = 128  # bytes
+PROGRESS_PAUSE = 0.05  # seconds between two writes
+FAILED = 1  # exit status
+# What bad input raises; anything else leaves a traceback on standard error.
+EXPECTED = (ValueError, OSError, RuntimeError, MemoryError, ImportError)
+
+
+def main(folder: Path) -> int:
+    """Run the job in ``folder`` and return the exit status."""
+    threading.Thread(target=_end_with_blender, args=(folder,), daemon=True).start()
+    _step_back()
+    package = _load_package(Path(__file__).resolve().parents[1])
+    payload = importlib.import_module(f"{package}.ui.payload")
+    work = importlib.import_module(f"{package}.job")
+    try:
+        with ProgressFile(folder / PROGRESS) as progress:
+            result = work.run(payload.read_payload(folder / JOB), progress)
+        payload.write_payload(folder / f"{RESULT}.part", (result, _peak_memory(package)))
+        os.replace(folder / f"{RESULT}.part", folder / RESULT)
+    except EXPECTED as error:
+        text = str(error) or type(error).__name__
+        (folder / FAILURE).write_text(text, encoding="utf-8")
+        return FAILED
+    return 0
+
+
+class ProgressFile:
+    """A progress callback that keeps one record of fixed length up to date."""
+
+    def __init__(self, path: Path) -> None:
+        self._handle = open(path, "wb", buffering=0)
+        self._next = 0.0
+
+    def __enter__(self) -> ProgressFile:
+        return self
+
+    def __exit__(self, *_) -> None:
+        self._handle.close()
+
+    def __call__(self, stage: str, fraction: float) -> None:
+        now = time.monotonic()
+        if now < self._next:
+            return
+        self._next = now + PROGRESS_PAUSE
+        text = f"{fraction:.4f} {stage}".encode()[: PROGRESS_LENGTH - 1]
+        self._handle.seek(0)
+        self._handle.write(text.ljust(PROGRESS_LENGTH - 1) + b"\n")
+
+
+def read_progress(path: Path) -> tuple[str, float]:
+    """The stage and fraction last told, or ("", 0.0) before the first."""
+    try:
+        record = path.read_bytes()
+    except FileNotFoundError:
+        return "", 0.0
+    if len(record) < PROGRESS_LENGTH:
+        return "", 0.0
+    fraction, _, stage = record.decode(errors="replace").strip().partition(" ")
+    return stage, float(fraction)
+
+
+def _load_package(folder: Path) -> str:
+    """Import the package in ``folder`` under its short name, and return that."""
+    name = folder.name
+    spec = importlib.util.spec_from_file_location(
+        name, folder / "__init__.py", submodule_search_locations=[str(folder)]
+    )
+    sys.modules[name] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(sys.modules[name])
+    return name
+
+
+def _peak_memory(package: str) -> int:
+    return importlib.import_module(f"{package}.memory").peak_memory()
+
+
+def _step_back() -> None:
+    """Leave the cores to Blender's interface when it wants them."""
+    if hasattr(os, "nice"):
+        os.nice(5)
+
+
+def _end_with_blender(folder: Path) -> None:
+    """Wait for the end of standard input; then remove the folder and end this process."""
+    while os.read(0, 64):
+        pass
+    shutil.rmtree(folder, ignore_errors=True)
+    os._exit(FAILED)
+
+
+if __name__ == "__main__":
+    sys.exit(main(Path(sys.argv[1])))
