@@ -203,3 +203,19 @@ def test_a_scene_whose_file_is_missing_is_named(blender, monkeypatch, tmp_path):
     monkeypatch.setenv("RADIOSITY_SCENES", str(tmp_path))
     with pytest.raises(SceneMissing, match=r"room\.blend does not exist"):
         SCENES["room"].build()
+
+
+def test_a_look_at_a_bake_shows_its_colours(blender, tmp_path):
+    """Every face emits the image's 0.5: the centre of the picture, in sRGB, is 188 of 255."""
+    from benchmarks.look import picture, show
+    from benchmarks.scenes import SCENES
+
+    bpy = blender
+    obj = SCENES["cornell"].build()
+    obj.data.uv_layers.new(name="Radiosity")
+    show(obj, np.full((8, 8, 3), 0.5))
+    picture("cornell", tmp_path / "look.png", width=32)
+    image = bpy.data.images.load(str(tmp_path / "look.png"))
+    assert tuple(image.size) == (32, 20)
+    centre = np.array(image.pixels[:]).reshape(20, 32, 4)[10, 16, :3]
+    np.testing.assert_allclose(centre, 188 / 255, atol=2 / 255)
