@@ -1,6 +1,6 @@
 """Direct light: irradiance from explicit lights, shadows included.
 
-Depends on ``lights``, ``points``, ``embree``, ``parallel``. Each light's irradiance is its
+Depends on ``context``, ``lights``, ``points``, ``parallel``. Each light's irradiance is its
 unoccluded value, exact by Lambert's formula for polygons, times the visible share, sampled. So a
 wall that touches a lamp is right, and a receiver that sees the whole light has no noise.
 """
@@ -11,12 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .context import Context
 from .embree import Tracer
 from .parallel import map_chunks
-from .points import grouped_chunks
+from .points import Points, grouped_chunks
 from .sampling import sobol
 
-OWNERS_PER_CHUNK = 1 << 12
+POINTS_PER_CHUNK = 1 << 14
 
 
 @dataclass(frozen=True)
@@ -27,50 +28,41 @@ class DirectLight:
     mixed: np.ndarray
 
 
-def direct_light(
-    tracer: Tracer,
-    lights: list,
-    count: int,
-    place,
-    objects: np.ndarray,
-    key: tuple[int, ...],
-    threads: int,
-    tick,
-) -> DirectLight:
-    """Light from ``lights`` at ``count`` owners; ``place(chosen, group)`` gives their Points.
-
-    ``objects`` (n_triangles,) is the object of each triangle, for lights linked to some only.
-    """
+def direct_light(context: Context, count: int, per: int, place, key, stage: str) -> DirectLight:
+    """Explicit light at ``count`` owners; ``place(chosen, group)`` gives their ``per`` Points."""
     result = DirectLight(np.zeros((count, 3)), np.zeros(count, bool))
-    if not lights or count == 0:
+    if not context.lights or count == 0:
         return result
 
     def work(chunk):
         group, chosen = chunk
-        points = place(chosen, group)
-        per = len(points.position)
-        position = points.position.reshape(-1, 3).astype(float)
-        normal = points.normal.reshape(-1, 3).astype(float)
-        irradiance, mixed = np.zeros((len(chosen), 3)), np.zeros(len(chosen), bool)
-        for number, light in enumerate(lights):
-            table = sobol(per, 2, *key, group, number, 1)
-            shift = points.turn[:, [2, 0]]
-            xi = ((table[:, None] + shift + 0.5) % 1.0).reshape(-1, 2)
-            sample = light.sample(position, normal, xi)
-            if light.objects is not None:
-                lit = np.isin(objects[points.triangle], light.objects).ravel()
-                sample.irradiance[~lit] = 0
-                sample.weight[~lit] = 0
-            arriving, partly = _visible_mean(tracer, points.position, sample, per)
-            irradiance += arriving[:, None] * light.color
-            mixed |= partly
-        return chosen, irradiance, mixed
+        return chosen, *_light_points(context, place(chosen, group), (*key, group))
 
-    chunks = grouped_chunks(count, OWNERS_PER_CHUNK)
-    for chosen, irradiance, mixed in map_chunks(work, chunks, threads, tick):
+    chunks = grouped_chunks(count, max(1, POINTS_PER_CHUNK // per))
+    for chosen, irradiance, mixed in map_chunks(work, chunks, context.threads, context.tick(stage)):
         result.irradiance[chosen] = irradiance
         result.mixed[chosen] = mixed
     return result
+
+
+def _light_points(context: Context, points: Points, key) -> tuple[np.ndarray, np.ndarray]:
+    """(R, 3) irradiance and (R,) bool: some light's shadow rays disagreed."""
+    per, count = points.shape
+    position = points.position.reshape(-1, 3).astype(float)
+    normal = points.normal.reshape(-1, 3).astype(float)
+    irradiance, mixed = np.zeros((count, 3)), np.zeros(count, bool)
+    for number, light in enumerate(context.lights):
+        table = sobol(per, 2, *key, number, 1)
+        shift = points.turn[:, [2, 0]].astype(float)
+        sample = light.sample(position, normal, ((table[:, None] + shift) % 1.0).reshape(-1, 2))
+        if light.objects is not None:
+            dark = ~np.isin(context.scene.object[points.triangle], light.objects).ravel()
+            sample.irradiance[dark] = 0
+            sample.weight[dark] = 0
+        arriving, partly = _visible_mean(context.tracer, points.position, sample, per)
+        irradiance += arriving[:, None] * light.color
+        mixed |= partly
+    return irradiance, mixed
 
 
 def _visible_mean(tracer: Tracer, origins: np.ndarray, sample, per: int):
@@ -79,19 +71,17 @@ def _visible_mean(tracer: Tracer, origins: np.ndarray, sample, per: int):
     carrying = np.flatnonzero(sample.weight > 0)
     visible = np.zeros(len(sample.weight))
     if len(carrying):
-        clear = tracer.clear(
+        visible[carrying] = tracer.clear(
             np.ascontiguousarray(origins.reshape(-1, 3)[carrying]),
             np.ascontiguousarray(sample.segment[carrying]),
             sample.length,
         )
-        visible[carrying] = clear
     weight = sample.weight.reshape(per, -1)
-    seen = (weight * visible.reshape(per, -1)).sum(axis=0)
-    total = weight.sum(axis=0)
+    visible = visible.reshape(per, -1)
+    seen, total = (weight * visible).sum(axis=0), weight.sum(axis=0)
     irradiance = sample.irradiance.reshape(per, -1)
-    if np.isinf(sample.length):  # a sun: its weight does not carry the cosine
-        mean = (irradiance * visible.reshape(per, -1)).mean(axis=0)
-    else:
+    if sample.exact:
         mean = irradiance.mean(axis=0) * seen / np.where(total > 0, total, 1)
-    partly = (seen > 0) & (seen < total * (1 - 1e-9))
-    return mean, partly
+    else:
+        mean = (irradiance * visible).mean(axis=0)
+    return mean, (seen > 0) & (seen < total * (1 - 1e-9))

@@ -1,11 +1,12 @@
 """Elements: the pieces of surface on which radiosity is constant, and the map from hits to them.
 
-Depends on ``geometry``. Each triangle carries a uniform barycentric grid of
-*cells*; an element is a group of cells. A large triangle has many cells, each an element of its
-own; tiny triangles have one cell each and share an element. So elements follow area, not
-tessellation, and a hit (triangle, u, v) finds its element by one table lookup.
+Depends on ``geometry``. Each triangle carries a barycentric grid of *cells*, and a cell may carry
+a finer grid in turn. A cell without one belongs to an element; a large triangle has many cells,
+each an element of its own, while tiny triangles have one cell each and share an element. So
+elements follow area and light, not tessellation, and a hit (triangle, u, v) finds its element by
+table lookups.
 
-Every element has two sides: side index 2·element for the front, 2·element + 1 for the back.
+Every element has two sides: 2·element for the front, 2·element + 1 for the back; cells likewise.
 """
 
 from __future__ import annotations
@@ -16,17 +17,20 @@ import numpy as np
 
 from .geometry import Geometry
 
-MAX_GRID = 256  # cells along a triangle's edge
+MAX_GRID = 128  # cells along a triangle's edge, before refinement
+INSIDE = -1  # in ``Elements.element``: -1 - k means that grid k divides the cell further
 
 
 @dataclass(frozen=True)
 class Elements:
-    """The table: ``element[base[t] + cell]`` for cell of triangle t."""
+    """Grids of cells; grid t < n_triangles covers triangle t, later ones divide single cells."""
 
-    grid: np.ndarray  # (n_triangles,) int32: cells along each edge
-    base: np.ndarray  # (n_triangles + 1,) int64: first cell of each triangle
-    element: np.ndarray  # (n_cells,) int32
+    grid: np.ndarray  # (n_grids,) int32: cells along each edge
+    base: np.ndarray  # (n_grids,) int64: first cell of each grid
+    element: np.ndarray  # (n_cells,) int32: the cell's element, or INSIDE - grid
+    triangle: np.ndarray  # (n_cells,) int32: the triangle it lies in
     count: int
+    depth: int  # grids a lookup may go through
 
     @property
     def miss(self) -> int:
@@ -38,18 +42,40 @@ class Elements:
         return 2 * self.element[cell_sides >> 1].astype(np.int64) + (cell_sides & 1)
 
     def cells_at(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Cells (n,) int64 at barycentric (u, v) of triangles; triangle must be >= 0."""
-        grid = self.grid[triangle]
+        """Undivided cells (n,) int64 at barycentric (u, v) of triangles, all >= 0."""
         cells = self.base[triangle]
-        split = np.flatnonzero(grid > 1)
-        if len(split) == len(grid):
-            return cells + _cell_in_grid(grid, u, v)
-        cells[split] += _cell_in_grid(grid[split], u[split], v[split])
+        n = self.grid[triangle]
+        some = np.flatnonzero(n > 1)
+        x, y = u[some], v[some]
+        offset, x, y = _cell_in_grid(n[some], x, y)
+        cells[some] += offset
+        if self.depth == 1:
+            return cells
+        u, v = u.copy(), v.copy()
+        u[some], v[some] = x, y
+        some = np.arange(len(cells))
+        for _ in range(self.depth - 1):
+            inner = self.element[cells[some]]
+            below = np.flatnonzero(inner <= INSIDE)
+            if len(below) == 0:
+                break
+            some, finer = some[below], INSIDE - inner[below]
+            offset, u[some], v[some] = _cell_in_grid(self.grid[finer], u[some], v[some])
+            cells[some] = self.base[finer] + offset
         return cells
 
+    def values_of_cells(self, values: np.ndarray, nothing) -> np.ndarray:
+        """(2 n_cells + 1, ...) from values of element sides (2 n_elements, ...), for lookups by
+        cell side; ``nothing`` for divided cells and the miss."""
+        owner = np.where(self.element >= 0, self.element, 0)
+        pairs = values.reshape((-1, 2) + values.shape[1:])[owner]
+        pairs[self.element < 0] = nothing
+        table = pairs.reshape((-1,) + values.shape[1:])
+        return np.concatenate([table, np.full((1,) + values.shape[1:], nothing, values.dtype)])
 
-def _cell_in_grid(n: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Index of the cell at (u, v) in a grid of n cells along each edge, row by row.
+
+def _cell_in_grid(n: np.ndarray, u: np.ndarray, v: np.ndarray):
+    """Index of the cell at (u, v) in a grid of n cells along each edge, and (u, v) inside it.
 
     Row i holds 2(n−i)−1 cells, upright and inverted ones in turn.
     """
@@ -57,29 +83,33 @@ def _cell_in_grid(n: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
     x, y = u * nf, v * nf
     i = np.clip(x.astype(np.int32), 0, n - 1)
     j = np.clip(y.astype(np.int32), 0, n - 1 - i)
-    inverted = ((x - i) + (y - j) > 1) & (j < n - 1 - i)
-    return i * (2 * n - i) + 2 * j + inverted
+    x, y = x - i, y - j
+    inverted = (x + y > 1) & (j < n - 1 - i)
+    index = i * (2 * n - i) + 2 * j + inverted
+    return index, np.where(inverted, 1 - x, x), np.where(inverted, 1 - y, y)
 
 
 def build_elements(geometry: Geometry, group: np.ndarray, target: int) -> Elements:
     """About ``target`` elements of equal area; ``group`` (n_triangles,) int32 are not mixed.
 
     Triangles above the mean element area are cut into 4^k cells. Smaller ones are joined with
-    others of the same group whose centroids share a cube of that size and whose normals share
-    an octant-like direction class.
+    others of the same group whose centroids share a cube of that size and whose normals point
+    alike.
     """
     total = geometry.area.sum()
     size = np.sqrt(total / max(target, 1)) if total > 0 else 1.0
-    level = np.ceil(np.log2(np.maximum(np.sqrt(geometry.area) / size, 1e-9)))
+    level = np.rint(np.log2(np.maximum(np.sqrt(geometry.area) / size, 0.5)))
     grid = np.clip(2.0**level, 1, MAX_GRID).astype(np.int32)
-    base = np.concatenate([[0], np.cumsum(grid.astype(np.int64) ** 2)])
-    element = np.empty(base[-1], np.int32)
-    whole = np.repeat(grid > 1, grid.astype(np.int64) ** 2)
+    cells = grid.astype(np.int64) ** 2
+    base = np.cumsum(cells) - cells
+    whole = np.repeat(grid > 1, cells)
+    element = np.empty(len(whole), np.int32)
     element[whole] = np.arange(whole.sum())
     small = np.flatnonzero(grid == 1)
     labels, clusters = _clusters(geometry, small, group[small], size)
     element[base[small]] = labels + whole.sum()
-    return Elements(grid, base, element, int(whole.sum()) + clusters)
+    triangle = np.repeat(np.arange(len(grid), dtype=np.int32), cells)
+    return Elements(grid, base, element, triangle, int(whole.sum()) + clusters, depth=1)
 
 
 def _clusters(geometry: Geometry, small: np.ndarray, group: np.ndarray, size: float):
@@ -96,3 +126,23 @@ def _clusters(geometry: Geometry, small: np.ndarray, group: np.ndarray, size: fl
             key = key * base + column[:, axis]
     _, labels = np.unique(key, return_inverse=True)
     return labels.reshape(-1).astype(np.int32), int(labels.max()) + 1
+
+
+def refine(elements: Elements, chosen: np.ndarray) -> Elements:
+    """Divide the elements ``chosen`` (k,) int: every cell of theirs into four, each an element of
+    its own. The numbers of divided elements are not used again."""
+    divided = np.zeros(elements.count, bool)
+    divided[chosen] = True
+    leaf = np.flatnonzero((elements.element >= 0) & divided[elements.element])
+    fresh = np.arange(len(leaf))
+    element = elements.element.copy()
+    element[leaf] = INSIDE - (len(elements.grid) + fresh)
+    parts = elements.count + np.arange(4 * len(leaf))
+    return Elements(
+        grid=np.concatenate([elements.grid, np.full(len(leaf), 2, np.int32)]),
+        base=np.concatenate([elements.base, len(element) + 4 * fresh]),
+        element=np.concatenate([element, parts]).astype(np.int32),
+        triangle=np.concatenate([elements.triangle, np.repeat(elements.triangle[leaf], 4)]),
+        count=elements.count + 4 * len(leaf),
+        depth=elements.depth + 1,
+    )

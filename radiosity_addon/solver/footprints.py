@@ -1,4 +1,4 @@
-"""Footprints: receivers placed in space. Depends on ``geometry``, ``receivers``, ``sampling``."""
+"""Footprints: receivers placed in space. Depends on ``geometry``, ``receivers``."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import numpy as np
 
 from .geometry import OFFSET, Geometry
 from .receivers import Receivers
-from .sampling import uniform
 
 # Points keep this share of a triangle away from its edges, so that rounding to float32 never puts
 # a ray's origin behind the neighbouring wall.
@@ -24,11 +23,10 @@ class Footprints:
     v: np.ndarray  # (n_cells, 3)
     normal: np.ndarray  # (n_cells, 3) float32 unit
     triangle: np.ndarray  # (n_cells,) int32
-    corners: np.ndarray  # (n_cells, 3, 2) barycentric origin, +U, +V
+    corners: np.ndarray  # (n_cells, 3, 2) float32 barycentric: origin, step along u, along v
     square: np.ndarray  # (n_cells,) bool
     start: np.ndarray  # (count + 1,) int64
     cumulative: np.ndarray  # (n_cells + 1,) float64: areas of the cells before
-    turn: np.ndarray  # (count, 3) float32: random shift of positions and turn of directions
 
     @property
     def count(self) -> int:
@@ -39,10 +37,21 @@ class Footprints:
         """(count,) float64 normalised."""
         return np.diff(self.cumulative[self.start])
 
+    def middle(self) -> tuple[np.ndarray, np.ndarray]:
+        """(count, 3) mean position and (count, 3) mean normal (not unit) over each footprint."""
+        weight = np.diff(self.cumulative)
+        half = np.where(self.square, 0.5, 1 / 3)[:, None]
+        center = self.origin + half * (self.u + self.v)
+        owner = np.repeat(np.arange(self.count), np.diff(self.start))
+        total = np.bincount(owner, weight, self.count)
+        mean = [
+            np.stack([np.bincount(owner, weight * a[:, k], self.count) / total for k in range(3)], 1)
+            for a in (center, self.normal)
+        ]
+        return mean[0], mean[1]
 
-def build_footprints(
-    geometry: Geometry, receivers: Receivers, seed: int, stream: int
-) -> Footprints:
+
+def build_footprints(geometry: Geometry, receivers: Receivers) -> Footprints:
     """Place receivers in space."""
     corners = receivers.corners * (1 - SHRINK) + SHRINK / 3
     triangle = receivers.triangle
@@ -58,9 +67,8 @@ def build_footprints(
         v=edge_v[:, :1] * e1 + edge_v[:, 1:] * e2,
         normal=normal.astype(np.float32),
         triangle=triangle,
-        corners=corners,
+        corners=np.stack([corners[:, 0], edge_u, edge_v], 1).astype(np.float32),
         square=receivers.square,
         start=start,
         cumulative=np.concatenate([[0.0], np.cumsum(area)]),
-        turn=uniform((receivers.count, 3), seed, stream),
     )

@@ -1,20 +1,25 @@
 """Gather: cosine-distributed rays from points, and the light they bring back.
 
-Depends on ``points``, ``elements``, ``embree``, ``parallel``. One ray of n carries 1/n of the
+Depends on ``context``, ``points``, ``elements``, ``embree``, ``parallel``. One ray of n carries 1/n of the
 irradiance: rows built from rays have entries >= 0 and sums <= 1, whatever the geometry.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
+from .context import Context
 from .elements import Elements
 from .embree import Hits, Tracer
 from .parallel import map_chunks
 from .points import Points, grouped_chunks
 from .sampling import cosine_directions, sobol
+from .skylight import Skylight
 
 RAYS_PER_CHUNK = 1 << 16
+POINTS = 4  # points on a receiver that share its rays
 
 
 def shoot(tracer: Tracer, points: Points, rays: int, *key: int) -> tuple[Hits, np.ndarray]:
@@ -23,7 +28,7 @@ def shoot(tracer: Tracer, points: Points, rays: int, *key: int) -> tuple[Hits, n
     Returns the hits, in order (rays, R) flattened, and directions (rays, R, 3) float32. ``rays``
     is a multiple of the points per owner. One matrix product turns the shared directions.
     """
-    per, count = points.triangle.shape
+    per, count = points.shape
     frames = points.frames()
     local = cosine_directions(sobol(rays, 2, *key))
     origins = np.empty((per, rays // per, count, 3), np.float32)
@@ -45,37 +50,43 @@ def sides_hit(elements: Elements, hits: Hits) -> np.ndarray:
     return sides
 
 
-def gather(tracer, elements: Elements, count: int, place, table, rays, key, threads, tick, sky=None):
-    """(count, 3) mean of ``table`` over each owner's rays, and (count, 3) mean of the sky.
+@dataclass(frozen=True)
+class Gathered:
+    """Mean over each owner's rays, (count, 3) float64: reflected light met, and sky met."""
 
-    ``place(chosen, group)`` gives the owners' Points. ``table`` (2 n_cells + 1, channels) float32:
-    what a ray brings from each cell side, 0 in the last. ``sky``: see ``sky_mean``.
-    """
-    channels = table.shape[1]
-    bounced, open_sky = np.zeros((count, channels)), np.zeros((count, channels))
+    bounced: np.ndarray
+    sky: np.ndarray
+
+
+def gather(
+    context: Context, elements: Elements, table: np.ndarray, count: int, rays: int, place, key,
+    stage: str,
+) -> Gathered:
+    """Light that ``rays`` from each of ``count`` owners bring; ``place(chosen, group)`` gives the
+    owners' Points. ``table`` (2 n_cells + 1, 3) float32: radiosity of cell sides, 0 in the last."""
+    result = Gathered(np.zeros((count, 3)), np.zeros((count, 3)))
 
     def work(chunk):
         group, chosen = chunk
-        hits, directions = shoot(tracer, place(chosen, group), rays, *key, group, 3)
+        hits, directions = shoot(context.tracer, place(chosen, group), rays, *key, group, 3)
         sides = sides_hit(elements, hits)
-        brought = np.take(table, sides, axis=0).reshape(rays, -1, channels).mean(axis=0)
+        brought = np.take(table, sides, axis=0).reshape(rays, -1, 3).mean(axis=0)
         missed = (sides == elements.miss).reshape(rays, -1)
-        return chosen, brought, sky_mean(sky, missed, directions)
+        return chosen, brought, sky_mean(context.sky, missed, directions)
 
     chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // rays))
-    for chosen, brought, escaped in map_chunks(work, chunks, threads, tick):
-        bounced[chosen] = brought
-        open_sky[chosen] = escaped
-    return bounced, open_sky
+    for chosen, brought, escaped in map_chunks(work, chunks, context.threads, context.tick(stage)):
+        result.bounced[chosen] = brought
+        result.sky[chosen] = escaped
+    return result
 
 
-def sky_mean(sky, missed: np.ndarray, directions: np.ndarray) -> np.ndarray | float:
-    """(R, 3) mean over rays of the sky's radiosity where ``missed`` (rays, R).
-
-    ``sky`` maps directions (n, 3) to (n, 3) radiosity (π radiance); None where no sky shines.
-    """
+def sky_mean(sky: Skylight | None, missed: np.ndarray, directions: np.ndarray):
+    """(R, 3) mean over rays of the sky's radiosity where ``missed`` (rays, R); 0 without a sky."""
     if sky is None:
         return 0.0
+    if sky.constant:
+        return missed.mean(axis=0)[:, None] * sky.pixels[0, 0]
     light = np.zeros(missed.shape + (3,), np.float32)
     light[missed] = sky(directions[missed])
     return light.mean(axis=0)

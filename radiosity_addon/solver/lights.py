@@ -23,14 +23,16 @@ MAX_EMISSIVE_TRIANGLES = 256  # more than these are left to gathered rays
 class Sample:
     """One sampled point of a light for each of n points.
 
-    The light's irradiance at a point is ``irradiance`` × colour × (share of ``weight`` that is
-    visible); ``segment`` (n, 3) float32 runs to the sample, ``length`` limits it (inf: a sun).
+    ``segment`` (n, 3) float32 runs to the sample, ``length`` limits it (inf: a sun). Where
+    ``exact``, ``irradiance`` is the whole light's, without noise, and is to be multiplied by the
+    visible share of ``weight`` over an owner's points; else it is this sample's alone.
     """
 
     irradiance: np.ndarray  # (n,) float64, unoccluded, per unit of the light's colour
     weight: np.ndarray  # (n,) float64, the integrand at the sample
     segment: np.ndarray
     length: float
+    exact: bool
 
 
 @dataclass(frozen=True)
@@ -79,8 +81,9 @@ class PolygonLight:
             area = np.linalg.norm(np.cross(self.u, self.v))
             area *= {"triangle": 0.5, "rectangle": 1.0, "ellipse": np.pi / 4}[self.shape]
             factor = weight * beam * area
-            weight = (factor > 0).astype(float)
-        return Sample(factor, weight, segment.astype(np.float32), 1.0)
+            return Sample(factor, (factor > 0) * 1.0, segment.astype(np.float32), 1.0, False)
+        weight = np.where(factor > 0, weight, 0)
+        return Sample(factor, weight, segment.astype(np.float32), 1.0, True)
 
     def _place(self, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         if self.shape == "rectangle":
@@ -129,7 +132,7 @@ class SphereLight:
             up = np.cross(unit, across)
             radius, turn = self.radius * np.sqrt(xi[:, :1]), 2 * np.pi * xi[:, 1:]
             segment = toward + radius * (np.cos(turn) * across + np.sin(turn) * up)
-        return Sample(irradiance, (irradiance > 0) * 1.0, segment.astype(np.float32), 1.0)
+        return Sample(irradiance, (irradiance > 0) * 1.0, segment.astype(np.float32), 1.0, False)
 
     def _beam(self, unit: np.ndarray) -> np.ndarray | float:
         """Cycles' spot: a smoothstep between the cone's edge and its blended inside."""
@@ -161,7 +164,7 @@ class SunLight:
         direction = self.toward + radius * (np.cos(turn) * across + np.sin(turn) * up)
         direction /= np.linalg.norm(direction, axis=1)[:, None]
         cosine = np.maximum(np.einsum("ij,ij->i", direction, normal), 0)
-        return Sample(cosine, (cosine > 0) * 1.0, direction.astype(np.float32), np.inf)
+        return Sample(cosine, (cosine > 0) * 1.0, direction.astype(np.float32), np.inf, False)
 
 
 def emissive_triangles(scene: Scene) -> tuple[np.ndarray, np.ndarray]:

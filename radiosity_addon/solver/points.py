@@ -21,19 +21,50 @@ class Points:
     position: np.ndarray  # (per, R, 3) float32, lifted off the surface
     normal: np.ndarray  # (per, R, 3) float32, on the side that is lit
     triangle: np.ndarray  # (per, R) int32
+    uv: np.ndarray  # (per, R, 2) float32 barycentric
     turn: np.ndarray  # (R, 3) float32: the owners' random shifts
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(per, R)."""
+        return self.triangle.shape
+
+    def take(self, chosen: np.ndarray) -> Points:
+        """The points of some owners."""
+        arrays = (getattr(self, name)[:, chosen] for name in _POINT_ARRAYS)
+        return Points(*arrays, self.turn[chosen])
+
+    def single(self) -> Points:
+        """Every point an owner of its own, in the order of (per, R) flattened."""
+        per, count = self.shape
+        arrays = (getattr(self, name).reshape((1, per * count) + getattr(self, name).shape[2:])
+                  for name in _POINT_ARRAYS)
+        stagger = (np.arange(per, dtype=np.float32) / per)[:, None, None]
+        turn = ((self.turn + stagger) % 1.0).reshape(-1, 3)
+        return Points(*arrays, turn)
 
     def frames(self) -> np.ndarray:
         """(per, R, 3, 3) float32 tangent frames, an owner's all turned alike."""
         return tangent_frames(self.normal, self.turn[:, 2])
 
 
-def footprint_points(footprints: Footprints, chosen: np.ndarray, per: int, *key: int) -> Points:
-    """``per`` points, stratified by area, on each of the ``chosen`` footprints (R,) int."""
+_POINT_ARRAYS = ("position", "normal", "triangle", "uv")
+
+
+def join_points(parts: list[Points]) -> Points:
+    """The owners of all parts, which have as many points each."""
+    arrays = (np.concatenate([getattr(p, name) for p in parts], axis=1) for name in _POINT_ARRAYS)
+    return Points(*arrays, np.concatenate([p.turn for p in parts]))
+
+
+def footprint_points(
+    footprints: Footprints, chosen: np.ndarray, turn: np.ndarray, per: int, *key: int
+) -> Points:
+    """``per`` points, stratified by area, on each of the ``chosen`` footprints (R,) int,
+    shifted by ``turn`` (R, 3) in [0, 1)."""
     table = sobol(per, 3, *key).astype(np.float32)
-    turn = footprints.turn[chosen]
     place = (table[:, None, :2] + turn[:, :2]) % 1.0
-    cell = _choose_cells(footprints, chosen, table[:, 2:])
+    cell = _choose_cells(footprints, chosen, table[:, 2:], turn[:, 2])
     fold = ~footprints.square[cell] & (place.sum(axis=2) > 1)
     place = np.where(fold[..., None], 1 - place, place)
     position = (
@@ -41,13 +72,16 @@ def footprint_points(footprints: Footprints, chosen: np.ndarray, per: int, *key:
         + place[..., :1] * footprints.u[cell]
         + place[..., 1:] * footprints.v[cell]
     )
+    corners = footprints.corners[cell]
+    uv = corners[..., 0, :] + place[..., :1] * corners[..., 1, :] + place[..., 1:] * corners[..., 2, :]
     return Points(
-        position.astype(np.float32), footprints.normal[cell], footprints.triangle[cell], turn
+        position.astype(np.float32), footprints.normal[cell], footprints.triangle[cell], uv, turn
     )
 
 
-def _choose_cells(footprints: Footprints, chosen: np.ndarray, level: np.ndarray) -> np.ndarray:
-    """(per, R) int: a cell of each footprint for each ``level`` (per, 1), by area."""
+def _choose_cells(footprints: Footprints, chosen, level, turn) -> np.ndarray:
+    """(per, R) int: a cell of each footprint for each ``level`` (per, 1), by area; each footprint
+    shifts the levels by its ``turn`` (R,)."""
     first, last = footprints.start[chosen], footprints.start[chosen + 1]
     cell = np.broadcast_to(first, (len(level), len(chosen)))
     several = np.flatnonzero(last - first > 1)
@@ -56,7 +90,7 @@ def _choose_cells(footprints: Footprints, chosen: np.ndarray, level: np.ndarray)
     cell = cell.copy()
     low = footprints.cumulative[first[several]]
     high = footprints.cumulative[last[several]]
-    level = (level + footprints.turn[chosen[several], 2]) % 1.0
+    level = (level + turn[several]) % 1.0
     found = np.searchsorted(footprints.cumulative, low + level * (high - low), "right") - 1
     cell[:, several] = np.clip(found, first[several], last[several] - 1)
     return cell
@@ -67,7 +101,9 @@ def points_on(geometry: Geometry, triangle, u, v, front, turn) -> Points:
     uv = np.stack([u, v], -1).astype(float) * (1 - SHRINK) + SHRINK / 3
     normal = np.where(front[..., None], 1.0, -1.0) * geometry.normal[triangle]
     position = geometry.at(triangle, uv) + OFFSET * normal
-    return Points(position.astype(np.float32), normal.astype(np.float32), triangle, turn)
+    return Points(
+        position.astype(np.float32), normal.astype(np.float32), triangle, uv.astype(np.float32), turn
+    )
 
 
 def grouped_chunks(count: int, size: int) -> list[tuple[int, np.ndarray]]:

@@ -1,6 +1,10 @@
 """The sequence: Scene and receivers in, Solution out. The algorithm, in order.
 
-Depends on every other file of the solver; nothing in the solver depends on it.
+Depends on the rest of the solver; nothing in the solver depends on it.
+
+Everything that is random is done twice, in two independent halves whose mean is the result: their
+difference tells the error. More points and rays go to the receivers that need them until the
+error asked for is met.
 """
 
 from __future__ import annotations
@@ -9,75 +13,125 @@ import time
 
 import numpy as np
 
-from .direct import direct_light
-from .elements import build_elements
-from .embree import Tracer
-from .evaluate import evaluate_material
-from .footprints import build_footprints
-from .gather import gather, shoot, sides_hit
-from .geometry import build_geometry
-from .lights import build_lights, emissive_triangles
+from .context import Context, build_context
+from .footprints import Footprints, build_footprints
+from .judge import Judge, Surface
+from .lighting import add_direct, add_gathered, no_light, place_on
+from .plan import Plan, make_plan, power_of_two
+from .points import footprint_points
 from .progress import Progress, silent
+from .radiosity import Radiosity, solve_radiosity
 from .receivers import Receivers
 from .scene import Scene
-from .second_kind import solve_second_kind
+from .smooth import build_lattices
 from .solution import Solution, Statistics
-from .points import footprint_points, grouped_chunks
-from .transport import *
+
+SURFACE_POINTS = 8  # a receiver's reflectance and emission are means over these
+MAX_ROUNDS = 10
+MAX_SAMPLES = 1 << 14  # rays or points of a receiver in one round
 
 
-def solve(scene: Scene, receivers: Receivers, settings, progress: Progress | None = None,
-          n_elements=5000, row_rays=128, gather_rays=32, direct_points=4, element_points=16, seed_rays=8) -> Solution:
-    progress = progress or silent
-    clock = time.perf_counter
-    t0 = clock()
-    T = {}
-    threads = settings.threads
-    geometry = build_geometry(scene.vertices, scene.triangles)
-    tracer = Tracer(geometry.vertices, geometry.triangles)
-    group = scene.object * len(scene.materials) + scene.material
-    elements = build_elements(geometry, group, n_elements)
-    where = build_footprints(geometry, receivers, settings.seed, 2)
-    T["elements"] = clock() - t0; t0 = clock()
-    lights = build_lights(scene, geometry)
-    explicit, _ = emissive_triangles(scene)
-    sky = None
-    # seeds
-    def on_receivers(per, *key):
-        return lambda chosen, group: footprint_points(where, chosen, per, settings.seed, *key, group)
-    pick = np.arange(0, receivers.count, max(1, receivers.count // 10000))
-    found = []
-    for g, chosen in grouped_chunks(len(pick), 4096):
-        hits, _ = shoot(tracer, on_receivers(8, 3)(pick[chosen], g), seed_rays, settings.seed, 3, g)
-        found.append(places_hit(sides_hit(elements, hits), hits, elements.miss))
-    seeds = join_places(found)
-    rho_t = evaluate_material(scene, "reflectance", np.arange(len(scene.triangles)), np.full((len(scene.triangles), 2), 1 / 3))
-    rho = np.zeros((elements.count, 3))
-    tri_of_cell = np.repeat(np.arange(len(elements.grid)), np.diff(elements.base))
-    rho[elements.element] = rho_t[tri_of_cell]
-    rho = np.repeat(rho, 2, axis=0)
-    transport = trace_transport(tracer, geometry, elements, seeds, rho.max(1) > 0, row_rays, element_points,
-                                (settings.seed, 4), threads, lambda f: progress("transport", f), sky)
-    T["transport"] = clock() - t0; t0 = clock()
-    rows = transport.sides
-    D = direct_light(tracer, lights, len(rows), lambda c, g: take_points(transport.points, c), scene.object, (settings.seed, 5), threads, lambda f: progress("direct", f))
-    T["element direct"] = clock() - t0; t0 = clock()
-    F = form_factors(transport, elements)
-    r = rho[rows]
-    source = r * (D.irradiance + transport.sky)
-    sol = solve_second_kind(lambda x: r * (F @ x), source, 1e-4, 100) if len(rows) else None
-    T["solve"] = clock() - t0; t0 = clock()
-    table = np.zeros((2 * len(elements.element) + 1, 3), np.float32)
-    cr = cell_rows(transport, elements)
-    table[cr >= 0] = sol.solution[cr[cr >= 0]]
-    dr = direct_light(tracer, lights, where.count, on_receivers(direct_points, 6), scene.object, (settings.seed, 6), threads, lambda f: progress("direct", f))
-    T["direct"] = clock() - t0; t0 = clock()
-    bounced, open_sky = gather(tracer, elements, where.count, on_receivers(4, 7), table, gather_rays, (settings.seed, 7), threads, lambda f: progress("gather", f), sky)
-    T["gather"] = clock() - t0; t0 = clock()
-    first = where.start[:-1]
-    uv = receivers.corners[first].mean(axis=1)
-    reflectance = evaluate_material(scene, "reflectance", receivers.triangle[first], uv)
-    emission = evaluate_material(scene, "emission", receivers.triangle[first], uv)
-    T["embree"] = tracer.seconds
-    return Solution(emission, dr.irradiance + open_sky, bounced, reflectance,
-        Statistics(elements=len(rows), rays=tracer.rays, iterations=sol.iterations, residual=sol.residual, seconds=T))
+def solve(
+    scene: Scene, receivers: Receivers, settings, progress: Progress | None = None, project=None
+) -> Solution:
+    """Light at the receivers, to the relative error ``settings.target_error``.
+
+    ``project`` maps values at receivers (count, c) to where the error is judged (m, c), for
+    colours that are means over receivers; None judges the receivers themselves. ``progress`` may
+    raise to stop. Raises ValueError for a scene that cannot be solved.
+    """
+    clock = Clock()
+    context = build_context(scene, settings.seed, settings.threads, progress or silent)
+    footprints = build_footprints(context.geometry, receivers)
+    judge = _judge(context, footprints, receivers, settings.passes, project)
+    plan = make_plan(settings.target_error, receivers.count, bool(judge.lattices))
+    clock.lap("elements")
+    radiosities = [_half(context, footprints, plan, settings.target_error, k) for k in (0, 1)]
+    clock.lap("transport")
+    verdict = _gather_rounds(context, footprints, radiosities, judge, plan)
+    clock.lap("gather")
+    return Solution(
+        emission=judge.surface.emission * context.unit,
+        direct=verdict.direct * context.unit,
+        indirect=verdict.indirect * context.unit,
+        reflectance=judge.surface.reflectance,
+        statistics=Statistics(
+            elements=sum(len(r.solution) for r in radiosities) // 2,
+            rays=context.tracer.rays,
+            iterations=max(r.iterations for r in radiosities),
+            residual=max(r.residual for r in radiosities),
+            target_error=settings.target_error,
+            estimated_error=verdict.error,
+            seconds={**clock.laps, "embree": context.tracer.seconds},
+        ),
+    )
+
+
+class Clock:
+    """Wall seconds of each stage."""
+
+    def __init__(self):
+        self.laps: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def lap(self, stage: str) -> None:
+        """Book the time since the last lap on ``stage``."""
+        now = time.perf_counter()
+        self.laps[stage] = self.laps.get(stage, 0.0) + now - self._last
+        self._last = now
+
+
+def _judge(context: Context, footprints: Footprints, receivers: Receivers, passes, project):
+    lattices = []
+    if receivers.grid is not None:
+        lattices = build_lattices(receivers.grid, *footprints.middle())
+    return Judge(_surface(context, footprints), lattices, passes, project)
+
+
+def _surface(context: Context, footprints: Footprints) -> Surface:
+    """Reflectance and emission, averaged over each footprint."""
+    owners = np.arange(footprints.count)
+    turn = np.zeros((len(owners), 3), np.float32)
+    points = footprint_points(footprints, owners, turn, SURFACE_POINTS, context.seed, 30)
+    triangle, uv = points.triangle.ravel(), points.uv.reshape(-1, 2)
+    shape = (SURFACE_POINTS, -1, 3)
+    return Surface(
+        context.reflectance(triangle, uv).reshape(shape).mean(axis=0),
+        context.emission(triangle, uv).reshape(shape).mean(axis=0),
+    )
+
+
+def _half(context: Context, footprints: Footprints, plan: Plan, error: float, half: int) -> Radiosity:
+    """One independent solve; the halves' elements differ in size, so that this shows too."""
+    key = (context.seed, 10, half)
+    place = place_on(footprints, np.arange(footprints.count), plan.row_points, *key)
+    elements = plan.elements if half else plan.elements // 2
+    return solve_radiosity(
+        context, footprints.count, place, elements, plan.row_rays, plan.row_points, error, key
+    )
+
+
+def _gather_rounds(context: Context, footprints, radiosities, judge: Judge, plan: Plan):
+    """Light at the receivers: a first round for all, then more where the error is."""
+    everyone = np.arange(footprints.count)
+    light = [no_light(footprints.count) for _ in radiosities]
+    direct, gathered = (everyone, plan.points), (everyone, plan.rays)
+    for step in range(MAX_ROUNDS):
+        for half, radiosity in enumerate(radiosities):
+            add_direct(context, footprints, light[half], *direct, step, half)
+            add_gathered(context, footprints, light[half], radiosity, *gathered, step, half)
+        verdict = judge.weigh(light)
+        if verdict.error <= plan.goal:
+            break
+        marked = judge.mark(verdict, plan.goal)
+        direct, gathered = (
+            (owners, power_of_two(had * min(factor - 1, 3), 4, MAX_SAMPLES))
+            for (owners, factor), had in zip(marked, (_most(light[0].points), _most(light[0].rays)))
+        )
+        if len(direct[0]) == len(gathered[0]) == 0:
+            break
+    return verdict
+
+
+def _most(numbers: np.ndarray) -> float:
+    return float(numbers.max(initial=1))

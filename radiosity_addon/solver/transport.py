@@ -1,8 +1,8 @@
 """Transport: form factors as rays. Row i of the matrix is what the rays of element side i hit.
 
-Depends on ``elements``, ``points``, ``gather``. Only sides that light can reach a receiver from
-get a row: those that receivers' rays meet, those that their rays meet, and so on. There are no
-unknowns for back sides that no ray meets.
+Depends on ``context``, ``elements``, ``points``, ``gather``, ``direct``. Only sides that light can
+reach a receiver from get a row: those that receivers' rays meet, those that their rays meet, and
+so on. There are no unknowns for back sides that no ray meets.
 
 An element's own rays start *where rays met it*. Its radiosity is then the mean over its part that
 is seen, not over what a lamp, a carpet or a wall in front of it hides: light or shadow caught in a
@@ -16,20 +16,22 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from .context import Context
+from .direct import direct_light
 from .elements import Elements
 from .embree import Hits
 from .gather import RAYS_PER_CHUNK, shoot, sides_hit, sky_mean
-from .geometry import Geometry
 from .parallel import map_chunks
-from .points import Points, grouped_chunks, points_on
+from .points import Points, grouped_chunks, join_points, points_on
 from .sampling import uniform
 
 MAX_GENERATIONS = 64  # of sides seen by sides seen by ... receivers
+STAGE = "transport"
 
 
 @dataclass(frozen=True)
 class Places:
-    """Where rays met sides, n places: cell side, triangle, barycentric u and v."""
+    """Where rays met the surface, n places: cell side, triangle, barycentric u and v."""
 
     side: np.ndarray
     triangle: np.ndarray
@@ -39,6 +41,17 @@ class Places:
     def __getitem__(self, index) -> Places:
         return Places(self.side[index], self.triangle[index], self.u[index], self.v[index])
 
+    def on(self, elements: Elements) -> Places:
+        """The same places with the cell sides of other elements."""
+        cells = elements.cells_at(self.triangle, self.u, self.v)
+        return Places(2 * cells + (self.side & 1), self.triangle, self.u, self.v)
+
+
+def places_hit(sides: np.ndarray, hits: Hits, miss: int) -> Places:
+    """The hits of ``sides_hit`` that met something."""
+    met = np.flatnonzero(sides != miss)
+    return Places(sides[met], hits.triangle[met], hits.u[met], hits.v[met])
+
 
 def join_places(parts: list[Places]) -> Places:
     """All places of all parts."""
@@ -47,122 +60,124 @@ def join_places(parts: list[Places]) -> Places:
 
 
 @dataclass(frozen=True)
+class Sides:
+    """Element sides and what is known of them from their points, R sides."""
+
+    side: np.ndarray  # (R,) int64
+    points: Points  # (per, R)
+    reflectance: np.ndarray  # (R, 3)
+    lit: np.ndarray  # (R, 3): reflectance × direct irradiance, mean over the points
+    spread: np.ndarray  # (R,): standard deviation of that over the points, mean of channels
+    share: np.ndarray  # (R,): of all places, those on this side
+
+    def take(self, chosen: np.ndarray) -> Sides:
+        """Some of the sides."""
+        return Sides(
+            self.side[chosen], self.points.take(chosen), self.reflectance[chosen],
+            self.lit[chosen], self.spread[chosen], self.share[chosen],
+        )
+
+
+def light_sides(context: Context, places: Places, side: np.ndarray, per: int, key) -> Sides:
+    """The sides that places lie on, lit directly at ``per`` of these places each.
+
+    ``side`` (n,) are the places' element sides.
+    """
+    order = np.argsort(side, kind="stable")
+    sides, first, number = np.unique(side[order], return_index=True, return_counts=True)
+    spread = ((np.arange(per)[:, None] + 0.5) / per * number).astype(np.int64)
+    chosen = places[order[first + spread]]
+    turn = uniform((len(sides), 3), *key, 7)
+    front = (chosen.side & 1) == 0
+    points = points_on(context.geometry, chosen.triangle, chosen.u, chosen.v, front, turn)
+    single = points.single()
+    direct = direct_light(
+        context, per * len(sides), 1, lambda c, g: single.take(c), (*key, 8), STAGE
+    ).irradiance
+    reflectance = context.reflectance(points.triangle.ravel(), points.uv.reshape(-1, 2))
+    lit = (reflectance * direct).reshape(per, -1, 3)
+    return Sides(
+        sides,
+        points,
+        reflectance.reshape(per, -1, 3).mean(axis=0),
+        lit.mean(axis=0),
+        lit.std(axis=0).mean(axis=1),
+        number / max(len(side), 1),
+    )
+
+
+@dataclass(frozen=True)
 class Transport:
     """Rows of rays. Cell sides are 2·cell + back, element sides 2·element + back."""
 
-    sides: np.ndarray  # (n_rows,) int64: the element side of each row
+    sides: Sides  # of each row
     row: np.ndarray  # (2 n_elements,) int32: its row, or -1
-    points: Points  # (per, n_rows): where its rays start
     hits: np.ndarray  # (n_rows, rays) int32: cell side met by each ray; the miss: none
     sky: np.ndarray  # (n_rows, 3): mean sky radiosity its escaping rays bring
 
 
 def trace_transport(
-    tracer, geometry: Geometry, elements: Elements, seeds: Places, useful: np.ndarray,
-    rays: int, per: int, key, threads: int, tick, sky,
+    context: Context, elements: Elements, known: Sides, rays: int, per: int, key
 ) -> Transport:
-    """Trace rows for the sides that ``seeds`` lie on, and whatever their rays meet.
-
-    ``useful`` (2 n_elements,) bool: the sides that reflect. ``per`` points share ``rays``.
-    """
+    """Trace rows for the ``known`` sides, and for whatever their rays meet that reflects."""
     row = np.full(2 * elements.count, -1, np.int32)
-    generations, known = [], 0
-    places = seeds
+    generations, total, fresh = [], 0, known
     for generation in range(MAX_GENERATIONS):
-        side = elements.sides_of(places.side)
-        fresh = np.flatnonzero((row[side] < 0) & useful[side])
-        if len(fresh) == 0:
+        reflecting = np.flatnonzero(fresh.reflectance.max(axis=1) > 0)
+        row[fresh.side] = -2  # looked at: needs no row, or gets one now
+        fresh = fresh.take(reflecting)
+        if len(fresh.side) == 0 and generations:
             break
-        sides, points = _start_points(
-            geometry, places[fresh], side[fresh], per, (*key, generation)
-        )
-        row[sides] = known + np.arange(len(sides))
-        known += len(sides)
-        hits, light, places = _trace_rows(
-            tracer, elements, points, rays, (*key, generation), threads, tick, sky
-        )
-        generations.append((sides, points, hits, light))
-    if not generations:
-        none = np.zeros((per, 0), np.int32)
-        nowhere = np.zeros((per, 0, 3), np.float32)
-        points = Points(nowhere, nowhere, none, np.zeros((0, 3), np.float32))
-        generations = [(np.zeros(0, int), points, np.zeros((0, rays), np.int32), np.zeros((0, 3)))]
-    sides, points, hits, light = zip(*generations)
-    return Transport(
-        np.concatenate(sides),
-        row,
-        Points(
-            *(np.concatenate([getattr(p, name) for p in points], axis=1)
-              for name in ("position", "normal", "triangle")),
-            turn=np.concatenate([p.turn for p in points]),
-        ),
-        np.concatenate(hits),
-        np.concatenate(light),
-    )
+        row[fresh.side] = total + np.arange(len(fresh.side))
+        total += len(fresh.side)
+        hits, sky, places = _trace_rows(context, elements, fresh.points, rays, (*key, generation))
+        generations.append((fresh, hits, sky))
+        side = elements.sides_of(places.side)
+        new = np.flatnonzero(row[side] == -1)
+        fresh = light_sides(context, places[new], side[new], per, (*key, generation))
+    sides, hits, sky = zip(*generations)
+    return Transport(join_sides(sides), np.maximum(row, -1), np.concatenate(hits), np.concatenate(sky))
 
 
-def _start_points(geometry, places: Places, side: np.ndarray, per: int, key):
-    """The sides (R,) that places lie on, and ``per`` points on each, spread over its places."""
-    order = np.argsort(side, kind="stable")
-    sides, first, number = np.unique(side[order], return_index=True, return_counts=True)
-    spread = ((np.arange(per)[:, None] + 0.5) / per * number).astype(np.int64)
-    chosen = places[order[first + spread]]
-    front = (chosen.side & 1) == 0
-    turn = uniform((len(sides), 3), *key, 7)
-    return sides, points_on(geometry, chosen.triangle, chosen.u, chosen.v, front, turn)
+def join_sides(parts) -> Sides:
+    """All sides of all parts."""
+    arrays = {
+        name: np.concatenate([getattr(part, name) for part in parts])
+        for name in ("side", "reflectance", "lit", "spread", "share")
+    }
+    return Sides(points=join_points([part.points for part in parts]), **arrays)
 
 
-def _trace_rows(tracer, elements, points: Points, rays, key, threads, tick, sky):
-    count = points.triangle.shape[1]
+def _trace_rows(context: Context, elements: Elements, points: Points, rays: int, key):
+    count = points.shape[1]
     hits = np.empty((count, rays), np.int32)
     light = np.zeros((count, 3))
 
     def work(chunk):
         group, chosen = chunk
-        some = take_points(points, chosen)
-        found, directions = shoot(tracer, some, rays, *key, group, 3)
+        found, directions = shoot(context.tracer, points.take(chosen), rays, *key, group, 3)
         sides = sides_hit(elements, found)
         missed = (sides == elements.miss).reshape(rays, -1)
-        places = places_hit(sides, found, elements.miss)
-        return chosen, sides.reshape(rays, -1).T, sky_mean(sky, missed, directions), places
+        light = sky_mean(context.sky, missed, directions)
+        return chosen, sides.reshape(rays, -1).T, light, places_hit(sides, found, elements.miss)
 
-    places = []
+    places = [Places(*(np.zeros(0, int) for _ in range(4)))]
     chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // rays))
-    for chosen, found, arriving, some in map_chunks(work, chunks, threads, tick):
+    for chosen, found, arriving, some in map_chunks(
+        work, chunks, context.threads, context.tick(STAGE)
+    ):
         hits[chosen] = found
         light[chosen] = arriving
         places.append(some)
     return hits, light, join_places(places)
 
 
-def places_hit(sides: np.ndarray, hits: Hits, miss: int) -> Places:
-    """The hits as places."""
-    met = np.flatnonzero(sides != miss)
-    return Places(sides[met].astype(np.int32), hits.triangle[met], hits.u[met], hits.v[met])
-
-
-def take_points(points: Points, chosen: np.ndarray) -> Points:
-    """The points of some owners."""
-    return Points(
-        points.position[:, chosen],
-        points.normal[:, chosen],
-        points.triangle[:, chosen],
-        points.turn[chosen],
-    )
-
-
 def form_factors(transport: Transport, elements: Elements) -> csr_matrix:
     """(n_rows, n_rows) float64 CSR: F_ij between rows. Rays to sides without a row carry nothing
     that is unknown and are left out; entries are >= 0 and rows sum to <= 1."""
     n, rays = transport.hits.shape
-    columns = cell_rows(transport, elements)[transport.hits]
+    columns = elements.values_of_cells(transport.row, -1)[transport.hits]
     present = columns >= 0
     starts = np.concatenate([[0], np.cumsum(present.sum(axis=1))])
     data = np.full(starts[-1], 1.0 / max(rays, 1))
     return csr_matrix((data, columns[present], starts), shape=(n, n))
-
-
-def cell_rows(transport: Transport, elements: Elements) -> np.ndarray:
-    """(2 n_cells + 1,) int32: the row of each cell side, -1 for none and for the miss."""
-    rows = transport.row.reshape(-1, 2)[elements.element].ravel()
-    return np.append(rows, np.int32(-1))

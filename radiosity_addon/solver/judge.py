@@ -1,0 +1,115 @@
+"""Judge: from two independent halves of the light to a result, its error, and what to add.
+
+Depends on ``smooth``, ``lighting``. The error is the local relative RMS error of docs/theory.md:
+each receiver is judged against its own brightness or the mean brightness, whichever is larger.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .lighting import Lighting
+from .smooth import Lattice, smooth, smooth_map
+
+DIRECT_SHARE = 0.4  # of the squared error that is allowed; the rest is for gathered light
+
+
+@dataclass(frozen=True)
+class Surface:
+    """At receivers, (count, 3): reflectance, and emission as radiance."""
+
+    reflectance: np.ndarray
+    emission: np.ndarray
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Irradiances (count, 3), the estimated relative error, and its square at each receiver."""
+
+    direct: np.ndarray
+    indirect: np.ndarray
+    error: float
+    direct_square: np.ndarray  # (count,)
+    gather_square: np.ndarray  # (count,)
+
+
+@dataclass(frozen=True)
+class Judge:
+    """What the error is measured on. ``project``: see ``sequence.solve``."""
+
+    surface: Surface
+    lattices: list[Lattice]
+    passes: tuple[str, ...]
+    project: object = None
+
+    def weigh(self, halves: list[Lighting]) -> Verdict:
+        """Combine the halves."""
+        (direct_a, bounced_a, sky_a), (direct_b, bounced_b, sky_b) = (h.means() for h in halves)
+        gain = self._gain()
+        rough = self._radiance((direct_a + direct_b + sky_a + sky_b) / 2, (bounced_a + bounced_b) / 2)
+        level = rough.mean(axis=1)
+        level = np.maximum(level, level.mean())
+        level = np.where(level > 0, level, 1.0)
+        weight = gain / level[:, None]  # from irradiance to relative error
+        use = [float(name in self.passes) for name in ("direct", "indirect")]
+        a, b = np.hstack([sky_a, bounced_a]), np.hstack([sky_b, bounced_b])
+        both = np.hstack([use[0] * weight, use[1] * weight])
+        smoothed = smooth(self.lattices, a, b, both)
+        gather_square = (both**2 * (smoothed.square_error - (smoothed.a - smoothed.b) ** 2 / 4)).sum(1) / 3
+        direct_square = (use[0] * weight**2 * (direct_a - direct_b) ** 2).sum(1) / 12
+        light = [
+            (direct + half[:, :3], half[:, 3:])
+            for direct, half in ((direct_a, smoothed.a), (direct_b, smoothed.b))
+        ]
+        if self.project is None:
+            square = float(gather_square.mean() + direct_square.mean())
+        else:
+            square = self._projected([self._radiance(*half) for half in light])
+        return Verdict(
+            direct=(light[0][0] + light[1][0]) / 2,
+            indirect=(light[0][1] + light[1][1]) / 2,
+            error=float(np.sqrt(max(square, 0.0))),
+            direct_square=direct_square,
+            gather_square=gather_square,
+        )
+
+    def mark(self, verdict: Verdict, goal: float) -> tuple:
+        """Receivers to add to, and by what factor the squared error must fall, for direct and for
+        gathered light: ((owners, factor), (owners, factor))."""
+        total = verdict.direct_square.mean() + max(verdict.gather_square.mean(), 0)
+        measured = verdict.error**2 / total if total > 0 else 1.0
+        result = []
+        for square, share in (
+            (verdict.direct_square, DIRECT_SHARE), (verdict.gather_square, 1 - DIRECT_SHARE)
+        ):
+            allowed = share * goal**2 / max(measured, 1e-12)
+            excess = max(square.mean(), 0) / allowed
+            if excess <= 1:
+                result.append((np.zeros(0, int), 1.0))
+                continue
+            local = smooth_map(self.lattices, square)
+            result.append((np.flatnonzero(local > 0.3 * allowed), excess))
+        return tuple(result)
+
+    def _gain(self) -> np.ndarray | float:
+        """(count, 3) radiance per irradiance."""
+        color = self.surface.reflectance if "color" in self.passes else np.ones_like(
+            self.surface.reflectance
+        )
+        return color / np.pi
+
+    def _radiance(self, direct: np.ndarray, indirect: np.ndarray) -> np.ndarray:
+        """(count, 3) what is baked."""
+        light = direct * ("direct" in self.passes) + indirect * ("indirect" in self.passes)
+        emission = self.surface.emission if "emit" in self.passes else 0.0
+        return light * self._gain() + emission
+
+    def _projected(self, halves: list[np.ndarray]) -> float:
+        """Mean squared relative error of the halves' mean, where colours end."""
+        a, b = (self.project(half) for half in halves)
+        level = (a + b).mean(axis=1) / 2
+        level = np.maximum(level, level.mean())
+        level = np.where(level > 0, level, 1.0)[:, None]
+        return float((((a - b) / (2 * level)) ** 2).mean())

@@ -1,0 +1,71 @@
+"""Lighting: sums of light over a half's points and rays, at each receiver.
+
+Depends on ``context``, ``direct``, ``gather``, ``footprints``, ``points``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .context import Context
+from .direct import direct_light
+from .footprints import Footprints
+from .gather import POINTS, gather
+from .points import footprint_points
+from .radiosity import Radiosity
+from .sampling import uniform
+
+
+@dataclass(frozen=True)
+class Lighting:
+    """Sums (count, 3) and their numbers of samples (count, 1), filled in place."""
+
+    direct: np.ndarray
+    points: np.ndarray
+    bounced: np.ndarray
+    sky: np.ndarray
+    rays: np.ndarray
+
+    def means(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Irradiances (count, 3): direct, bounced, from the sky."""
+        return self.direct / self.points, self.bounced / self.rays, self.sky / self.rays
+
+
+def no_light(count: int) -> Lighting:
+    """Nothing summed yet."""
+    return Lighting(*(np.zeros((count, width)) for width in (3, 1, 3, 3, 1)))
+
+
+def place_on(footprints: Footprints, owners: np.ndarray, per: int, *key: int):
+    """``place(chosen, group)``: ``per`` points on ``owners[chosen]``."""
+    turn = uniform((len(owners), 3), *key)
+
+    def place(chosen, group):
+        return footprint_points(footprints, owners[chosen], turn[chosen], per, *key, group)
+
+    return place
+
+
+def add_direct(context: Context, footprints, lighting: Lighting, owners, per: int, *key) -> None:
+    """Add ``per`` points of explicit light to each of ``owners`` (k,) int."""
+    key = (context.seed, 20, *key)
+    place = place_on(footprints, owners, per, *key)
+    found = direct_light(context, len(owners), per, place, key, "gather")
+    lighting.direct[owners] += per * found.irradiance
+    lighting.points[owners] += per
+
+
+def add_gathered(
+    context: Context, footprints, lighting: Lighting, radiosity: Radiosity, owners, rays: int, *key
+) -> None:
+    """Add ``rays`` gathered rays to each of ``owners`` (k,) int."""
+    key = (context.seed, 21, *key)
+    place = place_on(footprints, owners, min(POINTS, rays), *key)
+    found = gather(
+        context, radiosity.elements, radiosity.table, len(owners), rays, place, key, "gather"
+    )
+    lighting.bounced[owners] += rays * found.bounced
+    lighting.sky[owners] += rays * found.sky
+    lighting.rays[owners] += rays

@@ -1,0 +1,47 @@
+"""Plan: how much of everything to spend for an asked error. No dependencies.
+
+The constants were measured on the study's scenes (docs/trade.md); the loop in ``sequence``
+corrects what they get wrong, so they decide on speed, not on truth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+MANY_RECEIVERS = 400_000
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Numbers are per half; rays and points are powers of two, as Sobol sets want."""
+
+    goal: float  # estimated relative error at which to stop
+    elements: int
+    row_rays: int
+    row_points: int
+    points: int  # of each receiver, for direct light
+    rays: int  # of each receiver, for gathered light
+
+
+def make_plan(error: float, receivers: int, smoothing: bool) -> Plan:
+    """The first round for a relative ``error`` at ``receivers``; ``smoothing``: texels share."""
+    elements = int(min(max(1000 * (0.03 / error) ** 1.3, 200), 60_000))
+    rays = 16 if error < 0.02 or not smoothing else 8
+    if receivers > MANY_RECEIVERS:
+        rays //= 2
+    return Plan(
+        goal=0.85 * error,
+        elements=elements,
+        row_rays=64,
+        row_points=8,
+        points=4,
+        rays=rays,
+    )
+
+
+def power_of_two(number: float, low: int, high: int) -> int:
+    """The power of two next above ``number``, between ``low`` and ``high`` (powers of two)."""
+    result = low
+    while result < min(number, high):
+        result *= 2
+    return result

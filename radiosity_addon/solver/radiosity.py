@@ -1,0 +1,148 @@
+"""Radiosity: one independent solve of the surface, from rays to radiosities of element sides.
+
+Depends on ``context``, ``elements``, ``transport``, ``second_kind``. Elements are divided where
+the direct light on them varies and receivers look: solve for what matters, where it matters.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .context import Context
+from .elements import Elements, build_elements, refine
+from .gather import shoot, sides_hit
+from .parallel import map_chunks, ranges
+from .points import Points
+from .second_kind import solve_second_kind
+from .transport import (
+    Places, Sides, Transport, form_factors, join_places, join_sides, light_sides, places_hit,
+    trace_transport,
+)
+
+SEEDS_PER_ELEMENT = 40  # rays from receivers that look for elements
+SEED_RAYS = 16  # from each receiver that takes part in that
+MAX_REFINEMENTS = 6
+MAX_GROWTH = 4  # times the elements at the start
+
+
+@dataclass(frozen=True)
+class Radiosity:
+    """Radiosity of everything that rays can meet: reflected light, and emission that is not
+    sampled explicitly. ``table`` (2 n_cells + 1, 3) float32, by cell side; 0 for the miss."""
+
+    elements: Elements
+    table: np.ndarray
+    transport: Transport
+    solution: np.ndarray  # (n_rows, 3) reflected radiosity
+    iterations: int
+    residual: float
+
+
+def solve_radiosity(
+    context: Context, receivers: int, place, target: int, rays: int, per: int, tolerance: float, key
+) -> Radiosity:
+    """Solve on about ``target`` elements with ``rays`` rays from ``per`` points on each.
+
+    ``place(chosen, group)`` gives Points of the ``receivers``, whose rays find the elements.
+    """
+    scene = context.scene
+    group = scene.object.astype(np.int64) * len(scene.materials) + scene.material
+    elements = build_elements(context.geometry, group, target)
+    places = _seeds(context, elements, receivers, place, target, key)
+    elements, known = _refined(context, elements, places, per, target, tolerance, key)
+    transport = trace_transport(context, elements, known, rays, per, (*key, 12))
+    return _solve(context, elements, transport, tolerance)
+
+
+def _seeds(context, elements, receivers: int, place, target: int, key) -> Places:
+    """Where rays from a sample of the receivers meet the surface."""
+    wanted = int(np.ceil(SEEDS_PER_ELEMENT * target / SEED_RAYS))
+    some = np.unique((np.arange(wanted) * (receivers / wanted)).astype(int))
+
+    def work(part: slice):
+        points = place(some[part], 0)
+        hits, _ = shoot(context.tracer, points, SEED_RAYS, *key, 10, part.start)
+        return places_hit(sides_hit(elements, hits), hits, elements.miss)
+
+    parts = map_chunks(work, ranges(len(some), 2048), context.threads, context.tick("elements"))
+    return join_places(parts or [Places(*(np.zeros(0, int) for _ in range(4)))])
+
+
+def _refined(context, elements, places: Places, per, target, tolerance, key):
+    """Elements divided where direct light varies, and their sides that receivers see, lit."""
+    known = light_sides(context, places, elements.sides_of(places.side), per, (*key, 11))
+    mean = float((known.share @ known.lit).mean())
+    for step in range(MAX_REFINEMENTS):
+        worth = known.share * known.spread > 0.05 * tolerance * mean / np.sqrt(target)
+        worth &= known.share * len(places.side) > 2
+        divided = np.unique(known.side[worth] // 2)
+        if len(divided) == 0 or elements.count > MAX_GROWTH * target:
+            break
+        elements = refine(elements, divided)
+        places = places.on(elements)
+        known = known.take(np.flatnonzero(~np.isin(known.side // 2, divided)))
+        side = elements.sides_of(places.side)
+        fresh = np.flatnonzero(~np.isin(side, known.side))
+        lit = light_sides(context, places[fresh], side[fresh], per, (*key, 11, step))
+        lit = Sides(lit.side, lit.points, lit.reflectance, lit.lit, lit.spread,
+                    lit.share * (len(fresh) / len(side)))
+        known = join_sides([known, lit])
+    return elements, known
+
+
+def _solve(context: Context, elements: Elements, transport: Transport, tolerance: float):
+    """The linear system of the rows, and the table that rays look up."""
+    sides = transport.sides
+    emitted = _gathered_emission(context, elements)
+    source = sides.lit + sides.reflectance * transport.sky
+    if emitted is not None:
+        source = source + sides.reflectance * emitted[transport.hits].mean(axis=1)
+    solution, iterations, residual = source, 0, 0.0
+    if len(source) and source.any():
+        matrix = form_factors(transport, elements)
+        found = solve_second_kind(
+            lambda x: sides.reflectance * (matrix @ x), source, 0.01 * tolerance, 500
+        )
+        solution, iterations, residual = found.solution, found.iterations, found.residual
+    reflected = _fill_unknown(context, elements, sides, solution)
+    table = elements.values_of_cells(reflected.astype(np.float32), np.float32(0))
+    if emitted is not None:
+        table += emitted
+    return Radiosity(elements, table, transport, solution, iterations, residual)
+
+
+def _fill_unknown(context, elements: Elements, sides: Sides, solution: np.ndarray) -> np.ndarray:
+    """(2 n_elements, 3) reflected radiosity. A side that no row was traced for, though a later ray
+    may meet it, gets the mean of the known sides of its object, material and facing."""
+    scene = context.scene
+    kind = scene.object.astype(np.int64) * len(scene.materials) + scene.material
+    whose = np.zeros(elements.count, np.int64)
+    whose[elements.element[elements.element >= 0]] = kind[elements.triangle[elements.element >= 0]]
+    whose = np.stack([2 * whose, 2 * whose + 1], 1).ravel()
+    number = np.bincount(whose[sides.side], sides.share, whose.max(initial=0) + 1)
+    values = np.empty((2 * elements.count, 3))
+    for channel in range(3):
+        total = np.bincount(
+            whose[sides.side], sides.share * solution[:, channel], len(number)
+        )
+        values[:, channel] = (total / np.where(number > 0, number, 1))[whose]
+    values[sides.side] = solution
+    return values
+
+
+def _gathered_emission(context: Context, elements: Elements) -> np.ndarray | None:
+    """(2 n_cells + 1, 3) float32 exitance that rays must find, the same on both sides of a
+    triangle and over all of it (a texture's mean); None where there is none."""
+    triangles = np.flatnonzero(~context.explicit)
+    places = np.array([[1 / 6, 1 / 6], [4 / 6, 1 / 6], [1 / 6, 4 / 6], [1 / 3, 1 / 3]])
+    emission = np.zeros((len(context.explicit), 3))
+    for place in places:
+        uv = np.broadcast_to(place, (len(triangles), 2))
+        emission[triangles] += np.pi / len(places) * context.emission(triangles, uv)
+    if not emission.any():
+        return None
+    table = np.zeros((elements.miss + 1, 3), np.float32)
+    table[:-1] = np.repeat(emission[elements.triangle], 2, axis=0)
+    return table
