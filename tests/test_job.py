@@ -1,0 +1,116 @@
+"""The pipeline's stages, one by one. The middle one works where Blender is not installed."""
+
+from __future__ import annotations
+
+import pickle
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.sparse import identity
+
+from radiosity_addon.bake.faces import face_receivers
+from radiosity_addon.bake.texels import texel_receivers
+from radiosity_addon.export.exported import ExportedObject
+from radiosity_addon.job import Job, run, slice_receivers
+from radiosity_addon.settings import Settings
+from radiosity_addon.solver.fields import Constant
+from radiosity_addon.solver.progress import Cancelled
+from radiosity_addon.solver.receivers import concatenate
+from radiosity_addon.solver.scene import Material, Scene, SunLamp
+
+ROOT = Path(__file__).resolve().parents[1]
+SQUARE = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], float)
+HALVES = np.array([(0, 1, 2), (0, 2, 3)], np.int32)
+UV = (SQUARE[HALVES][..., :2] + 1) / 2  # the square fills the image
+
+
+def square_job(target: str, strength: float = np.pi, **options) -> Job:
+    """A square of reflectance 0.5 under a sun at its zenith: radiance 0.5 · strength / π."""
+    scene = Scene(
+        vertices=SQUARE,
+        triangles=HALVES,
+        material=np.zeros(2, np.int32),
+        object=np.zeros(2, np.int32),
+        materials=(Material("Grey", Constant(np.full(3, 0.5))),),
+        objects=("Square",),
+        lamps=(SunLamp("Sun", np.array([0.0, 0, -1]), np.full(3, strength)),) if strength else (),
+    )
+    loops = HALVES.ravel()
+    exported = ExportedObject("Square", 0, 2, UV, identity(6).tocsr(), loops, loops)
+    numbers = np.arange(2, dtype=np.int32)
+    if target == "image":
+        receivers = texel_receivers(UV, numbers, 8)
+    else:
+        receivers = face_receivers(SQUARE, HALVES, numbers, budget=0.1)
+    settings = Settings(target=target, resolution=8, quality="draft", **options)
+    return Job(settings, scene, receivers, (0, receivers.count), (exported,), (), (), ())
+
+
+def test_image_of_a_sunlit_square():
+    image = run(square_job("image")).colors[0]
+    assert image.shape == (8, 8, 4) and image.dtype == np.float32
+    assert image[..., :3] == pytest.approx(0.5, rel=1e-5)
+    assert (image[..., 3] == 1).all()
+
+
+def test_corners_of_a_sunlit_square():
+    colors = run(square_job("vertex")).colors[0]
+    assert colors.shape == (6, 3)
+    assert colors == pytest.approx(0.5, rel=1e-5)
+
+
+def test_points_of_a_sunlit_square():
+    assert run(square_job("vertex", domain="point")).colors[0].shape == (4, 3)
+
+
+def test_darkness_is_warned_of():
+    dark = run(square_job("image", strength=0))
+    assert any("black" in text for text in dark.warnings)
+    assert not dark.colors[0][..., :3].any()
+    assert not any("black" in text for text in run(square_job("image")).warnings)
+
+
+def test_job_and_result_survive_pickling():
+    job = square_job("vertex")
+    result = run(pickle.loads(pickle.dumps(job)))
+    again = pickle.loads(pickle.dumps(result))
+    assert np.array_equal(again.colors[0], run(job).colors[0])
+
+
+def test_middle_stage_runs_where_blender_cannot_be_imported(tmp_path):
+    (tmp_path / "job").write_bytes(pickle.dumps(square_job("vertex")))
+    script = f"""
+        import pickle, sys
+        sys.modules["bpy"] = None  # an import of it fails now
+        from radiosity_addon.job import run
+        job = pickle.load(open({str(tmp_path / "job")!r}, "rb"))
+        print(run(job).colors[0].max())
+    """
+    text = subprocess.check_output([sys.executable, "-c", textwrap.dedent(script)], cwd=ROOT)
+    assert float(text) == pytest.approx(0.5, rel=1e-5)
+
+
+def test_progress_rises_to_one_and_may_stop_the_work():
+    seen = []
+    run(square_job("vertex"), lambda stage, fraction: seen.append((stage, fraction)))
+    assert seen[-1] == ("Write", 1.0)
+    assert all(0 <= fraction <= 1 for _, fraction in seen)
+
+    def stop(stage, fraction):
+        raise Cancelled
+
+    with pytest.raises(Cancelled):
+        run(square_job("vertex"), stop)
+
+
+def test_a_slice_is_numbered_from_zero():
+    numbers = np.arange(2, dtype=np.int32)
+    first, second = (texel_receivers(UV, numbers, size) for size in (2, 3))
+    part = slice_receivers(concatenate([first, second]), first.count, first.count + second.count)
+    assert part.count == 9
+    for name in ("receiver", "triangle", "corners", "square", "grid"):
+        assert np.array_equal(getattr(part, name), getattr(second, name)), name
