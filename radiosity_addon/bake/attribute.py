@@ -1,0 +1,81 @@
+"""The colour attribute on the user's mesh. Depends on bpy types handed in, not on the context."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .layers import check_editable, loop_count, write_attribute
+
+FALLBACK = "{} Color"  # where something that is no colour attribute holds the name already
+LONGEST_NAME = 63  # bytes
+
+
+def write_colors(obj, name: str, colors: np.ndarray, domain: str) -> list[str]:
+    """Write linear ``colors`` (n_loops or n_vertices, 3) as FLOAT_COLOR attribute, alpha 1.
+
+    ``domain`` is "corner" or "point"; with "point", vertices past the last row belong to no face
+    and become black. An attribute of that name, type and domain is overwritten, a colour
+    attribute of another type or domain replaced. A new attribute becomes the active one; the one
+    that renders stays the user's, if there is any. Returns warnings. Raises ValueError for a
+    linked mesh, a name too long, and rows that do not fit the mesh.
+    """
+    mesh = obj.data
+    check_editable(obj.name, mesh)
+    name, warnings = _free_name(obj, name)
+    rows = _rows(mesh, colors, domain)
+    existing = mesh.color_attributes.get(name)
+    wanted = ("FLOAT_COLOR", domain.upper())
+    if existing is None or (existing.data_type, existing.domain) != wanted:
+        if existing is not None:
+            warnings.append(
+                f"{obj.name!r}: its colour attribute {name!r} was {existing.data_type} per "
+                f"{existing.domain.lower()} and is now FLOAT_COLOR per {domain}"
+            )
+        _make(mesh, name, existing, wanted)
+    write_attribute(mesh, name, rows)
+    return warnings
+
+
+def _rows(mesh, colors: np.ndarray, domain: str) -> np.ndarray:
+    """(n, 4) float32 for every loop or vertex of the mesh; ValueError when they do not fit."""
+    size = loop_count(mesh) if domain == "corner" else len(mesh.vertices)
+    short_allowed = domain == "point" and len(colors) <= size
+    if len(colors) != size and not short_allowed:
+        raise ValueError(
+            f"mesh {mesh.name!r} has {size} {domain}s where {len(colors)} were baked; it changed: "
+            "bake again"
+        )
+    rows = np.zeros((size, 4), np.float32)
+    rows[: len(colors), :3] = colors
+    rows[:, 3] = 1.0
+    return rows
+
+
+def _free_name(obj, name: str) -> tuple[str, list[str]]:
+    """The name to use: attributes of a mesh, UV maps among them, share one set of names."""
+    if len(name.encode()) > LONGEST_NAME:
+        raise ValueError(f"name {name!r} has more than {LONGEST_NAME} bytes; choose a shorter one")
+    mesh = obj.data
+    if name not in mesh.attributes or mesh.color_attributes.get(name) is not None:
+        return name, []
+    other = FALLBACK.format(name)
+    if len(other.encode()) > LONGEST_NAME or (
+        other in mesh.attributes and mesh.color_attributes.get(other) is None
+    ):
+        raise ValueError(
+            f"{obj.name!r} has an attribute or UV map {name!r} already; choose another --name"
+        )
+    return other, [f"{obj.name!r}: {name!r} is a UV map or attribute of another kind there; the "
+                   f"colours are in {other!r}"]
+
+
+def _make(mesh, name: str, existing, wanted) -> None:
+    """A new attribute in place of ``existing``; active, and rendered where none or it was."""
+    layers = mesh.color_attributes
+    rendered = layers[layers.render_color_index].name if len(layers) else name
+    if existing is not None:
+        layers.remove(existing)
+    kind, domain = wanted
+    layers.new(name=name, type=kind, domain=domain)
+    layers.active_color = layers[name]
+    layers.render_color_index = layers.find(rendered)

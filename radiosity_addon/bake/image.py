@@ -1,0 +1,122 @@
+"""Images: the baked texture inside the .blend, and files of it, written by Blender. bpy."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+import numpy as np
+
+MARK = "radiosity_bake"  # custom property on images that we made: their full name
+ENDINGS = {"exr": ".exr", "png": ".png", "hdr": ".hdr"}
+BLENDER_FORMAT = {"exr": ("OPEN_EXR", "32"), "png": ("PNG", "8"), "hdr": ("HDR", "32")}
+RESERVED = re.compile(r"(?i)^(con|prn|aux|nul|com\d|lpt\d)(\.|$)")  # names Windows keeps
+LONGEST_STEM = 180  # bytes
+
+
+def write_image(name: str, pixels: np.ndarray):
+    """Create or update the packed 32-bit float image ``name``; returns the bpy image.
+
+    ``pixels`` (height, width, 4) float32, row 0 at the bottom, linear in the scene's working
+    space, which is the colour space Blender gives a new float image. Colours of texels with alpha
+    0 are kept (alpha mode Channel Packed): the islands' margin needs them. A user's own image of
+    that name is left alone; Blender then numbers ours.
+    """
+    height, width = pixels.shape[:2]
+    image = find_image(name)
+    if image is None or tuple(image.size) != (width, height):
+        image = _new_image(name, width, height, replaced=image)
+    image.alpha_mode = "CHANNEL_PACKED"
+    image.pixels.foreach_set(np.ascontiguousarray(pixels, np.float32).ravel())
+    image.update()
+    image.pack()
+    return image
+
+
+def _new_image(name: str, width: int, height: int, replaced):
+    """A black image, used wherever ``replaced`` was: a packed one cannot change its size."""
+    import bpy
+
+    image = bpy.data.images.new(name, width, height, alpha=True, float_buffer=True)
+    image[MARK] = name
+    image.use_fake_user = True  # else an image no material uses is lost on saving
+    if replaced is not None:
+        called = replaced.name
+        replaced.user_remap(image)
+        bpy.data.images.remove(replaced)
+        image.name = called
+    return image
+
+
+def find_image(name: str):
+    """The image that an earlier bake made under ``name``, whatever Blender calls it; or None."""
+    import bpy
+
+    for image in bpy.data.images:
+        if image.get(MARK) == name and image.library is None and image.is_float:
+            return image
+    return None
+
+
+def file_names(names: list[str], kind: str) -> list[str]:
+    """A file name for each image name: safe on every system, unique also where case is ignored."""
+    taken: set[str] = set()
+    result = []
+    for name in names:
+        stem = re.sub(r'[<>:"/\\|?*\x00-\x1f]', "_", name).rstrip(". ") or "_"
+        stem = stem.encode()[:LONGEST_STEM].decode(errors="ignore")
+        stem = f"_{stem}" if RESERVED.match(stem) else stem
+        unique, number = stem, 1
+        while unique.casefold() in taken:
+            unique, number = f"{stem}_{number}", number + 1
+        taken.add(unique.casefold())
+        result.append(unique + ENDINGS[kind])
+    return result
+
+
+def save_image(image, path: str | Path, kind: str) -> None:
+    """Write ``image`` to ``path`` as "exr", "png" or "hdr"; an existing file is replaced whole.
+
+    EXR and HDR hold the linear values (HDR without alpha), PNG has 8 bits encoded for an sRGB
+    display without any view transform. Raises OSError naming the path; no part of a file stays.
+    """
+    path = Path(path).absolute()
+    if not path.parent.is_dir():
+        raise OSError(f"folder {path.parent} does not exist; create it or choose another")
+    partial = path.with_name(f".{path.stem}.partial{ENDINGS[kind]}")
+    try:
+        _render_to(image, partial, kind)
+        os.replace(partial, path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _render_to(image, path: Path, kind: str) -> None:
+    import bpy
+
+    scene = bpy.data.scenes.new("radiosity save")
+    try:
+        _set_up(scene, kind)
+        image.save_render(str(path), scene=scene)
+    except RuntimeError as error:
+        raise OSError(_explain(path, str(error).splitlines()[0])) from error
+    finally:
+        bpy.data.scenes.remove(scene)
+    if not path.is_file() or path.stat().st_size == 0:
+        raise OSError(_explain(path, "nothing was written"))
+
+
+def _set_up(scene, kind: str) -> None:
+    """Colour management and file format of ``Image.save_render``."""
+    scene.display_settings.display_device = "sRGB"
+    view = scene.view_settings
+    view.view_transform, view.exposure, view.gamma = "Standard", 0.0, 1.0
+    settings = scene.render.image_settings
+    settings.file_format, depth = BLENDER_FORMAT[kind]
+    settings.color_mode = "RGB" if kind == "hdr" else "RGBA"
+    settings.color_depth = depth
+
+
+def _explain(path: Path, cause: str) -> str:
+    return f"{path.parent} takes no image ({cause}); is the folder writable and the disk not full?"

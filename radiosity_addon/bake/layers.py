@@ -1,0 +1,70 @@
+"""Layers: values per vertex or face corner, in and out of a mesh in Object or Edit Mode. bpy.
+
+In Edit Mode Blender keeps the mesh in a BMesh and overwrites ``Mesh`` with it on leaving, so
+values go there. The order of vertices and face corners is that of ``Object.update_from_editmode``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def check_editable(name: str, mesh) -> None:
+    """Raise ValueError when ``mesh`` of object ``name`` belongs to a linked library."""
+    if not mesh.is_editable or mesh.library is not None:
+        raise ValueError(
+            f"the mesh of {name!r} is linked from another file and cannot be changed; make it "
+            "local (Object > Relations > Make Local > All) or bake it in its own file"
+        )
+
+
+def loop_count(mesh) -> int:
+    """Face corners of the mesh as it is now, in Edit Mode too."""
+    if not mesh.is_editmode:
+        return len(mesh.loops)
+    return sum(len(face.verts) for face in _bmesh(mesh).faces)
+
+
+def write_attribute(mesh, name: str, values: np.ndarray) -> None:
+    """Set the FLOAT_COLOR or FLOAT2 attribute ``name`` to ``values`` (n, 4 or 2) float32.
+
+    Raises ValueError when the rows do not match the mesh: it was changed meanwhile.
+    """
+    attribute = mesh.attributes[name]
+    if mesh.is_editmode:
+        _write_bmesh(mesh, attribute, values)
+        return
+    if len(attribute.data) != len(values):
+        raise ValueError(_mismatch(mesh, len(values), len(attribute.data)))
+    field = "color" if attribute.data_type == "FLOAT_COLOR" else "vector"
+    attribute.data.foreach_set(field, np.ascontiguousarray(values, np.float32).ravel())
+    mesh.update()
+
+
+def _write_bmesh(mesh, attribute, values: np.ndarray) -> None:
+    import bmesh
+
+    name, kind, domain = attribute.name, attribute.data_type, attribute.domain
+    edited = _bmesh(mesh)
+    corners = domain == "CORNER"
+    owners = edited.loops.layers if corners else edited.verts.layers
+    layer = owners.float_color[name] if kind == "FLOAT_COLOR" else owners.uv[name]
+    items = [loop for face in edited.faces for loop in face.loops] if corners else edited.verts
+    if len(items) != len(values):
+        raise ValueError(_mismatch(mesh, len(values), len(items)))
+    for item, value in zip(items, values.tolist()):
+        if kind == "FLOAT_COLOR":
+            item[layer] = value
+        else:
+            item[layer].uv = value
+    bmesh.update_edit_mesh(mesh, loop_triangles=False, destructive=False)
+
+
+def _bmesh(mesh):
+    import bmesh
+
+    return bmesh.from_edit_mesh(mesh)
+
+
+def _mismatch(mesh, given: int, has: int) -> str:
+    return f"mesh {mesh.name!r} has {has} items where {given} were baked; it changed: bake again"

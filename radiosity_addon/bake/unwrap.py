@@ -1,0 +1,169 @@
+"""UV maps made for objects that lack one; everything else of the user's is left alone. bpy.
+
+The charts come from Blender's Smart UV Project on a plain copy of the mesh in a scene of its own,
+so that selection, mode, active object and the user's UV maps never change.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .layers import check_editable, write_attribute
+
+ANGLE = math.radians(66)  # faces that differ by less may share a chart
+MOST_MAPS = 8  # that Blender renders from
+FALLBACK = "{} UV"  # where an attribute that is no UV map holds the name already
+LEAST_GAP, GAP_SHARE = 3, 128  # texels between charts: at least, and resolution / GAP_SHARE
+
+
+def find_uv_map(mesh, name: str) -> str | None:
+    """The UV map called ``name`` or what ``ensure_uv_map`` makes in its place; None without."""
+    for candidate in (name, FALLBACK.format(name)):
+        if candidate in mesh.uv_layers:
+            return candidate
+    return None
+
+
+def ensure_uv_map(
+    objects, name: str = "Radiosity", resolution: int = 1024, margin: int = 8
+) -> list[tuple[str, str]]:
+    """Make the UV map on the meshes of ``objects`` that lack it.
+
+    Returns (object name, map name) of each map made, one per mesh: objects that share a mesh share
+    the map, laid out for the first one's scale. The active map and the one that renders stay.
+    Charts are at least three texels apart, more at larger resolutions if the margin asks for it.
+    Raises ValueError, with nothing made, for a linked mesh and for one with 8 UV maps.
+    """
+    lacking = {}
+    for obj in objects:
+        if find_uv_map(obj.data, name) is None:
+            lacking.setdefault(obj.data.name_full, obj)
+    for obj in lacking.values():
+        _check_room(obj, name)
+    gap = max(LEAST_GAP, min(2 * margin, resolution // GAP_SHARE)) / resolution
+    made: list[tuple[str, str]] = []
+    try:
+        for obj in lacking.values():
+            uv = _unwrap(obj, gap)
+            made.append((obj.name, _new_map(obj.data, name)))
+            write_attribute(obj.data, made[-1][1], uv)
+    except BaseException:
+        _remove(made, {obj.name: obj for obj in lacking.values()}.get)
+        raise
+    return made
+
+
+def remove_uv_maps(made: list[tuple[str, str]]) -> None:
+    """Undo ``ensure_uv_map``: remove the maps it returned, where they still exist."""
+    import bpy
+
+    _remove(made, bpy.data.objects.get)
+
+
+def _remove(made, find) -> None:
+    for object_name, map_name in made:
+        obj = find(object_name)
+        layer = obj.data.uv_layers.get(map_name) if obj is not None else None
+        if layer is not None:
+            obj.data.uv_layers.remove(layer)
+
+
+def _check_room(obj, name: str) -> None:
+    check_editable(obj.name, obj.data)
+    if len(obj.data.uv_layers) >= MOST_MAPS:
+        raise ValueError(
+            f"{obj.name!r} has {MOST_MAPS} UV maps, the most that Blender renders from; remove "
+            f"one, or name the one to bake to with --uv-map instead of {name!r}"
+        )
+    if name in obj.data.attributes and FALLBACK.format(name) in obj.data.attributes:
+        raise ValueError(f"{obj.name!r} has attributes {name!r} that are no UV map; rename them")
+
+
+def _new_map(mesh, name: str) -> str:
+    """Add an empty UV map and return its name; what is active stays active."""
+    layers = mesh.uv_layers
+    active = layers.active.name if layers.active else None
+    rendered = next((layer.name for layer in layers if layer.active_render), None)
+    free = FALLBACK.format(name) if name in mesh.attributes else name
+    layer = layers.new(name=free, do_init=False)
+    if layer is None:
+        raise ValueError(f"mesh {mesh.name!r} takes no further UV map; remove one")
+    free = layer.name
+    if active is not None:
+        layers.active = layers[active]
+    if rendered is not None:
+        layers[rendered].active_render = True
+    return free
+
+
+def _unwrap(obj, gap: float) -> np.ndarray:
+    """(n_loops, 2) float32 UVs of the object's mesh, charts ``gap`` apart."""
+    import bpy
+
+    if obj.data.is_editmode:
+        obj.update_from_editmode()
+    if not len(obj.data.polygons):
+        return np.zeros((0, 2), np.float32)
+    mesh = _plain_copy(obj)
+    copy = bpy.data.objects.new("radiosity unwrap", mesh)
+    scene = bpy.data.scenes.new("radiosity unwrap")
+    try:
+        scene.collection.objects.link(copy)
+        _project(scene, copy, gap)
+        uv = np.empty(2 * len(mesh.loops), np.float32)
+        mesh.uv_layers.active.data.foreach_get("uv", uv)
+    finally:
+        bpy.data.objects.remove(copy)
+        bpy.data.meshes.remove(mesh)
+        bpy.data.scenes.remove(scene)
+    return np.clip(np.nan_to_num(uv.reshape(-1, 2)), 0.0, 1.0)
+
+
+def _plain_copy(obj):
+    """The shape alone as a new mesh, in world size so that texels are alike on all sides."""
+    import bpy
+
+    source = obj.data
+    points = _get(source.vertices, "co", 3, np.float32)
+    size = np.array(obj.matrix_world, float)[:3, :3]
+    if np.isfinite(size).all() and abs(np.linalg.det(size)) > 0:
+        points = points @ size.T
+    mesh = bpy.data.meshes.new("radiosity unwrap")
+    mesh.vertices.add(len(source.vertices))
+    mesh.vertices.foreach_set("co", np.nan_to_num(points, posinf=0, neginf=0).ravel())
+    mesh.loops.add(len(source.loops))
+    mesh.loops.foreach_set("vertex_index", _get(source.loops, "vertex_index", 1, np.int32).ravel())
+    mesh.polygons.add(len(source.polygons))
+    starts = _get(source.polygons, "loop_start", 1, np.int32)
+    mesh.polygons.foreach_set("loop_start", starts.ravel())
+    mesh.update(calc_edges=True)
+    mesh.uv_layers.new(name="uv", do_init=False)
+    return mesh
+
+
+def _get(collection, field: str, width: int, kind) -> np.ndarray:
+    values = np.empty(len(collection) * width, kind)
+    collection.foreach_get(field, values)
+    return values.reshape(-1, width)
+
+
+def _project(scene, copy, gap: float) -> None:
+    import bpy
+
+    layer = scene.view_layers[0]
+    layer.objects.active = copy
+    copy.select_set(True, view_layer=layer)
+    with bpy.context.temp_override(
+        scene=scene, view_layer=layer, object=copy, active_object=copy, edit_object=copy,
+        selected_objects=[copy],
+    ):
+        bpy.ops.object.mode_set(mode="EDIT")
+        try:
+            bpy.ops.mesh.select_all(action="SELECT")
+            bpy.ops.uv.smart_project(
+                angle_limit=ANGLE, island_margin=gap / 2, margin_method="FRACTION"
+            )
+        finally:
+            bpy.ops.object.mode_set(mode="OBJECT")
