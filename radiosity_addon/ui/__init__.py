@@ -23,9 +23,10 @@ def unregister() -> None:
     """End a bake that runs, and take back everything ``register`` added."""
     import bpy
 
-    from . import panels, properties, session
+    from . import panels, properties, session, view
 
     session.end()
+    view.forget()
     bpy.types.STATUSBAR_HT_header.remove(panels.draw_status)
     properties.unregister_properties()
     for cls in reversed(_classes()):
@@ -33,6 +34,8 @@ def unregister() -> None:
 
 
 def _classes() -> tuple:
-    from . import bake, panels, properties
+    """Every class, in the order in which Blender is told of them and shows the panels."""
+    from . import bake, panels, presets, preview, properties, report_panel, view
 
-    return (properties.RadiositySettings, *bake.CLASSES, *panels.CLASSES)
+    rooms = (bake, view, preview, presets, panels, report_panel)
+    return (properties.RadiositySettings, *(cls for room in rooms for cls in room.CLASSES))

@@ -45,7 +45,7 @@ def why_not(context) -> str:
     properties = context.scene.radiosity
     if not properties.passes:
         return tip_("Choose at least one pass")
-    if not properties.name.strip():
+    if not properties.bake_name.strip():
         return tip_("Give the color attribute and the images a name")
     if properties.write_files and properties.target == "IMAGE":
         if properties.image_dir.startswith("//") and not bpy.data.filepath:

@@ -2,7 +2,8 @@
 
 import bpy
 
-from . import session
+from . import session, view
+from .presets import RADIOSITY_PT_presets
 from .properties import CUSTOM
 
 
@@ -22,6 +23,9 @@ class RadiosityPanel:
 
 class RADIOSITY_PT_bake(RadiosityPanel, bpy.types.Panel):
     bl_label = "Radiosity"
+
+    def draw_header_preset(self, context):
+        RADIOSITY_PT_presets.draw_panel_header(self.layout)
 
     def draw(self, context):
         layout = self.split_layout()
@@ -50,7 +54,7 @@ class RADIOSITY_PT_target(RadiosityPanel, bpy.types.Panel):
         properties = context.scene.radiosity
         layout.enabled = session.current() is None
         layout.prop(properties, "target", text="Bake To")
-        layout.prop(properties, "name")
+        layout.prop(properties, "bake_name")
         if properties.target == "VERTEX":
             layout.prop(properties, "domain")
             return
@@ -112,6 +116,24 @@ class RADIOSITY_PT_advanced(RadiosityPanel, bpy.types.Panel):
         layout.prop(properties, "seed")
 
 
+class RADIOSITY_PT_result(RadiosityPanel, bpy.types.Panel):
+    bl_label = "Result"
+    bl_parent_id = "RADIOSITY_PT_bake"
+
+    def draw(self, context):
+        column = self.layout.column(align=True)
+        shown = view.shows(context.space_data)
+        column.operator(
+            "radiosity.show",
+            text="Back to Normal View" if shown else "Show Result",
+            icon="LOOP_BACK" if shown else "SHADING_SOLID",
+            depress=shown,
+        )
+        row = column.row(align=True)
+        row.operator("radiosity.build_material", text="Build Material", icon="MATERIAL")
+        row.operator("radiosity.build_material", text="Build and Put On").assign = True
+
+
 def draw_progress(layout, bake) -> None:
     """The bake's stage, percent and time left, and the way to stop it."""
     layout.use_property_split = False
@@ -149,4 +171,5 @@ CLASSES = (
     RADIOSITY_PT_files,
     RADIOSITY_PT_passes,
     RADIOSITY_PT_advanced,
+    RADIOSITY_PT_result,
 )

@@ -91,7 +91,7 @@ class RadiositySettings(bpy.types.PropertyGroup):
         max=1024,
         subtype="PIXEL",
     )
-    name: StringProperty(
+    bake_name: StringProperty(
         name="Name",
         description="Name of the color attribute, and start of the images' names",
         default=DEFAULTS.name,
@@ -183,7 +183,7 @@ def settings_of(properties: RadiositySettings, objects: tuple[str, ...] = ()) ->
         margin=properties.margin,
         image_dir=bpy.path.abspath(properties.image_dir) if to_files else None,
         format=properties.format.lower() if to_files else None,
-        name=properties.name,
+        name=properties.bake_name,
         passes=tuple(name for name in DEFAULTS.passes if name in asked),
         quality=DEFAULTS.quality if properties.quality == CUSTOM else properties.quality.lower(),
         error=properties.error if properties.quality == CUSTOM else None,

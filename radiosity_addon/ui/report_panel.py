@@ -1,0 +1,150 @@
+"""The panels before and after a bake: the pre-flight list and the report."""
+
+import bpy
+from bpy.app.translations import pgettext_iface as iface_
+
+from . import words
+from .panels import RadiosityPanel
+from .preflight import MOST_SHOWN, preflight
+from .report_store import load_report, report_text
+
+STAGES = {
+    "export": "Reading the scene",
+    "elements": "Elements",
+    "transport": "Form factors",
+    "solve": "Linear solve",
+    "gather": "Light at the receivers",
+    "write": "Writing the colors",
+    "total": "Total",
+}
+ENERGY = {"emitted": "Emitted", "absorbed": "Absorbed", "escaped": "Escaped"}
+LINE = 44  # characters of a warning in one line of the panel
+
+
+class RADIOSITY_PT_preflight(RadiosityPanel, bpy.types.Panel):
+    bl_label = "Before the Bake"
+    bl_parent_id = "RADIOSITY_PT_bake"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        plan = preflight(context)
+        column = self.layout.column(align=True)
+        pair(column, "Objects", words.count(len(plan.baked)))
+        for name in plan.baked[:MOST_SHOWN]:
+            column.label(text=name, icon="CHECKMARK", translate=False)
+        draw_more(column, len(plan.baked))
+        if plan.left_out:
+            column.separator()
+            pair(column, "Left Out", words.count(len(plan.left_out)))
+            for name, reason in plan.left_out[:MOST_SHOWN]:
+                column.label(text=f"{name}: {reason}", icon="X", translate=False)
+            draw_more(column, len(plan.left_out))
+        column.separator()
+        pair(column, "Time, about", words.duration(plan.seconds))
+        pair(column, "Memory, about", words.size(plan.bytes))
+
+
+class RADIOSITY_PT_report(RadiosityPanel, bpy.types.Panel):
+    bl_label = "Report"
+    bl_parent_id = "RADIOSITY_PT_bake"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context):
+        return bool(context.scene.radiosity.report)
+
+    def draw(self, context):
+        report = load_report(context.scene)
+        if report is None:
+            self.layout.label(text="The report cannot be read")
+            return
+        draw_error(self.layout, report)
+        draw_work(self.layout, report)
+        draw_time(self.layout, report)
+        draw_warnings(self.layout, report)
+        self.layout.operator("radiosity.copy_report", icon="COPYDOWN")
+
+
+def draw_error(layout, report: dict) -> None:
+    column = layout.column(align=True)
+    pair(column, "Target Error", words.percent(report["target_error"]))
+    pair(column, "Estimated Error", words.percent(report["estimated_error"]))
+    energy = report["energy"]
+    for name, label in ENERGY.items():
+        pair(column, label, iface_("{:.4g} W").format(energy[name]))
+
+
+def draw_work(layout, report: dict) -> None:
+    column = layout.column(align=True)
+    for name, label in (
+        ("triangles", "Triangles"),
+        ("elements", "Elements"),
+        ("receivers", "Receivers"),
+        ("rays", "Rays"),
+        ("iterations", "Iterations"),
+    ):
+        pair(column, label, words.count(report[name]))
+    pair(column, "Peak Memory", words.size(report["peak_memory"]))
+
+
+def draw_time(layout, report: dict) -> None:
+    column = layout.column(align=True)
+    for name, label in STAGES.items():
+        pair(column, label, words.duration(report["seconds"][name]))
+
+
+def draw_warnings(layout, report: dict) -> None:
+    """Warnings in full, broken into lines; and the objects that were left out."""
+    left_out = [f"{item['name']}: {item['reason']}" for item in report["objects"]
+                if not item["baked"]]  # fmt: skip
+    for text in (*report["warnings"], *left_out):
+        column = layout.column(align=True)
+        for index, line in enumerate(broken(text)):
+            column.label(text=line, icon="BLANK1" if index else "ERROR", translate=False)
+
+
+def broken(text: str) -> list[str]:
+    """The text in lines that fit a sidebar."""
+    import textwrap
+
+    return textwrap.wrap(text, LINE)
+
+
+def pair(layout, label: str, value: str) -> None:
+    """A label and its value in two columns."""
+    row = layout.split(factor=0.55, align=True)
+    name = row.row()
+    name.alignment = "RIGHT"
+    name.label(text=label)
+    row.label(text=value, translate=False)
+
+
+def draw_more(layout, number: int) -> None:
+    """Say how many names are not shown."""
+    if number > MOST_SHOWN:
+        layout.label(
+            text=iface_("and {:d} more").format(number - MOST_SHOWN), icon="BLANK1", translate=False
+        )
+
+
+class RADIOSITY_OT_copy_report(bpy.types.Operator):
+    """Copy the whole report to the clipboard, as JSON"""
+
+    bl_idname = "radiosity.copy_report"
+    bl_label = "Copy Report"
+    bl_options = {"INTERNAL"}
+
+    @classmethod
+    def poll(cls, context):
+        return bool(context.scene.radiosity.report)
+
+    def execute(self, context):
+        report = load_report(context.scene)
+        if report is None:
+            self.report({"ERROR"}, "The report cannot be read; bake again")
+            return {"CANCELLED"}
+        context.window_manager.clipboard = report_text(report)
+        return {"FINISHED"}
+
+
+CLASSES = (RADIOSITY_PT_preflight, RADIOSITY_PT_report, RADIOSITY_OT_copy_report)
