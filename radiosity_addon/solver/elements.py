@@ -26,11 +26,12 @@ class Elements:
     """Grids of cells; grid t < n_triangles covers triangle t, later ones divide single cells."""
 
     grid: np.ndarray  # (n_grids,) int32: cells along each edge
-    base: np.ndarray  # (n_grids,) int64: first cell of each grid
+    base: np.ndarray  # (n_grids,) int32: first cell of each grid
     element: np.ndarray  # (n_cells,) int32: the cell's element, or INSIDE - grid
     triangle: np.ndarray  # (n_cells,) int32: the triangle it lies in
     count: int
     depth: int  # grids a lookup may go through
+    divided: bool  # some triangle has more than one cell in its own grid
 
     @property
     def miss(self) -> int:
@@ -42,26 +43,24 @@ class Elements:
         return 2 * self.element[cell_sides >> 1].astype(np.int64) + (cell_sides & 1)
 
     def cells_at(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Undivided cells (n,) int64 at barycentric (u, v) of triangles, all >= 0."""
+        """Undivided cells (n,) int32 at barycentric (u, v) of triangles, all >= 0."""
         cells = self.base[triangle]
         n = self.grid[triangle]
-        some = np.flatnonzero(n > 1)
-        x, y = u[some], v[some]
-        offset, x, y = _cell_in_grid(n[some], x, y)
-        cells[some] += offset
+        if self.divided:
+            offset, u, v = _cell_in_grid(n, u, v)
+            cells += offset
         if self.depth == 1:
             return cells
-        u, v = u.copy(), v.copy()
-        u[some], v[some] = x, y
-        some = np.arange(len(cells))
-        for _ in range(self.depth - 1):
-            inner = self.element[cells[some]]
+        inner = self.element[cells]
+        some = np.flatnonzero(inner <= INSIDE)
+        inner, u, v = inner[some], u[some], v[some]
+        while len(some):
+            finer = INSIDE - inner
+            offset, u, v = _cell_in_grid(self.grid[finer], u, v)
+            cells[some] = found = self.base[finer] + offset
+            inner = self.element[found]
             below = np.flatnonzero(inner <= INSIDE)
-            if len(below) == 0:
-                break
-            some, finer = some[below], INSIDE - inner[below]
-            offset, u[some], v[some] = _cell_in_grid(self.grid[finer], u[some], v[some])
-            cells[some] = self.base[finer] + offset
+            some, inner, u, v = some[below], inner[below], u[below], v[below]
         return cells
 
     def values_of_cells(self, values: np.ndarray, nothing) -> np.ndarray:
@@ -79,11 +78,11 @@ def _cell_in_grid(n: np.ndarray, u: np.ndarray, v: np.ndarray):
 
     Row i holds 2(n−i)−1 cells, upright and inverted ones in turn.
     """
-    nf = n.astype(np.float32)
-    x, y = u * nf, v * nf
-    i = np.clip(x.astype(np.int32), 0, n - 1)
-    j = np.clip(y.astype(np.int32), 0, n - 1 - i)
-    x, y = x - i, y - j
+    x, y = u * n.astype(np.float32), v * n.astype(np.float32)
+    i = np.minimum(x.astype(np.int32), n - 1)
+    j = np.minimum(y.astype(np.int32), n - 1 - i)
+    x -= i
+    y -= j
     inverted = (x + y > 1) & (j < n - 1 - i)
     index = i * (2 * n - i) + 2 * j + inverted
     return index, np.where(inverted, 1 - x, x), np.where(inverted, 1 - y, y)
@@ -101,7 +100,7 @@ def build_elements(geometry: Geometry, group: np.ndarray, target: int) -> Elemen
     level = np.rint(np.log2(np.maximum(np.sqrt(geometry.area) / size, 0.5)))
     grid = np.clip(2.0**level, 1, MAX_GRID).astype(np.int32)
     cells = grid.astype(np.int64) ** 2
-    base = np.cumsum(cells) - cells
+    base = (np.cumsum(cells) - cells).astype(np.int32)
     whole = np.repeat(grid > 1, cells)
     element = np.empty(len(whole), np.int32)
     element[whole] = np.arange(whole.sum())
@@ -109,7 +108,7 @@ def build_elements(geometry: Geometry, group: np.ndarray, target: int) -> Elemen
     labels, clusters = _clusters(geometry, small, group[small], size)
     element[base[small]] = labels + whole.sum()
     triangle = np.repeat(np.arange(len(grid), dtype=np.int32), cells)
-    return Elements(grid, base, element, triangle, int(whole.sum()) + clusters, depth=1)
+    return Elements(grid, base, element, triangle, int(whole.sum()) + clusters, 1, bool(whole.any()))
 
 
 def _clusters(geometry: Geometry, small: np.ndarray, group: np.ndarray, size: float):
@@ -140,9 +139,10 @@ def refine(elements: Elements, chosen: np.ndarray) -> Elements:
     parts = elements.count + np.arange(4 * len(leaf))
     return Elements(
         grid=np.concatenate([elements.grid, np.full(len(leaf), 2, np.int32)]),
-        base=np.concatenate([elements.base, len(element) + 4 * fresh]),
+        base=np.concatenate([elements.base, len(element) + 4 * fresh]).astype(np.int32),
         element=np.concatenate([element, parts]).astype(np.int32),
         triangle=np.concatenate([elements.triangle, np.repeat(elements.triangle[leaf], 4)]),
         count=elements.count + 4 * len(leaf),
         depth=elements.depth + 1,
+        divided=elements.divided,
     )

@@ -18,7 +18,7 @@ SHRINK = 1e-5
 class Footprints:
     """Cells in space: origin + a·u + b·v. Cell ``start[i]:start[i+1]`` belong to footprint i."""
 
-    origin: np.ndarray  # (n_cells, 3) float64 normalised
+    origin: np.ndarray  # (n_cells, 3) float32 normalised, lifted off the surface
     u: np.ndarray  # (n_cells, 3)
     v: np.ndarray  # (n_cells, 3)
     normal: np.ndarray  # (n_cells, 3) float32 unit
@@ -62,9 +62,9 @@ def build_footprints(geometry: Geometry, receivers: Receivers) -> Footprints:
     area = share * geometry.area[triangle] * np.where(receivers.square, 2.0, 1.0)
     start = np.searchsorted(receivers.receiver, np.arange(receivers.count + 1))
     return Footprints(
-        origin=geometry.at(triangle, corners[:, 0]) + OFFSET * normal,
-        u=edge_u[:, :1] * e1 + edge_u[:, 1:] * e2,
-        v=edge_v[:, :1] * e1 + edge_v[:, 1:] * e2,
+        origin=(geometry.at(triangle, corners[:, 0]) + OFFSET * normal).astype(np.float32),
+        u=(edge_u[:, :1] * e1 + edge_u[:, 1:] * e2).astype(np.float32),
+        v=(edge_v[:, :1] * e1 + edge_v[:, 1:] * e2).astype(np.float32),
         normal=normal.astype(np.float32),
         triangle=triangle,
         corners=np.stack([corners[:, 0], edge_u, edge_v], 1).astype(np.float32),

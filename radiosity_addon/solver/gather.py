@@ -42,11 +42,11 @@ def shoot(tracer: Tracer, points: Points, rays: int, *key: int) -> tuple[Hits, n
 
 
 def sides_hit(elements: Elements, hits: Hits) -> np.ndarray:
-    """(n,) int64 cell side of each hit: 2·cell + back; ``2 n_cells`` where nothing was hit."""
-    missed = hits.triangle < 0
-    cells = elements.cells_at(np.where(missed, 0, hits.triangle), hits.u, hits.v)
-    sides = 2 * cells + ~hits.front
-    sides[missed] = elements.miss
+    """(n,) int32 cell side of each hit: 2·cell + back; ``2 n_cells`` where nothing was hit."""
+    sides = elements.cells_at(np.maximum(hits.triangle, 0), hits.u, hits.v)
+    sides *= 2
+    sides += ~hits.front
+    sides[hits.triangle < 0] = elements.miss
     return sides
 
 

@@ -17,48 +17,51 @@ def polygon_form_factor(
     ``polygon`` (k, 3) in order. The part below the horizon of a point is clipped away. Irradiance
     is π times this times the radiance. The polygon counts from both of its sides.
     """
-    n, k = len(position), len(polygon)
-    ray = polygon.T[None] - position[:, :, None]  # (n, 3, k): components first, long last axes
-    x, y, z = ray[:, 0], ray[:, 1], ray[:, 2]  # (n, k)
-    height = x * normal[:, :1] + y * normal[:, 1:2] + z * normal[:, 2:]
-    above = height > 0
-    result = np.zeros(n)
-    whole = np.flatnonzero(above.all(axis=1))
-    if len(whole):
-        total = np.zeros(len(whole))
-        for a in range(k):
-            total += _edge(ray[whole, :, a], ray[whole, :, (a + 1) % k], normal[whole])
-        result[whole] = total
-    cut = np.flatnonzero(above.any(axis=1) & ~above.all(axis=1))
-    if len(cut):
-        result[cut] = _clipped(ray[cut], height[cut], normal[cut])
+    rays = [corner - position for corner in polygon]
+    heights = [np.einsum("ij,ij->i", ray, normal) for ray in rays]
+    lowest, highest = np.minimum.reduce(heights), np.maximum.reduce(heights)
+    if lowest.min(initial=1) > 0:
+        result = _around(rays, normal)
+    else:
+        result = np.zeros(len(position))
+        whole = np.flatnonzero(lowest > 0)
+        result[whole] = _around([ray[whole] for ray in rays], normal[whole])
+        cut = np.flatnonzero((lowest <= 0) & (highest > 0))
+        result[cut] = _clipped([r[cut] for r in rays], [h[cut] for h in heights], normal[cut])
     return np.abs(result) / (2 * np.pi)
+
+
+def _around(rays: list, normal: np.ndarray) -> np.ndarray:
+    """(n,) Σ Γ·n of whole polygons: k arrays (n, 3) from the point to the corners."""
+    total = np.zeros(len(normal))
+    for a, b in zip(rays, rays[1:] + rays[:1]):
+        total += _edge(a, b, normal)
+    return total
 
 
 def _edge(a: np.ndarray, b: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """(n,) Γ·n of the edges a → b, (n, 3) each, seen from the origin."""
-    cx = a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1]
-    cy = a[:, 2] * b[:, 0] - a[:, 0] * b[:, 2]
-    cz = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    ax, ay, az = a.T
+    bx, by, bz = b.T
+    cx, cy, cz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
     sine = np.sqrt(cx * cx + cy * cy + cz * cz)
-    cosine = a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 2] * b[:, 2]
-    along = cx * normal[:, 0] + cy * normal[:, 1] + cz * normal[:, 2]
-    return np.arctan2(sine, cosine) * along / np.where(sine > 0, sine, 1)
+    cosine = np.einsum("ij,ij->i", a, b)
+    nx, ny, nz = normal.T
+    angle = np.arctan2(sine, cosine)
+    return angle * (cx * nx + cy * ny + cz * nz) / np.where(sine > 0, sine, 1)
 
 
-def _clipped(ray: np.ndarray, height: np.ndarray, normal: np.ndarray) -> np.ndarray:
+def _clipped(rays: list, heights: list, normal: np.ndarray) -> np.ndarray:
     """Σ Γ·n of polygons cut by the horizon: each edge's upper part, and the edge that closes it."""
-    k = ray.shape[2]
-    total, leaving, entering = np.zeros(len(ray)), np.zeros(ray[:, :, 0].shape), 0.0
-    for i in range(k):
-        j = (i + 1) % k
-        a, b, ha, hb = ray[:, :, i], ray[:, :, j], height[:, i], height[:, j]
+    total = np.zeros(len(normal))
+    leaving, entering = np.zeros(normal.shape), np.zeros(normal.shape)
+    for a, b, ha, hb in zip(rays, rays[1:] + rays[:1], heights, heights[1:] + heights[:1]):
         crossing = (ha > 0) != (hb > 0)
         step = np.where(crossing, ha / np.where(crossing, ha - hb, 1), 0)[:, None]
         middle = a + step * (b - a)
         start = np.where((ha > 0)[:, None], a, middle)
         end = np.where((hb > 0)[:, None], b, middle)
         total += np.where((ha > 0) | (hb > 0), _edge(start, end, normal), 0)
-        leaving = leaving + np.where((crossing & (ha > 0))[:, None], middle, 0)
-        entering = entering + np.where((crossing & (hb > 0))[:, None], middle, 0)
+        leaving += np.where((crossing & (ha > 0))[:, None], middle, 0)
+        entering += np.where((crossing & (hb > 0))[:, None], middle, 0)
     return total + _edge(leaving, entering, normal)

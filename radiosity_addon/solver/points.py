@@ -63,37 +63,47 @@ def footprint_points(
     """``per`` points, stratified by area, on each of the ``chosen`` footprints (R,) int,
     shifted by ``turn`` (R, 3) in [0, 1)."""
     table = sobol(per, 3, *key).astype(np.float32)
-    place = (table[:, None, :2] + turn[:, :2]) % 1.0
-    cell = _choose_cells(footprints, chosen, table[:, 2:], turn[:, 2])
-    fold = ~footprints.square[cell] & (place.sum(axis=2) > 1)
-    place = np.where(fold[..., None], 1 - place, place)
-    position = (
-        footprints.origin[cell]
-        + place[..., :1] * footprints.u[cell]
-        + place[..., 1:] * footprints.v[cell]
-    )
-    corners = footprints.corners[cell]
-    uv = corners[..., 0, :] + place[..., :1] * corners[..., 1, :] + place[..., 1:] * corners[..., 2, :]
-    return Points(
-        position.astype(np.float32), footprints.normal[cell], footprints.triangle[cell], uv, turn
-    )
+    place = table[:, None, :2] + turn[:, :2]
+    place -= place >= 1
+    first, last = footprints.start[chosen], footprints.start[chosen + 1]
+    points = _points_in(footprints, np.broadcast_to(first, (per, len(chosen))), first, place, turn)
+    several = np.flatnonzero(last - first > 1)
+    if len(several):
+        cell = _choose_cells(footprints, chosen[several], table[:, 2:], turn[several, 2])
+        some = _points_in(footprints, cell, cell, place[:, several], turn[several])
+        for name in _POINT_ARRAYS:
+            getattr(points, name)[:, several] = getattr(some, name)
+    return points
+
+
+def _points_in(footprints: Footprints, cell, distinct, place: np.ndarray, turn) -> Points:
+    """Points at ``place`` (per, R, 2) in ``cell`` (per, R); ``distinct`` is cell without repeats
+    along its first axis, to look things up once."""
+    square = footprints.square[distinct]
+    if not square.all():
+        fold = ~square & (place[..., 0] + place[..., 1] > 1)
+        place = np.where(fold[..., None], 1 - place, place)
+    s, t = place[..., :1], place[..., 1:]
+    position = s * footprints.u[distinct]
+    position += t * footprints.v[distinct]
+    position += footprints.origin[distinct]
+    corners = footprints.corners[distinct]
+    uv = s * corners[..., 1, :] + t * corners[..., 2, :] + corners[..., 0, :]
+    normal = np.empty(position.shape, np.float32)
+    normal[:] = footprints.normal[distinct]
+    triangle = np.empty(cell.shape, np.int32)
+    triangle[:] = footprints.triangle[distinct]
+    return Points(position, normal, triangle, uv, turn)
 
 
 def _choose_cells(footprints: Footprints, chosen, level, turn) -> np.ndarray:
     """(per, R) int: a cell of each footprint for each ``level`` (per, 1), by area; each footprint
     shifts the levels by its ``turn`` (R,)."""
     first, last = footprints.start[chosen], footprints.start[chosen + 1]
-    cell = np.broadcast_to(first, (len(level), len(chosen)))
-    several = np.flatnonzero(last - first > 1)
-    if len(several) == 0:
-        return cell
-    cell = cell.copy()
-    low = footprints.cumulative[first[several]]
-    high = footprints.cumulative[last[several]]
-    level = (level + turn[several]) % 1.0
+    low, high = footprints.cumulative[first], footprints.cumulative[last]
+    level = (level + turn) % 1.0
     found = np.searchsorted(footprints.cumulative, low + level * (high - low), "right") - 1
-    cell[:, several] = np.clip(found, first[several], last[several] - 1)
-    return cell
+    return np.clip(found, first, last - 1)
 
 
 def points_on(geometry: Geometry, triangle, u, v, front, turn) -> Points:
