@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 import traceback
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 from . import arguments, files, memory
@@ -32,7 +33,7 @@ def main(argv: list[str], opened: bool = False) -> int:
         publication = stack.enter_context(files.Publication())
         interrupts = stack.enter_context(Interrupts(lambda: _last_act(terminal, publication)))
         try:
-            terminal_text = _bake(request, terminal, publication, interrupts)
+            summary = _bake(request, terminal, publication, interrupts)
         except KeyboardInterrupt:
             interrupts.caught()
             terminal.fail("interrupted; nothing was written")
@@ -42,7 +43,7 @@ def main(argv: list[str], opened: bool = False) -> int:
         except Exception as error:  # noqa: BLE001  reported as ours, and shown when debugging
             return _fail(terminal, f"unexpected {type(error).__name__}: {error}; "
                                    "RADIOSITY_DEBUG=1 shows where; please report it")
-        terminal.say(terminal_text)
+        terminal.say(summary)
     return DONE
 
 
@@ -77,7 +78,8 @@ def _bake(request, terminal, publication, interrupts) -> str:
     prepared = time.perf_counter()
     result = work.run(job, progress.part("run"))
     solved = time.perf_counter()
-    work.apply(bpy.context, job, result, progress.part("apply"), publication)
+    told = work.apply(bpy.context, job, result, progress.part("apply"), publication)
+    result = replace(result, warnings=(*result.warnings, *told))
     _save(bpy, publication.stage(output))
     now = time.perf_counter()
     seconds = {
@@ -176,7 +178,7 @@ def _open(bpy, request: arguments.Request) -> None:
         except RuntimeError as error:
             raise OSError(
                 f"{request.scene} cannot be read by Blender {bpy.app.version_string}: "
-                f"{str(error).strip()}; open and save it there again"
+                f"{str(error).strip()}; the file is damaged or from a newer Blender"
             ) from error
 
 

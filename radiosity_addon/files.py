@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import os
 import stat
 from pathlib import Path
@@ -49,9 +50,9 @@ class Publication:
             self._staged.pop(0)
 
     def discard(self) -> None:
-        """Remove what was staged and not committed; Blender's own ``@`` files with it."""
+        """Remove what was staged and not committed, and what Blender made on its way to it."""
         for temporary, _ in self._staged:
-            for path in (temporary, Path(f"{temporary}@")):
+            for path in temporary.parent.glob(f"*{glob.escape(temporary.stem)}*"):
                 path.unlink(missing_ok=True)
         self._staged.clear()
 
@@ -88,16 +89,10 @@ def _prefix(final: Path) -> str:
 
 def _remove_stale(final: Path) -> None:
     """Remove what a killed run left beside ``final``."""
-    for leftover in final.parent.glob(f"{_glob_escape(_prefix(final))}*"):
-        process = leftover.name[len(_prefix(final)) :].split(".")[0]
+    for leftover in final.parent.glob(f"*{glob.escape(_prefix(final))}*"):
+        process = leftover.name.partition(_prefix(final))[2].split(".")[0]
         if process.isdigit() and not _is_running(int(process)):
             leftover.unlink(missing_ok=True)
-
-
-def _glob_escape(text: str) -> str:
-    import glob
-
-    return glob.escape(text)
 
 
 def _is_running(process: int) -> bool:

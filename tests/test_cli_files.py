@@ -26,7 +26,8 @@ def test_failure_leaves_the_earlier_file_and_no_temporary(tmp_path):
     with pytest.raises(RuntimeError), Publication() as files:
         temporary = files.stage(tmp_path / "a.blend")
         temporary.write_text("half")
-        temporary.with_name(temporary.name + "@").write_text("Blender's own half")
+        for name in (f"{temporary.name}@", f".{temporary.stem}.partial{temporary.suffix}"):
+            temporary.with_name(name).write_text("a half that Blender makes on its way")
         raise RuntimeError
     assert [path.name for path in tmp_path.iterdir()] == ["a.blend"]
     assert (tmp_path / "a.blend").read_text() == "earlier"

@@ -1,0 +1,1 @@
+"""The three stages of a bake: prepare (Blender), run (anywhere), apply (Blender)."""

@@ -1,0 +1,43 @@
+"""Job and Result: what passes between the stages. No bpy; both can be pickled.
+
+Between the stages Blender's objects are known by their names only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..export.exported import ExportedObject
+from ..settings import Settings
+from ..solver.receivers import Receivers
+from ..solver.scene import Scene
+from ..solver.solution import Statistics
+
+
+@dataclass(frozen=True)
+class Job:
+    """All that ``run`` needs, and the names that ``apply`` writes to."""
+
+    settings: Settings
+    scene: Scene
+    receivers: Receivers  # of all targets, in order
+    spans: tuple[int, ...]  # target i has the receivers spans[i] to spans[i + 1]
+    targets: tuple[ExportedObject, ...]
+    skipped: tuple[tuple[str, str], ...]  # (object name, reason)
+    made_uv_maps: tuple[tuple[str, str], ...]  # (object name, UV map) that prepare added
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Result:
+    """One array per target, and the solver's figures.
+
+    Vertex target: (n_loops, 3) or (n_vertices, 3) float64. Image: (height, width, 4) float32.
+    """
+
+    colors: tuple[np.ndarray, ...]
+    statistics: Statistics
+    warnings: tuple[str, ...]
+    seconds: dict = field(default_factory=dict)  # "fit": from light to colours
