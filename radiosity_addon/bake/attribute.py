@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .layers import check_editable, loop_count, write_attribute
+from .layers import check_editable, item_count, write_attribute
 
 FALLBACK = "{} Color"  # where something that is no colour attribute holds the name already
 LONGEST_NAME = 63  # bytes
@@ -38,7 +38,7 @@ def write_colors(obj, name: str, colors: np.ndarray, domain: str) -> list[str]:
 
 def _rows(mesh, colors: np.ndarray, domain: str) -> np.ndarray:
     """(n, 4) float32 for every loop or vertex of the mesh; ValueError when they do not fit."""
-    size = loop_count(mesh) if domain == "corner" else len(mesh.vertices)
+    size = item_count(mesh, domain)
     short_allowed = domain == "point" and len(colors) <= size
     if len(colors) != size and not short_allowed:
         raise ValueError(

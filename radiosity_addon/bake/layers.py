@@ -18,11 +18,12 @@ def check_editable(name: str, mesh) -> None:
         )
 
 
-def loop_count(mesh) -> int:
-    """Face corners of the mesh as it is now, in Edit Mode too."""
+def item_count(mesh, domain: str) -> int:
+    """Face corners ("corner") or vertices ("point") of the mesh as it is now, in any mode."""
     if not mesh.is_editmode:
-        return len(mesh.loops)
-    return sum(len(face.verts) for face in _bmesh(mesh).faces)
+        return len(mesh.loops if domain == "corner" else mesh.vertices)
+    edited = _bmesh(mesh)
+    return sum(len(face.verts) for face in edited.faces) if domain == "corner" else len(edited.verts)
 
 
 def write_attribute(mesh, name: str, values: np.ndarray) -> None:

@@ -11,10 +11,13 @@ import math
 import numpy as np
 
 from .layers import check_editable, write_attribute
+from .overlaps import overlap_layers
 
 ANGLE = math.radians(66)  # faces that differ by less may share a chart
 MOST_MAPS = 8  # that Blender renders from
 FALLBACK = "{} UV"  # where an attribute that is no UV map holds the name already
+ATTEMPTS = 4  # at a layout without overlaps
+CHECKED = 256  # texels along the edge of the image in which overlaps are looked for
 LEAST_GAP, GAP_SHARE = 3, 128  # texels between charts: at least, and resolution / GAP_SHARE
 
 
@@ -87,10 +90,9 @@ def _new_map(mesh, name: str) -> str:
     active = layers.active.name if layers.active else None
     rendered = next((layer.name for layer in layers if layer.active_render), None)
     free = FALLBACK.format(name) if name in mesh.attributes else name
-    layer = layers.new(name=free, do_init=False)
-    if layer is None:
-        raise ValueError(f"mesh {mesh.name!r} takes no further UV map; remove one")
-    free = layer.name
+    layers.new(name=free, do_init=False)  # which 5.2 makes but does not return in Edit Mode
+    if free not in layers:
+        raise ValueError(f"mesh {mesh.name!r} takes no UV map {free!r}; rename or remove one")
     if active is not None:
         layers.active = layers[active]
     if rendered is not None:
@@ -99,45 +101,76 @@ def _new_map(mesh, name: str) -> str:
 
 
 def _unwrap(obj, gap: float) -> np.ndarray:
-    """(n_loops, 2) float32 UVs of the object's mesh, charts ``gap`` apart."""
-    import bpy
+    """(n_loops, 2) float32 UVs of the object's mesh, charts ``gap`` apart.
 
+    Where the projection folds over itself, the faces on top are cut loose and it is done again.
+    """
     if obj.data.is_editmode:
         obj.update_from_editmode()
-    if not len(obj.data.polygons):
+    points, corner, start = _shape(obj)
+    if not len(start):
         return np.zeros((0, 2), np.float32)
-    mesh = _plain_copy(obj)
-    copy = bpy.data.objects.new("radiosity unwrap", mesh)
-    scene = bpy.data.scenes.new("radiosity unwrap")
-    try:
-        scene.collection.objects.link(copy)
-        _project(scene, copy, gap)
-        uv = np.empty(2 * len(mesh.loops), np.float32)
-        mesh.uv_layers.active.data.foreach_get("uv", uv)
-    finally:
-        bpy.data.objects.remove(copy)
-        bpy.data.meshes.remove(mesh)
-        bpy.data.scenes.remove(scene)
-    return np.clip(np.nan_to_num(uv.reshape(-1, 2)), 0.0, 1.0)
+    for _ in range(ATTEMPTS):
+        uv, triangles, face = _lay_out(points, corner, start, gap)
+        layer = overlap_layers(
+            uv[triangles].astype(float), face, corner[triangles], len(start), CHECKED
+        )
+        if not layer.any():
+            break
+        size = np.diff(start, append=len(corner))
+        loose, corner = np.unique(
+            corner + np.repeat(layer, size) * len(points),
+            return_inverse=True,
+        )
+        points = points[loose % len(points)]
+    return np.clip(uv, 0.0, 1.0)
 
 
-def _plain_copy(obj):
-    """The shape alone as a new mesh, in world size so that texels are alike on all sides."""
-    import bpy
-
+def _shape(obj) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points (v, 3) in world size, so that texels are alike on all sides; vertex of each loop
+    (n_loops,); first loop of each face. Points that are not finite move to the origin."""
     source = obj.data
     points = _get(source.vertices, "co", 3, np.float32)
     size = np.array(obj.matrix_world, float)[:3, :3]
     if np.isfinite(size).all() and abs(np.linalg.det(size)) > 0:
         points = points @ size.T
+    points = np.nan_to_num(points, nan=0.0, posinf=0.0, neginf=0.0)
+    corner = _get(source.loops, "vertex_index", 1, np.int32)[:, 0].astype(np.int64)
+    return points, corner, _get(source.polygons, "loop_start", 1, np.int32)[:, 0]
+
+
+def _lay_out(points, corner, start, gap):
+    """UVs (n_loops, 2), loops of the triangles (n, 3) and the face of each (n,)."""
+    import bpy
+
+    mesh = _plain_mesh(points, corner, start)
+    copy = bpy.data.objects.new(mesh.name, mesh)
+    scene = bpy.data.scenes.new(mesh.name)
+    try:
+        scene.collection.objects.link(copy)
+        _project(scene, copy, gap)
+        uv = _get(mesh.uv_layers.active.data, "uv", 2, np.float32)
+        mesh.calc_loop_triangles()
+        triangles = _get(mesh.loop_triangles, "loops", 3, np.int32)
+        face = _get(mesh.loop_triangles, "polygon_index", 1, np.int32)[:, 0]
+    finally:
+        bpy.data.objects.remove(copy)
+        bpy.data.meshes.remove(mesh)
+        bpy.data.scenes.remove(scene)
+    return np.nan_to_num(uv), triangles, face
+
+
+def _plain_mesh(points, corner, start):
+    """A mesh of nothing but the shape and an empty UV map."""
+    import bpy
+
     mesh = bpy.data.meshes.new("radiosity unwrap")
-    mesh.vertices.add(len(source.vertices))
-    mesh.vertices.foreach_set("co", np.nan_to_num(points, posinf=0, neginf=0).ravel())
-    mesh.loops.add(len(source.loops))
-    mesh.loops.foreach_set("vertex_index", _get(source.loops, "vertex_index", 1, np.int32).ravel())
-    mesh.polygons.add(len(source.polygons))
-    starts = _get(source.polygons, "loop_start", 1, np.int32)
-    mesh.polygons.foreach_set("loop_start", starts.ravel())
+    mesh.vertices.add(len(points))
+    mesh.vertices.foreach_set("co", points.astype(np.float32).ravel())
+    mesh.loops.add(len(corner))
+    mesh.loops.foreach_set("vertex_index", corner.astype(np.int32))
+    mesh.polygons.add(len(start))
+    mesh.polygons.foreach_set("loop_start", start)
     mesh.update(calc_edges=True)
     mesh.uv_layers.new(name="uv", do_init=False)
     return mesh
