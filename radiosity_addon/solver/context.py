@@ -5,12 +5,13 @@ Depends on ``scene``, ``geometry``, ``embree``, ``lights``, ``skylight``, ``eval
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .embree import Tracer
 from .evaluate import evaluate_material
+from .fields import Constant
 from .geometry import Geometry, build_geometry
 from .lights import build_lights, emissive_triangles
 from .progress import Progress
@@ -24,7 +25,10 @@ class Context:
 
     scene: Scene
     geometry: Geometry
-    tracer: Tracer
+    tracer: Tracer  # what diffuse rays meet
+    shadow: Tracer  # what blocks light altogether
+    veil: Tracer | None  # what lets some light through, for shadow rays; None: nothing does
+    transmits: np.ndarray  # (n_triangles,) bool
     lights: list  # sampled explicitly
     explicit: np.ndarray  # (n_triangles,) bool: emission is sampled, so rays must not count it
     sky: Skylight | None
@@ -33,6 +37,19 @@ class Context:
     threads: int
     progress: Progress
 
+    @property
+    def rays(self) -> int:
+        """Traced so far."""
+        return sum(tracer.rays for tracer in self._distinct())
+
+    @property
+    def embree_seconds(self) -> float:
+        """Spent inside Embree so far, summed over threads."""
+        return sum(tracer.seconds for tracer in self._distinct())
+
+    def _distinct(self) -> list[Tracer]:
+        return list({id(t): t for t in (self.tracer, self.shadow, self.veil) if t}.values())
+
     def tick(self, stage: str):
         """A function of the fraction done that reports it for ``stage``."""
         return lambda fraction: self.progress(stage, fraction)
@@ -40,6 +57,10 @@ class Context:
     def reflectance(self, triangle: np.ndarray, uv: np.ndarray) -> np.ndarray:
         """(n, 3) float64 at barycentric uv (n, 2) of triangles (n,)."""
         return np.clip(evaluate_material(self.scene, "reflectance", triangle, uv), 0, 1)
+
+    def transmittance(self, triangle: np.ndarray, uv: np.ndarray) -> np.ndarray:
+        """(n, 3) float64 at barycentric uv (n, 2) of triangles (n,)."""
+        return np.clip(evaluate_material(self.scene, "transmittance", triangle, uv), 0, 1)
 
     def emission(self, triangle: np.ndarray, uv: np.ndarray) -> np.ndarray:
         """(n, 3) float64 radiance in the context's unit."""
@@ -51,10 +72,8 @@ def build_context(scene: Scene, seed: int, threads: int, progress: Progress) -> 
 
     Raises ValueError where vertices are not finite or indices out of range.
     """
-    from dataclasses import replace
-
     geometry = build_geometry(scene.vertices, scene.triangles)
-    tracer = Tracer(geometry.vertices, geometry.triangles)
+    tracer, shadow, veil, transmits = _tracers(scene, geometry)
     sky, suns = None, []
     if scene.sky is not None and np.any(scene.sky.pixels > 0):
         pixels, suns = split_sky(scene.sky)
@@ -70,8 +89,31 @@ def build_context(scene: Scene, seed: int, threads: int, progress: Progress) -> 
     if sky is not None:
         sky = Skylight((np.pi / unit * sky.pixels).astype(np.float32))
     return Context(
-        scene, geometry, tracer, lights, explicit, sky, unit, seed, threads, progress
+        scene, geometry, tracer, shadow, veil, transmits, lights, explicit, sky, unit, seed, threads, progress
     )
+
+
+def _tracers(scene: Scene, geometry: Geometry):
+    """Embree scenes for diffuse rays, for shadows, and for veils; and which triangles transmit."""
+    count = len(scene.triangles)
+    clear = np.array([_transmits(material.transmittance) for material in scene.materials], bool)
+    transmits = clear[scene.material] if count else np.zeros(0, bool)
+
+    def tracer(keep: np.ndarray) -> Tracer:
+        chosen = None if keep.all() else np.flatnonzero(keep)
+        return Tracer(geometry.vertices, geometry.triangles, chosen)
+
+    everything = np.ones(count, bool)
+    met = everything if scene.visible is None else scene.visible[scene.object]
+    blocks = everything if scene.casts_shadow is None else scene.casts_shadow[scene.object]
+    seen = tracer(met)
+    shadow = seen if np.array_equal(met, blocks & ~transmits) else tracer(blocks & ~transmits)
+    veil = tracer(blocks & transmits) if (blocks & transmits).any() else None
+    return seen, shadow, veil, transmits
+
+
+def _transmits(field) -> bool:
+    return not isinstance(field, Constant) or bool(np.any(np.asarray(field.value) > 0))
 
 
 def _brightest(scene: Scene, lights: list, sky: Skylight | None) -> float:

@@ -1,6 +1,6 @@
 """Direct light: irradiance from explicit lights, shadows included.
 
-Depends on ``context``, ``lights``, ``points``, ``parallel``. Each light's irradiance is its
+Depends on ``context``, ``lights``, ``passage``, ``points``, ``parallel``. Each light's irradiance is its
 unoccluded value, exact by Lambert's formula for polygons, times the visible share, sampled. So a
 wall that touches a lamp is right, and a receiver that sees the whole light has no noise.
 """
@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .context import Context
-from .embree import Tracer
 from .parallel import map_chunks
+from .passage import visibility
 from .points import Points, grouped_chunks
 from .sampling import sobol
 
@@ -59,29 +59,31 @@ def _light_points(context: Context, points: Points, key) -> tuple[np.ndarray, np
             dark = ~np.isin(context.scene.object[points.triangle], light.objects).ravel()
             sample.irradiance[dark] = 0
             sample.weight[dark] = 0
-        arriving, partly = _visible_mean(context.tracer, points.position, sample, per)
-        irradiance += arriving[:, None] * light.color
+        arriving, partly = _visible_mean(context, points.position, sample, per)
+        irradiance += arriving * light.color
         mixed |= partly
     return irradiance, mixed
 
 
-def _visible_mean(tracer: Tracer, origins: np.ndarray, sample, per: int):
-    """(R,) irradiance: mean unoccluded times visible share of the weight; (R,) shadow rays
+def _visible_mean(context: Context, origins: np.ndarray, sample, per: int):
+    """(R, 1 or 3) irradiance: mean unoccluded times visible share of the weight; (R,) shadow rays
     disagree. Rays are traced only where they carry anything."""
     carrying = np.flatnonzero(sample.weight > 0)
-    visible = np.zeros(len(sample.weight))
+    channels = 1 if context.veil is None else 3
+    visible = np.zeros((len(sample.weight), channels))
     if len(carrying):
-        visible[carrying] = tracer.clear(
+        visible[carrying] = visibility(
+            context,
             np.ascontiguousarray(origins.reshape(-1, 3)[carrying]),
             np.ascontiguousarray(sample.segment[carrying]),
             sample.length,
-        )
-    weight = sample.weight.reshape(per, -1)
-    visible = visible.reshape(per, -1)
+        ).reshape(-1, channels)
+    weight = sample.weight.reshape(per, -1, 1)
+    visible = visible.reshape(per, -1, channels)
     seen, total = (weight * visible).sum(axis=0), weight.sum(axis=0)
-    irradiance = sample.irradiance.reshape(per, -1)
+    irradiance = sample.irradiance.reshape(per, -1, 1)
     if sample.exact:
         mean = irradiance.mean(axis=0) * seen / np.where(total > 0, total, 1)
     else:
         mean = (irradiance * visible).mean(axis=0)
-    return mean, (seen > 0) & (seen < total * (1 - 1e-9))
+    return mean, ((seen > 0) & (seen < total * (1 - 1e-9))).any(axis=1)

@@ -29,8 +29,15 @@ class Hits:
 class Tracer:
     """An Embree scene of one triangle mesh. Counts its rays and the seconds Embree spent."""
 
-    def __init__(self, vertices: np.ndarray, triangles: np.ndarray):
-        """``vertices`` (n, 3) within [-1, 1]; ``triangles`` (m, 3) indices into them, m >= 0."""
+    def __init__(self, vertices: np.ndarray, triangles: np.ndarray, chosen: np.ndarray | None = None):
+        """``vertices`` (n, 3) within [-1, 1]; ``triangles`` (m, 3) indices into them, m >= 0.
+
+        Only the triangles ``chosen`` (k,) int are there to be met, all where it is None; hits
+        still number them among the m.
+        """
+        self._chosen = None if chosen is None else np.append(chosen, -1).astype(np.int32)
+        if chosen is not None:
+            triangles = np.asarray(triangles)[chosen]
         vertices = np.ascontiguousarray(vertices, np.float32)
         triangles = np.ascontiguousarray(triangles, np.int32)
         if not np.isfinite(vertices).all() or (len(vertices) and np.abs(vertices).max() > 1.001):
@@ -59,7 +66,10 @@ class Tracer:
         found = self._scene.run(origins, directions, output=True)
         self._count(n, start)
         front = np.einsum("ij,ij->i", found["Ng"], directions) < 0
-        return Hits(found["primID"], found["u"], found["v"], found["tfar"], front)
+        triangle = found["primID"]
+        if self._chosen is not None:
+            triangle = self._chosen[triangle]
+        return Hits(triangle, found["u"], found["v"], found["tfar"], front)
 
     def clear(self, origins: np.ndarray, segments: np.ndarray, lengths=None) -> np.ndarray:
         """(n,) bool: nothing lies on ``origin + t·segment``, 0 < t < ``lengths`` (default 1).

@@ -1,6 +1,6 @@
 """Gather: cosine-distributed rays from points, and the light they bring back.
 
-Depends on ``context``, ``points``, ``elements``, ``embree``, ``parallel``. One ray of n carries 1/n of the
+Depends on ``context``, ``points``, ``elements``, ``passage``, ``parallel``. One ray of n carries 1/n of the
 irradiance: rows built from rays have entries >= 0 and sums <= 1, whatever the geometry.
 """
 
@@ -12,8 +12,9 @@ import numpy as np
 
 from .context import Context
 from .elements import Elements
-from .embree import Hits, Tracer
+from .embree import Hits
 from .parallel import map_chunks
+from .passage import followed
 from .points import Points, grouped_chunks
 from .sampling import cosine_directions, sobol
 from .skylight import Skylight
@@ -22,11 +23,25 @@ RAYS_PER_CHUNK = 1 << 16
 POINTS = 4  # points on a receiver that share its rays
 
 
-def shoot(tracer: Tracer, points: Points, rays: int, *key: int) -> tuple[Hits, np.ndarray]:
+@dataclass(frozen=True)
+class Met:
+    """What rays met: all of them first, then those that went on through a surface.
+
+    ``rays`` (k,) numbers the rays, ``weight`` (k, 3) the share of their light; both None for the
+    first, which is every ray with weight 1.
+    """
+
+    hits: Hits
+    rays: np.ndarray | None = None
+    weight: np.ndarray | None = None
+
+
+def shoot(context: Context, points: Points, rays: int, *key: int) -> tuple[list[Met], np.ndarray]:
     """``rays`` cosine-distributed rays from each owner, shared among its points.
 
-    Returns the hits, in order (rays, R) flattened, and directions (rays, R, 3) float32. ``rays``
-    is a multiple of the points per owner. One matrix product turns the shared directions.
+    Returns what they met and their directions (rays, R, 3) float32; ray (m, r) has the number
+    m·R + r. ``rays`` is a multiple of the points per owner. One matrix product turns the shared
+    directions.
     """
     per, count = points.shape
     frames = points.frames()
@@ -37,8 +52,12 @@ def shoot(tracer: Tracer, points: Points, rays: int, *key: int) -> tuple[Hits, n
         axes = frames[p].transpose(1, 0, 2).reshape(3, 3 * count)
         directions[p] = (local[p::per] @ axes).reshape(-1, count, 3)
         origins[p] = points.position[p]
-    hits = tracer.intersect(origins.reshape(-1, 3), directions.reshape(-1, 3))
-    return hits, directions.reshape(rays, count, 3)
+    origins, flat = origins.reshape(-1, 3), directions.reshape(-1, 3)
+    met = [Met(context.tracer.intersect(origins, flat))]
+    if context.transmits.any():
+        later = followed(context, origins, flat, met[0].hits)
+        met += [Met(hits, number, weight) for number, hits, weight in later]
+    return met, directions.reshape(rays, count, 3)
 
 
 def sides_hit(elements: Elements, hits: Hits) -> np.ndarray:
@@ -68,11 +87,15 @@ def gather(
 
     def work(chunk):
         group, chosen = chunk
-        hits, directions = shoot(context.tracer, place(chosen, group), rays, *key, group, 3)
-        sides = sides_hit(elements, hits)
-        brought = np.take(table, sides, axis=0).reshape(rays, -1, 3).mean(axis=0)
-        missed = (sides == elements.miss).reshape(rays, -1)
-        return chosen, brought, sky_mean(context.sky, missed, directions)
+        met, directions = shoot(context, place(chosen, group), rays, *key, group, 3)
+        brought, escaped = 0.0, 0.0
+        for part in met:
+            sides = sides_hit(elements, part.hits)
+            brought = brought + mean_of_rays(
+                np.take(table, sides, axis=0), part, rays, len(chosen)
+            )
+            escaped = escaped + sky_mean(context.sky, sides == elements.miss, part, directions)
+        return chosen, brought, escaped
 
     chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // rays))
     for chosen, brought, escaped in map_chunks(work, chunks, context.threads, context.tick(stage)):
@@ -81,12 +104,24 @@ def gather(
     return result
 
 
-def sky_mean(sky: Skylight | None, missed: np.ndarray, directions: np.ndarray):
-    """(R, 3) mean over rays of the sky's radiosity where ``missed`` (rays, R); 0 without a sky."""
+def mean_of_rays(values: np.ndarray, met: Met, rays: int, count: int) -> np.ndarray:
+    """(R, 3) mean over each owner's ``rays`` of values (k, 3) at what they met, weighted."""
+    if met.rays is None:
+        return values.reshape(rays, -1, 3).mean(axis=0)
+    owner = met.rays % count
+    values = values * met.weight
+    sums = [np.bincount(owner, values[:, channel], count) for channel in range(3)]
+    return np.stack(sums, 1) / rays
+
+
+def sky_mean(sky: Skylight | None, missed: np.ndarray, met: Met, directions: np.ndarray):
+    """(R, 3) mean over rays of the sky's radiosity where ``missed`` (k,); 0 without a sky."""
     if sky is None:
         return 0.0
-    if sky.constant:
-        return missed.mean(axis=0)[:, None] * sky.pixels[0, 0]
-    light = np.zeros(missed.shape + (3,), np.float32)
-    light[missed] = sky(directions[missed])
-    return light.mean(axis=0)
+    rays, count = directions.shape[:2]
+    if sky.constant and met.rays is None:
+        return missed.reshape(rays, count).mean(axis=0)[:, None] * sky.pixels[0, 0]
+    light = np.zeros((len(missed), 3), np.float32)
+    numbers = np.flatnonzero(missed) if met.rays is None else met.rays[missed]
+    light[missed] = sky(directions.reshape(-1, 3)[numbers])
+    return mean_of_rays(light, met, rays, count)

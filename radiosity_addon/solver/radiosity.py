@@ -18,7 +18,7 @@ from .points import Points
 from .second_kind import solve_second_kind
 from .transport import (
     Places, Sides, Transport, form_factors, join_places, join_sides, light_sides, places_hit,
-    trace_transport,
+    trace_transport, transported,
 )
 
 SEEDS_PER_ELEMENT = 40  # rays from receivers that look for elements
@@ -63,8 +63,10 @@ def _seeds(context, elements, receivers: int, place, target: int, key) -> Places
 
     def work(part: slice):
         points = place(some[part], 0)
-        hits, _ = shoot(context.tracer, points, SEED_RAYS, *key, 10, part.start)
-        return places_hit(sides_hit(elements, hits), hits, elements.miss)
+        met, _ = shoot(context, points, SEED_RAYS, *key, 10, part.start)
+        return join_places([
+            places_hit(sides_hit(elements, m.hits), m.hits, elements.miss) for m in met
+        ])
 
     parts = map_chunks(work, ranges(len(some), 2048), context.threads, context.tick("elements"))
     return join_places(parts or [Places(*(np.zeros(0, int) for _ in range(4)))])
@@ -98,12 +100,12 @@ def _solve(context: Context, elements: Elements, transport: Transport, tolerance
     emitted = _gathered_emission(context, elements)
     source = sides.lit + sides.reflectance * transport.sky
     if emitted is not None:
-        source = source + sides.reflectance * emitted[transport.hits].mean(axis=1)
+        source = source + sides.reflectance * _emission_met(transport, emitted)
     solution, iterations, residual = source, 0, 0.0
     if len(source) and source.any():
-        matrix = form_factors(transport, elements)
+        factors = form_factors(transport, elements)
         found = solve_second_kind(
-            lambda x: sides.reflectance * (matrix @ x), source, 0.01 * tolerance, 500
+            lambda x: sides.reflectance * transported(*factors, x), source, 0.01 * tolerance, 500
         )
         solution, iterations, residual = found.solution, found.iterations, found.residual
     reflected = _fill_unknown(context, elements, sides, solution)
@@ -111,6 +113,14 @@ def _solve(context: Context, elements: Elements, transport: Transport, tolerance
     if emitted is not None:
         table += emitted
     return Radiosity(elements, table, transport, solution, iterations, residual)
+
+
+def _emission_met(transport: Transport, emitted: np.ndarray) -> np.ndarray:
+    """(n_rows, 3) irradiance by emission that rows' rays meet."""
+    arriving = emitted[transport.hits].mean(axis=1).astype(float)
+    later = transport.later
+    np.add.at(arriving, later.row, emitted[later.side] * later.weight / transport.rays)
+    return arriving
 
 
 def _fill_unknown(context, elements: Elements, sides: Sides, solution: np.ndarray) -> np.ndarray:

@@ -57,12 +57,12 @@ def solve(
         reflectance=judge.surface.reflectance,
         statistics=Statistics(
             elements=sum(len(r.solution) for r in radiosities) // 2,
-            rays=context.tracer.rays,
+            rays=context.rays,
             iterations=max(r.iterations for r in radiosities),
             residual=max(r.residual for r in radiosities),
             target_error=settings.target_error,
             estimated_error=verdict.error,
-            seconds={**clock.laps, "embree": context.tracer.seconds},
+            seconds={**clock.laps, "embree": context.embree_seconds},
         ),
     )
 

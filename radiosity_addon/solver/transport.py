@@ -112,8 +112,23 @@ class Transport:
 
     sides: Sides  # of each row
     row: np.ndarray  # (2 n_elements,) int32: its row, or -1
-    hits: np.ndarray  # (n_rows, rays) int32: cell side met by each ray; the miss: none
+    hits: np.ndarray  # (n_rows, rays) int32: cell side met first by each ray; the miss: none
+    later: Later  # what rays met behind surfaces that transmit
     sky: np.ndarray  # (n_rows, 3): mean sky radiosity its escaping rays bring
+
+    @property
+    def rays(self) -> int:
+        """Of each row."""
+        return self.hits.shape[1]
+
+
+@dataclass(frozen=True)
+class Later:
+    """k hits behind transmitting surfaces: row, cell side, weight (k, 3) of the ray's light."""
+
+    row: np.ndarray
+    side: np.ndarray
+    weight: np.ndarray
 
 
 def trace_transport(
@@ -130,13 +145,26 @@ def trace_transport(
             break
         row[fresh.side] = total + np.arange(len(fresh.side))
         total += len(fresh.side)
-        hits, sky, places = _trace_rows(context, elements, fresh.points, rays, (*key, generation))
-        generations.append((fresh, hits, sky))
+        hits, later, sky, places = _trace_rows(
+            context, elements, fresh.points, rays, (*key, generation)
+        )
+        first = total - len(fresh.side)
+        later = Later(later.row + first, later.side, later.weight)
+        generations.append((fresh, hits, later, sky))
         side = elements.sides_of(places.side)
         new = np.flatnonzero(row[side] == -1)
         fresh = light_sides(context, places[new], side[new], per, (*key, generation))
-    sides, hits, sky = zip(*generations)
-    return Transport(join_sides(sides), np.maximum(row, -1), np.concatenate(hits), np.concatenate(sky))
+    sides, hits, later, sky = zip(*generations)
+    return Transport(
+        join_sides(sides), np.maximum(row, -1), np.concatenate(hits), join_later(later),
+        np.concatenate(sky),
+    )
+
+
+def join_later(parts) -> Later:
+    """All of all parts."""
+    names = ("row", "side", "weight")
+    return Later(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 def join_sides(parts) -> Sides:
@@ -149,35 +177,63 @@ def join_sides(parts) -> Sides:
 
 
 def _trace_rows(context: Context, elements: Elements, points: Points, rays: int, key):
+    """Hits (R, rays), later hits, sky (R, 3) and the places of all hits, for R owners' points."""
     count = points.shape[1]
     hits = np.empty((count, rays), np.int32)
     light = np.zeros((count, 3))
+    nothing = np.zeros(0, np.int32)
+    places = [Places(nothing, nothing, nothing, nothing)]
+    later = [Later(nothing, nothing, np.zeros((0, 3), np.float32))]
 
     def work(chunk):
         group, chosen = chunk
-        found, directions = shoot(context.tracer, points.take(chosen), rays, *key, group, 3)
-        sides = sides_hit(elements, found)
-        missed = (sides == elements.miss).reshape(rays, -1)
-        light = sky_mean(context.sky, missed, directions)
-        return chosen, sides.reshape(rays, -1).T, light, places_hit(sides, found, elements.miss)
+        met, directions = shoot(context, points.take(chosen), rays, *key, group, 3)
+        arriving, sides = 0.0, []
+        for part in met:
+            sides.append(sides_hit(elements, part.hits))
+            missed = sides[-1] == elements.miss
+            arriving = arriving + sky_mean(context.sky, missed, part, directions)
+        return chosen, met, sides, arriving
 
-    places = [Places(*(np.zeros(0, int) for _ in range(4)))]
     chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // rays))
-    for chosen, found, arriving, some in map_chunks(
+    for chosen, met, sides, arriving in map_chunks(
         work, chunks, context.threads, context.tick(STAGE)
     ):
-        hits[chosen] = found
+        hits[chosen] = sides[0].reshape(rays, -1).T
         light[chosen] = arriving
-        places.append(some)
-    return hits, light, join_places(places)
+        places += [places_hit(s, part.hits, elements.miss) for s, part in zip(sides, met)]
+        for s, part in zip(sides[1:], met[1:]):
+            owner = chosen[part.rays % len(chosen)]
+            later.append(Later(owner, s, part.weight))
+    return hits, join_later(later), light, join_places(places)
 
 
-def form_factors(transport: Transport, elements: Elements) -> csr_matrix:
-    """(n_rows, n_rows) float64 CSR: F_ij between rows. Rays to sides without a row carry nothing
+def form_factors(transport: Transport, elements: Elements):
+    """(n_rows, n_rows) float64 CSR: F_ij between rows, and for light that went through surfaces
+    one matrix a channel (None where there is none). Rays to sides without a row carry nothing
     that is unknown and are left out; entries are >= 0 and rows sum to <= 1."""
     n, rays = transport.hits.shape
-    columns = elements.values_of_cells(transport.row, -1)[transport.hits]
+    to_row = elements.values_of_cells(transport.row, -1)
+    columns = to_row[transport.hits]
     present = columns >= 0
     starts = np.concatenate([[0], np.cumsum(present.sum(axis=1))])
     data = np.full(starts[-1], 1.0 / max(rays, 1))
-    return csr_matrix((data, columns[present], starts), shape=(n, n))
+    matrix = csr_matrix((data, columns[present], starts), shape=(n, n))
+    later = transport.later
+    column = to_row[later.side]
+    kept = np.flatnonzero(column >= 0)
+    if len(kept) == 0:
+        return matrix, None
+    where = (later.row[kept], column[kept])
+    return matrix, [
+        csr_matrix((later.weight[kept, k] / rays, where), shape=(n, n)) for k in range(3)
+    ]
+
+
+def transported(matrix, through, values: np.ndarray) -> np.ndarray:
+    """F times radiosities (n_rows, 3): irradiances."""
+    result = matrix @ values
+    if through is not None:
+        for channel in range(3):
+            result[:, channel] += through[channel] @ values[:, channel]
+    return result

@@ -1,0 +1,76 @@
+"""Passage: what rays meet on their way through surfaces that let light through.
+
+Depends on ``context``. A cutout leaf or a pane of glass reflects its share and lets the rest
+straight on, tinted. Scenes without such surfaces never come here.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .embree import Hits
+from .geometry import OFFSET
+
+MAX_LAYERS = 64  # surfaces that a ray is followed through
+FAINT = 1e-3  # of a ray's light: less is not followed
+
+
+def followed(context, origins: np.ndarray, directions: np.ndarray, hits: Hits):
+    """Yield (rays, hits, weight) for what unit-direction rays meet behind their first ``hits``.
+
+    ``rays`` (k,) int numbers the rays that still go on, ``hits`` what they meet next (triangle -1
+    where they leave), ``weight`` (k, 3) float32 the share of light that has come through.
+    """
+    rays = np.arange(len(origins))
+    weight = np.ones((len(origins), 3), np.float32)
+    for _ in range(MAX_LAYERS):
+        through = context.transmits[np.maximum(hits.triangle, 0)] & (hits.triangle >= 0)
+        index = np.flatnonzero(through)
+        if len(index) == 0:
+            return
+        share = weight[index] * _transmittance(context, hits, index)
+        bright = share.max(axis=1) > FAINT
+        index, weight = index[bright], share[bright]
+        if len(index) == 0:
+            return
+        step = (hits.distance[index] + 2 * OFFSET)[:, None]
+        rays, directions = rays[index], directions[index]
+        origins = origins[index] + step * directions
+        hits = context.tracer.intersect(origins, directions)
+        yield rays, hits, weight
+
+
+def visibility(context, origins: np.ndarray, segments: np.ndarray, length: float) -> np.ndarray:
+    """(n,) bool, or (n, 3) where surfaces transmit: share of light that comes along segments.
+
+    ``segments`` need not be unit; light starts at ``length`` of them.
+    """
+    clear = context.shadow.clear(origins, segments, length)
+    if context.veil is None:
+        return clear
+    share = np.repeat(clear[:, None].astype(float), 3, axis=1)
+    rays = np.flatnonzero(clear)
+    size = np.linalg.norm(segments[rays], axis=1)
+    directions = segments[rays] / size[:, None]
+    left = size * length
+    origins = origins[rays]
+    for _ in range(MAX_LAYERS):
+        if len(rays) == 0:
+            return share
+        hits = context.veil.intersect(
+            np.ascontiguousarray(origins, np.float32), np.ascontiguousarray(directions, np.float32)
+        )
+        index = np.flatnonzero((hits.triangle >= 0) & (hits.distance < left))
+        share[rays[index]] *= _transmittance(context, hits, index)
+        index = index[share[rays[index]].max(axis=1) > FAINT * FAINT]
+        step = hits.distance[index] + 2 * OFFSET
+        rays, directions, left = rays[index], directions[index], left[index] - step
+        origins = origins[index] + step[:, None] * directions
+    share[rays] = 0
+    return share
+
+
+def _transmittance(context, hits: Hits, index: np.ndarray) -> np.ndarray:
+    """(k, 3) float32 of the chosen hits."""
+    uv = np.stack([hits.u[index], hits.v[index]], 1).astype(float)
+    return context.transmittance(hits.triangle[index], uv).astype(np.float32)
