@@ -1,11 +1,11 @@
 """Context: one scene made ready for rays, shared by everything that traces them.
 
-Depends on ``scene``, ``geometry``, ``embree``, ``lights``, ``skylight``, ``evaluate``.
+Depends on ``scene``, ``geometry``, ``embree``, ``sources``, ``skylight``, ``evaluate``.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,10 +13,10 @@ from .embree import Tracer
 from .evaluate import evaluate_material
 from .fields import Constant
 from .geometry import Geometry, build_geometry
-from .lights import build_lights, emissive_triangles
 from .progress import Progress
 from .scene import Scene
 from .skylight import Skylight, split_sky
+from .sources import Sources, build_sources
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Context:
     shadow: Tracer  # what blocks light altogether
     veil: Tracer | None  # what lets some light through, for shadow rays; None: nothing does
     transmits: np.ndarray  # (n_triangles,) bool
-    lights: list  # sampled explicitly
+    sources: Sources  # lights that are sampled explicitly
     explicit: np.ndarray  # (n_triangles,) bool: emission is sampled, so rays must not count it
     sky: Skylight | None
     unit: float
@@ -78,18 +78,13 @@ def build_context(scene: Scene, seed: int, threads: int, progress: Progress) -> 
     if scene.sky is not None and np.any(scene.sky.pixels > 0):
         pixels, suns = split_sky(scene.sky)
         sky = Skylight(pixels)
-    linked = tuple(scene.lamp_objects or (None,) * len(scene.lamps)) + (None,) * len(suns)
-    lit = replace(scene, lamps=tuple(scene.lamps) + tuple(suns), lamp_objects=linked)
-    lights = build_lights(lit, geometry)
-    triangles, _ = emissive_triangles(scene)
-    explicit = np.zeros(len(scene.triangles), bool)
-    explicit[triangles] = True
-    unit = _brightest(scene, lights, sky)
-    lights = [replace(light, color=light.color / unit) for light in lights]
+    sources, explicit = build_sources(scene, geometry, suns)
+    unit = _brightest(scene, sources, sky)
+    sources = sources.scaled(1 / unit)
     if sky is not None:
         sky = Skylight((np.pi / unit * sky.pixels).astype(np.float32))
     return Context(
-        scene, geometry, tracer, shadow, veil, transmits, lights, explicit, sky, unit, seed, threads, progress
+        scene, geometry, tracer, shadow, veil, transmits, sources, explicit, sky, unit, seed, threads, progress
     )
 
 
@@ -116,12 +111,12 @@ def _transmits(field) -> bool:
     return not isinstance(field, Constant) or bool(np.any(np.asarray(field.value) > 0))
 
 
-def _brightest(scene: Scene, lights: list, sky: Skylight | None) -> float:
+def _brightest(scene: Scene, sources: Sources, sky: Skylight | None) -> float:
     """A brightness to divide by: the largest colour of any source; 1 where nothing shines."""
     count = len(scene.triangles)
     middle = np.full((count, 2), 1 / 3)
     emission = evaluate_material(scene, "emission", np.arange(count), middle)
-    peaks = [float(np.max(light.color)) for light in lights]
+    peaks = [sources.brightest()]
     peaks += [float(emission.max())] if emission.size else []
     peaks += [float(sky.pixels.max())] if sky is not None else []
     return max(peaks, default=0.0) or 1.0

@@ -1,6 +1,6 @@
 """Direct light: irradiance from explicit lights, shadows included.
 
-Depends on ``context``, ``lights``, ``passage``, ``points``, ``parallel``. Each light's irradiance is its
+Depends on ``context``, ``choose``, ``sources``, ``passage``, ``points``, ``parallel``. Each light's irradiance is its
 unoccluded value, exact by Lambert's formula for polygons, times the visible share, sampled. So a
 wall that touches a lamp is right, and a receiver that sees the whole light has no noise.
 """
@@ -11,11 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .choose import FEW, PER_POINT, choose_lights
 from .context import Context
 from .parallel import map_chunks
 from .passage import visibility
 from .points import Points, grouped_chunks
 from .sampling import sobol
+from .sources import Sources
 
 POINTS_PER_CHUNK = 1 << 14
 
@@ -31,7 +33,7 @@ class DirectLight:
 def direct_light(context: Context, count: int, per: int, place, key, stage: str) -> DirectLight:
     """Explicit light at ``count`` owners; ``place(chosen, group)`` gives their ``per`` Points."""
     result = DirectLight(np.zeros((count, 3)), np.zeros(count, bool))
-    if not context.lights or count == 0:
+    if context.sources.count == 0 or count == 0:
         return result
 
     def work(chunk):
@@ -51,18 +53,85 @@ def _light_points(context: Context, points: Points, key) -> tuple[np.ndarray, np
     position = points.position.reshape(-1, 3).astype(float)
     normal = points.normal.reshape(-1, 3).astype(float)
     irradiance, mixed = np.zeros((count, 3)), np.zeros(count, bool)
-    for number, light in enumerate(context.lights):
+    for number, (light, factor) in enumerate(_lights_for(context, points, position, normal, key)):
         table = sobol(per, 2, *key, number, 1)
         shift = points.turn[:, [2, 0]].astype(float)
-        sample = light.sample(position, normal, ((table[:, None] + shift) % 1.0).reshape(-1, 2))
-        if light.objects is not None:
-            dark = ~np.isin(context.scene.object[points.triangle], light.objects).ravel()
-            sample.irradiance[dark] = 0
-            sample.weight[dark] = 0
-        arriving, partly = _visible_mean(context, points.position, sample, per)
-        irradiance += arriving * light.color
-        mixed |= partly
+        xi = ((table[:, None] + shift) % 1.0).reshape(-1, 2)
+        for sample, color, rows in _samples(context.sources, light, position, normal, xi):
+            dark = _unlinked(context, light, rows, points)
+            if dark is not None:
+                sample.irradiance[dark] = 0
+                sample.weight[dark] = 0
+            if factor is None:
+                arriving, partly = _visible_mean(context, points.position, sample, per)
+                irradiance += arriving * color
+            else:
+                arriving = _visible_each(context, points.position, sample, rows)
+                arriving = arriving * factor[rows, None] * color
+                np.add.at(irradiance, rows % count, arriving / per)
+                partly = False
+            mixed |= partly
     return irradiance, mixed
+
+
+def _lights_for(context: Context, points: Points, position, normal, key):
+    """(light, factor) pairs to sample: every light, an int with factor None, where they are few;
+    else arrays (n,) of what was chosen at each point, with one over its probability."""
+    sources = context.sources
+    if sources.count <= FEW:
+        return [(light, None) for light in range(sources.count)]
+    per, count = points.shape
+    table = sobol(per, PER_POINT, *key, 2)
+    xi = (table[:, None] + points.turn[:, :1].astype(float)) % 1.0
+    choices = choose_lights(sources, position, normal, xi.reshape(per * count, PER_POINT))
+    return [(choice.light, choice.factor) for choice in choices]
+
+
+def _samples(sources: Sources, light, position, normal, xi):
+    """Yield (sample, colour, rows): of one light at all points (rows None), or of each kind at the
+    points (k,) whose light is of that kind."""
+    if np.ndim(light) == 0:
+        kind, place = sources.kinds[sources.kind[light]], int(sources.place[light])
+        yield kind.sample(place, position, normal, xi), kind.color[place], None
+        return
+    for number, kind in enumerate(sources.kinds):
+        rows = np.flatnonzero(sources.kind[light] == number)
+        if len(rows):
+            place = sources.place[light[rows]]
+            sample = kind.sample(place, position[rows], normal[rows], xi[rows])
+            yield sample, kind.color[place], rows
+
+
+def _unlinked(context: Context, light, rows, points: Points) -> np.ndarray | None:
+    """(k,) bool: points on objects that their light is not linked to; None where all are lit."""
+    linked = context.sources.linked
+    if all(objects is None for objects in linked):
+        return None
+    objects = context.scene.object[points.triangle].ravel()
+    if rows is None:
+        only = linked[light]
+        return None if only is None else ~np.isin(objects, only)
+    dark = np.zeros(len(rows), bool)
+    for number in np.unique(light[rows]):
+        if linked[number] is not None:
+            mine = light[rows] == number
+            dark[mine] = ~np.isin(objects[rows[mine]], linked[number])
+    return dark
+
+
+def _visible_each(context: Context, origins: np.ndarray, sample, rows: np.ndarray) -> np.ndarray:
+    """(k, 1 or 3) irradiance of each sample."""
+    carrying = np.flatnonzero(sample.weight > 0)
+    result = np.zeros((len(rows), 1 if context.veil is None else 3))
+    if len(carrying):
+        visible = visibility(
+            context,
+            np.ascontiguousarray(origins.reshape(-1, 3)[rows[carrying]]),
+            np.ascontiguousarray(sample.segment[carrying]),
+            sample.length,
+        ).reshape(len(carrying), -1)
+        result[carrying] = sample.irradiance[carrying, None] * visible
+    return result
 
 
 def _visible_mean(context: Context, origins: np.ndarray, sample, per: int):

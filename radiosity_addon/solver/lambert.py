@@ -10,11 +10,11 @@ import numpy as np
 
 
 def polygon_form_factor(
-    position: np.ndarray, normal: np.ndarray, polygon: np.ndarray
+    position: np.ndarray, normal: np.ndarray, polygon
 ) -> np.ndarray:
     """(n,) float64: form factor from points (n, 3) with unit normals (n, 3) to a convex polygon.
 
-    ``polygon`` (k, 3) in order. The part below the horizon of a point is clipped away. Irradiance
+    ``polygon``: k corners in order, (3,) each, or (n, 3) where every point has its own. The part below the horizon of a point is clipped away. Irradiance
     is π times this times the radiance. The polygon counts from both of its sides.
     """
     rays = [corner - position for corner in polygon]
