@@ -53,7 +53,9 @@ def _why_lost(item, target) -> str:
 
 def _keep_targets(job, kept, lost):
     targets = tuple(replace(job.targets[index], name=item.name) for index, item in kept)
-    return replace(job, targets=targets, skipped=(*job.skipped, *lost))
+    today = {job.targets[index].name: item.name for index, item in kept}
+    maps = tuple((today[name], layer) for name, layer in job.made_uv_maps if name in today)
+    return replace(job, targets=targets, skipped=(*job.skipped, *lost), made_uv_maps=maps)
 
 
 def _keep_colors(result, kept, lost):

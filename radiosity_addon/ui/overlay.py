@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import bpy
 
-from .results import baked_objects, image_name, uv_map_name
+from .results import baked_objects, image_of, uv_map_of
 
 _handle = None
 _spaces: dict[int, list] = {}  # by the space's address: what is drawn there
@@ -30,9 +30,9 @@ def add(context, space) -> None:
     properties, depsgraph = context.scene.radiosity, context.evaluated_depsgraph_get()
     shader = _shader()
     _spaces[space.as_pointer()] = [
-        Piece(item.name, image_name(properties, item), batch)
+        Piece(item.name, image_of(properties, item).name, batch)
         for item in baked_objects(context)
-        if (batch := _batch(shader, item, depsgraph, uv_map_name(properties, item.data)))
+        if (batch := _batch(shader, item, depsgraph, uv_map_of(properties, item.data)))
     ]
     if _handle is None:
         _handle = bpy.types.SpaceView3D.draw_handler_add(_draw, (), "WINDOW", "POST_VIEW")

@@ -2,7 +2,7 @@
 
 import bpy
 
-from .results import baked_objects, image_name, uv_map_name
+from .results import attribute_of, baked_objects, image_of, uv_map_of
 
 
 class RADIOSITY_OT_build_material(bpy.types.Operator):
@@ -31,19 +31,25 @@ class RADIOSITY_OT_build_material(bpy.types.Operator):
         properties = context.scene.radiosity
         made = {}
         for item in baked_objects(context):
-            key = "" if properties.target == "VERTEX" else item.name
-            if key not in made:
-                made[key] = build(properties, item)
+            name = result_name(properties, item)
+            if name not in made:
+                made[name] = build(name, properties, item)
             if self.assign:
-                put_on(item, made[key])
+                put_on(item, made[name])
         names = ", ".join(material.name for material in made.values())
         self.report({"INFO"}, names)
         return {"FINISHED"}
 
 
-def build(properties, item):
-    """A new material whose Emission shader shows the bake of ``item``."""
-    name = properties.bake_name if properties.target == "VERTEX" else image_name(properties, item)
+def result_name(properties, item) -> str:
+    """The name of the attribute or image that shows the bake of ``item``."""
+    if properties.target == "VERTEX":
+        return attribute_of(properties, item.data)
+    return image_of(properties, item).name
+
+
+def build(name: str, properties, item):
+    """A new material whose Emission shader shows ``name``, the bake of ``item``."""
     material = bpy.data.materials.new(f"{name} Preview")
     if bpy.app.version < (5, 0, 0):
         material.use_nodes = True  # later versions always do
@@ -52,23 +58,23 @@ def build(properties, item):
     nodes.clear()
     output = nodes.new("ShaderNodeOutputMaterial")
     emission = nodes.new("ShaderNodeEmission")
-    source = _source(nodes, links, properties, item)
+    source = _source(nodes, links, name, properties, item)
     emission.location, source.location = (-200, 0), (-500, 0)
     links.new(source.outputs["Color"], emission.inputs["Color"])
     links.new(emission.outputs["Emission"], output.inputs["Surface"])
     return material
 
 
-def _source(nodes, links, properties, item):
+def _source(nodes, links, name, properties, item):
     """The node whose Color output is the bake."""
     if properties.target == "VERTEX":
         attribute = nodes.new("ShaderNodeAttribute")
-        attribute.attribute_name = properties.bake_name
+        attribute.attribute_name = name
         return attribute
     texture = nodes.new("ShaderNodeTexImage")
-    texture.image = bpy.data.images[image_name(properties, item)]
+    texture.image = image_of(properties, item)
     coordinates = nodes.new("ShaderNodeUVMap")
-    coordinates.uv_map = uv_map_name(properties, item.data)
+    coordinates.uv_map = uv_map_of(properties, item.data)
     coordinates.location = (-700, 0)
     links.new(coordinates.outputs["UV"], texture.inputs["Vector"])
     return texture

@@ -1,17 +1,33 @@
 """What a bake left in the file: which objects carry it, under which names. Depends on bpy."""
 
-import bpy
+from __future__ import annotations
+
+from ..bake.attribute import FALLBACK
+from ..bake.image import find_image
+from ..settings import Settings
 
 
-def image_name(properties, item) -> str:
-    """The name of the image baked for ``item``."""
-    return f"{properties.bake_name}_{item.name}"
+def image_of(properties, item):
+    """The image baked for ``item``, or None."""
+    return find_image(f"{properties.bake_name}_{item.name}")
 
 
-def uv_map_name(properties, mesh) -> str | None:
-    """The UV map that the image was baked to, or None if the mesh lacks it."""
-    name = properties.uv_map.strip() or properties.bl_rna.properties["bake_name"].default
-    return name if name in mesh.uv_layers else None
+def attribute_of(properties, mesh) -> str | None:
+    """The name of the mesh's baked colour attribute, or None."""
+    for name in (properties.bake_name, FALLBACK.format(properties.bake_name)):
+        if name in mesh.color_attributes:
+            return name
+    return None
+
+
+def uv_map_of(properties, mesh) -> str | None:
+    """The UV map that an image was baked to, or None if the mesh lacks it."""
+    name = properties.uv_map.strip() or Settings().name
+    if name in mesh.uv_layers:
+        return name
+    from ..bake.unwrap import find_uv_map  # brings SciPy: only for the rare map of another name
+
+    return find_uv_map(mesh, name)
 
 
 def baked_objects(context) -> list:
@@ -27,6 +43,5 @@ def baked_objects(context) -> list:
 def has_result(item, properties) -> bool:
     """Whether ``item`` carries a bake: the attribute, or the image and its UV map."""
     if properties.target == "VERTEX":
-        return properties.bake_name in item.data.color_attributes
-    found = bpy.data.images.get(image_name(properties, item))
-    return found is not None and uv_map_name(properties, item.data) is not None
+        return attribute_of(properties, item.data) is not None
+    return image_of(properties, item) is not None and uv_map_of(properties, item.data) is not None

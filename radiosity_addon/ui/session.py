@@ -7,10 +7,12 @@ its own. Between two steps nothing of Blender's is held but names and session id
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from enum import Enum
 
 from ..settings import Settings
 from .follow import follow, identify
+from .held_maps import give_maps, take_maps
 from .solver_process import SolverProcess
 
 # The shares of the whole that the solver's part has in the progress bar.
@@ -45,7 +47,8 @@ class BakeSession:
         self._process: SolverProcess | None = None
         self._job = self._result = None
         self._peak_memory = 0
-        self._identities: dict = {}
+        self._identities: dict[str, int] = {}
+        self._maps: list = []
 
     @property
     def elapsed(self) -> float:
@@ -88,6 +91,8 @@ class BakeSession:
 
         self._job = work.prepare(context, self.settings)
         self._identities = identify(target.name for target in self._job.targets)
+        self._maps = take_maps(self._job.made_uv_maps)
+        work.discard(context, self._job)
         self._process = SolverProcess(self._job)
         self._export_seconds = self.elapsed
         self.stage, self.fraction = Stage.SOLVE, SOLVE_FROM
@@ -111,15 +116,17 @@ class BakeSession:
             self.stage, self.detail = Stage.WAIT, followed.in_edit_mode
             return
         before = self.elapsed
+        give_maps(self._maps)
         with Publication() as publication:
-            work.apply(context, followed.job, followed.result, publication=publication)
+            told = work.apply(context, followed.job, followed.result, publication=publication)
             publication.commit()
+        result = replace(followed.result, warnings=(*followed.result.warnings, *told))
         seconds = {
             "export": self._export_seconds,
             "write": self.elapsed - before + self._result.seconds.get("fit", 0.0),
             "total": self.elapsed,
         }
-        self.report = build_report(followed.job, followed.result, seconds, self._peak_memory)
+        self.report = build_report(followed.job, result, seconds, self._peak_memory)
         self.stage, self.fraction = Stage.DONE, 1.0
 
 

@@ -7,7 +7,7 @@ viewport looked like is remembered for as long as Blender runs.
 import bpy
 
 from . import overlay
-from .results import baked_objects
+from .results import attribute_of, baked_objects
 
 SHADING = ("type", "light", "color_type", "background_type")
 _before: dict[int, dict] = {}  # by the space's address: its shading before it showed a bake
@@ -57,9 +57,9 @@ def show(context, space) -> None:
         shading.color_type = "OBJECT"
         overlay.add(context, space)
         return
-    name = context.scene.radiosity.bake_name
     for item in baked_objects(context):
         attributes = item.data.color_attributes
+        name = attribute_of(context.scene.radiosity, item.data)
         if attributes.active_color_name != name:
             _active[item.session_uid] = attributes.active_color_name
             attributes.active_color_name = name

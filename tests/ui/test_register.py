@@ -1,0 +1,87 @@
+"""Enabling and disabling: quick, complete, and nothing left behind."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+HEAVY = ("scipy", "embreex")
+# Other add-ons need a hundred milliseconds and more; 50 ms is our own limit, on any machine twice.
+MOST_SECONDS = 0.1
+
+
+def in_new_process(code: str) -> str:
+    """What ``code`` prints in a Python that has just started."""
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(code)], cwd=ROOT, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip().splitlines()[-1]
+
+
+def traces(bpy) -> set[str]:
+    """Everything in Blender that bears our name."""
+    from bl_ui.space_statusbar import STATUSBAR_HT_header
+
+    names = {name for name in dir(bpy.types) if "radiosity" in name.lower()}
+    names |= {f"Scene.{name}" for name in dir(bpy.types.Scene) if "radiosity" in name.lower()}
+    names |= {f"ops.{name}" for name in dir(bpy.ops.radiosity)}
+    names |= {str(f) for f in getattr(STATUSBAR_HT_header.draw, "_draw_funcs", ())
+              if "radiosity" in f.__module__}  # fmt: skip
+    for handlers in (getattr(bpy.app.handlers, name) for name in dir(bpy.app.handlers)):
+        if isinstance(handlers, list):
+            names |= {str(f) for f in handlers if "radiosity" in (f.__module__ or "")}
+    return names
+
+
+def test_twice_in_a_row_leaves_nothing_behind(blender):
+    import radiosity_addon
+
+    assert traces(blender) == set()
+    for _ in range(2):
+        radiosity_addon.register()
+        found = traces(blender)
+        assert {"RADIOSITY_PT_bake", "RADIOSITY_OT_bake", "Scene.radiosity", "ops.bake"} <= found
+        radiosity_addon.unregister()
+        assert traces(blender) == set()
+
+
+def test_enabling_is_quick_and_imports_nothing_heavy():
+    code = f"""
+        import sys, time
+        import bpy, numpy
+        start = time.process_time()
+        import radiosity_addon
+        radiosity_addon.register()
+        seconds = time.process_time() - start
+        assert not [name for name in {HEAVY} if name in sys.modules]
+        print(seconds)
+    """
+    assert min(float(in_new_process(code)) for _ in range(2)) < MOST_SECONDS
+
+
+def test_command_line_is_offered_by_blender(addon):
+    """``blender --command radiosity``: registered once, and taken back by ``unregister``."""
+    import radiosity_addon
+
+    assert len(radiosity_addon._commands) == 1
+
+
+def test_every_class_has_a_tooltip_and_a_label(addon):
+    from radiosity_addon import ui
+
+    for cls in ui._classes():
+        if issubclass(cls, addon.types.Operator):
+            operator = getattr(addon.ops.radiosity, cls.bl_idname.partition(".")[2])
+            text = operator.get_rna_type().description
+            assert text and not text.endswith("."), cls
+            assert cls.bl_label
+
+
+def test_every_property_says_what_it_does(addon):
+    for name, item in addon.types.Scene.bl_rna.properties["radiosity"].fixed_type.properties.items():
+        if name not in ("rna_type", "name"):
+            assert item.description and not item.description.endswith("."), name
