@@ -29,6 +29,7 @@ class Elements:
     base: np.ndarray  # (n_grids,) int32: first cell of each grid
     element: np.ndarray  # (n_cells,) int32: the cell's element, or INSIDE - grid
     triangle: np.ndarray  # (n_cells,) int32: the triangle it lies in
+    area: np.ndarray  # (n_cells,) float64 normalised
     count: int
     depth: int  # grids a lookup may go through
     divided: bool  # some triangle has more than one cell in its own grid
@@ -62,6 +63,11 @@ class Elements:
             below = np.flatnonzero(inner <= INSIDE)
             some, inner, u, v = some[below], inner[below], u[below], v[below]
         return cells
+
+    def areas(self) -> np.ndarray:
+        """(n_elements,) float64 normalised."""
+        whole = self.element >= 0
+        return np.bincount(self.element[whole], self.area[whole], self.count)
 
     def values_of_cells(self, values: np.ndarray, nothing) -> np.ndarray:
         """(2 n_cells + 1, ...) from values of element sides (2 n_elements, ...), for lookups by
@@ -108,7 +114,8 @@ def build_elements(geometry: Geometry, group: np.ndarray, target: int) -> Elemen
     labels, clusters = _clusters(geometry, small, group[small], size)
     element[base[small]] = labels + whole.sum()
     triangle = np.repeat(np.arange(len(grid), dtype=np.int32), cells)
-    return Elements(grid, base, element, triangle, int(whole.sum()) + clusters, 1, bool(whole.any()))
+    area = (geometry.area / cells)[triangle]
+    return Elements(grid, base, element, triangle, area, int(whole.sum()) + clusters, 1, bool(whole.any()))
 
 
 def _clusters(geometry: Geometry, small: np.ndarray, group: np.ndarray, size: float):
@@ -142,6 +149,7 @@ def refine(elements: Elements, chosen: np.ndarray) -> Elements:
         base=np.concatenate([elements.base, len(element) + 4 * fresh]).astype(np.int32),
         element=np.concatenate([element, parts]).astype(np.int32),
         triangle=np.concatenate([elements.triangle, np.repeat(elements.triangle[leaf], 4)]),
+        area=np.concatenate([elements.area, np.repeat(elements.area[leaf] / 4, 4)]),
         count=elements.count + 4 * len(leaf),
         depth=elements.depth + 1,
         divided=elements.divided,

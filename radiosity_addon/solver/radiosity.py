@@ -38,6 +38,7 @@ class Radiosity:
     solution: np.ndarray  # (n_rows, 3) reflected radiosity
     iterations: int
     residual: float
+    energy: dict  # emitted, absorbed, escaped: see ``_energy``
 
 
 def solve_radiosity(
@@ -104,6 +105,7 @@ def _solve(context: Context, elements: Elements, transport: Transport, tolerance
     solution, iterations, residual = source, 0, 0.0
     if len(source) and source.any():
         factors = form_factors(transport, elements)
+        _check_steady(sides, transport, factors[0])
         found = solve_second_kind(
             lambda x: sides.reflectance * transported(*factors, x), source, 0.01 * tolerance, 500
         )
@@ -112,7 +114,41 @@ def _solve(context: Context, elements: Elements, transport: Transport, tolerance
     table = elements.values_of_cells(reflected.astype(np.float32), np.float32(0))
     if emitted is not None:
         table += emitted
-    return Radiosity(elements, table, transport, solution, iterations, residual)
+    energy = _energy(context, elements, transport, source, solution)
+    return Radiosity(elements, table, transport, solution, iterations, residual, energy)
+
+
+def _check_steady(sides: Sides, transport: Transport, matrix) -> None:
+    """Raise ValueError where light is only ever reflected: then none of it ever leaves."""
+    lossless = (sides.reflectance.min(axis=1) > 1 - 1e-9).all()
+    if lossless and matrix.nnz == transport.hits.size:
+        raise ValueError(
+            "every surface of this closed scene reflects all light (reflectance 1), so that light "
+            "would grow without end; lower the reflectance of at least one material"
+        )
+
+
+def _energy(context, elements: Elements, transport: Transport, source, solution) -> dict:
+    """Power [W], mean of the channels, of the surfaces that take part and reflect: light that
+    reaches them first-hand, what they and the black surfaces they light absorb, and what they
+    reflect out of the scene.
+
+    The first is the sum of the others up to the statistical error of the form factors.
+    """
+    sides = transport.sides
+    area = elements.areas()[sides.side // 2][:, None]
+    unit = context.unit * context.geometry.scale**2
+    reflectance = np.where(sides.reflectance > 0, sides.reflectance, np.inf)
+    missed = transport.hits == elements.miss
+    escaping = missed.mean(axis=1)[:, None]
+    rows = elements.values_of_cells(transport.row, -1)
+    blackened = ((rows[transport.hits] < 0) & ~missed).mean(axis=1)[:, None]  # met no reflector
+    power = {
+        "emitted": area * source / reflectance,
+        "absorbed": area * (solution / reflectance - solution + solution * blackened),
+        "escaped": area * solution * escaping,
+    }
+    return {name: float(unit * value.sum() / 3) for name, value in power.items()}
 
 
 def _emission_met(transport: Transport, emitted: np.ndarray) -> np.ndarray:

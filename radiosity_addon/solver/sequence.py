@@ -48,7 +48,8 @@ def solve(
     clock.lap("elements")
     radiosities = [_half(context, footprints, plan, settings.target_error, k) for k in (0, 1)]
     clock.lap("transport")
-    verdict = _gather_rounds(context, footprints, radiosities, judge, plan)
+    deadline = None if settings.time_limit is None else clock.start + settings.time_limit
+    verdict = _gather_rounds(context, footprints, radiosities, judge, plan, deadline)
     clock.lap("gather")
     return Solution(
         emission=judge.surface.emission * context.unit,
@@ -62,6 +63,8 @@ def solve(
             residual=max(r.residual for r in radiosities),
             target_error=settings.target_error,
             estimated_error=verdict.error,
+            energy=radiosities[-1].energy,
+            warnings=tuple(_warnings(verdict, plan, settings, radiosities)),
             seconds={**clock.laps, "embree": context.embree_seconds},
         ),
     )
@@ -72,7 +75,7 @@ class Clock:
 
     def __init__(self):
         self.laps: dict[str, float] = {}
-        self._last = time.perf_counter()
+        self.start = self._last = time.perf_counter()
 
     def lap(self, stage: str) -> None:
         """Book the time since the last lap on ``stage``."""
@@ -111,12 +114,16 @@ def _half(context: Context, footprints: Footprints, plan: Plan, error: float, ha
     )
 
 
-def _gather_rounds(context: Context, footprints, radiosities, judge: Judge, plan: Plan):
-    """Light at the receivers: a first round for all, then more where the error is."""
+def _gather_rounds(context: Context, footprints, radiosities, judge: Judge, plan: Plan, deadline):
+    """Light at the receivers: a first round for all, then more where the error is.
+
+    No round starts that would end after ``deadline`` (perf_counter seconds, or None).
+    """
     everyone = np.arange(footprints.count)
     light = [no_light(footprints.count) for _ in radiosities]
     direct, gathered = (everyone, plan.points), (everyone, plan.rays)
     for step in range(MAX_ROUNDS):
+        began, work = time.perf_counter(), _samples(direct, gathered)
         for half, radiosity in enumerate(radiosities):
             add_direct(context, footprints, light[half], *direct, step, half)
             add_gathered(context, footprints, light[half], radiosity, *gathered, step, half)
@@ -128,9 +135,32 @@ def _gather_rounds(context: Context, footprints, radiosities, judge: Judge, plan
             (owners, power_of_two(had * min(factor - 1, 3), 4, MAX_SAMPLES))
             for (owners, factor), had in zip(marked, (_most(light[0].points), _most(light[0].rays)))
         )
-        if len(direct[0]) == len(gathered[0]) == 0:
+        ahead = _samples(direct, gathered)
+        seconds = (time.perf_counter() - began) * ahead / max(work, 1)
+        if ahead == 0 or (deadline and time.perf_counter() + seconds > deadline):
             break
     return verdict
+
+
+def _samples(*rounds) -> int:
+    """Points and rays of a round of (owners, samples of each)."""
+    return sum(len(owners) * samples for owners, samples in rounds)
+
+
+def _warnings(verdict, plan: Plan, settings, radiosities):
+    """What the user should know of the numbers."""
+    if verdict.error > settings.target_error:
+        reason = "within the time limit" if settings.time_limit else f"in {MAX_ROUNDS} rounds"
+        yield (
+            f"the error asked for, {settings.target_error:.3g}, was not reached {reason}: "
+            f"estimated {verdict.error:.3g}"
+        )
+    residual = max(r.residual for r in radiosities)
+    if residual > 0.1 * settings.target_error:
+        yield (
+            f"the linear system was solved to a residual of {residual:.2g} only; "
+            "reflectances this close to 1 need a scene that light can leave"
+        )
 
 
 def _most(numbers: np.ndarray) -> float:

@@ -14,6 +14,8 @@ from ..solver.receivers import Receivers
 from ..solver.solution import Solution, compose
 from .job import Job, Result
 
+MOST_FITTED = 100_000  # receivers whose colours are fitted to judge the error
+
 
 def run(job: Job, progress: Progress = silent) -> Result:
     """Solve the scene and turn the light into each target's colours. Imports no bpy.
@@ -22,14 +24,14 @@ def run(job: Job, progress: Progress = silent) -> Result:
     """
     from ..solver.sequence import solve
 
-    solution = solve(job.scene, job.receivers, job.settings, progress)
+    solution = solve(job.scene, job.receivers, job.settings, progress, _where_judged(job))
     started = time.perf_counter()
     progress("Write", 0.0)
     light = compose(solution, job.settings.passes)
     make = _image if job.settings.target == "image" else _corners
     colors = []
     for index in range(len(job.targets)):
-        colors.append(make(job, index, light[job.spans[index] : job.spans[index + 1]]))
+        colors.append(make(job, index, light))
         progress("Write", (index + 1) / len(job.targets))
     return Result(
         colors=tuple(colors),
@@ -39,8 +41,20 @@ def run(job: Job, progress: Progress = silent) -> Result:
     )
 
 
+def _where_judged(job: Job):
+    """Light at all receivers → the colours whose error counts; None: the receivers themselves.
+
+    A vertex colour is a mean over many receivers, and its error less than theirs. Of a mesh with
+    so many faces that a fit costs more than rays, the receivers' own error is taken.
+    """
+    if job.settings.target == "image" or job.receivers.count > MOST_FITTED:
+        return None
+    return lambda light: np.concatenate([_corners(job, i, light) for i in range(len(job.targets))])
+
+
 def _image(job: Job, index: int, light: np.ndarray) -> np.ndarray:
     """(height, width, 4) float32: the texels' light, and the islands' margin around them."""
+    light = light[job.spans[index] : job.spans[index + 1]]
     resolution = job.settings.resolution
     part = job.receivers.grid[job.spans[index] : job.spans[index + 1]]
     covered = np.zeros((resolution, resolution), bool)
@@ -52,6 +66,7 @@ def _image(job: Job, index: int, light: np.ndarray) -> np.ndarray:
 
 def _corners(job: Job, index: int, light: np.ndarray) -> np.ndarray:
     """Colours of the mesh's loops or vertices that fit the light over the object's faces."""
+    light = light[job.spans[index] : job.spans[index + 1]]
     part = slice_receivers(job.receivers, job.spans[index], job.spans[index + 1])
     area = receiver_areas(job.scene.vertices, job.scene.triangles, part)
     return fit_corners(job.targets[index], part, light, area, job.settings.domain)
