@@ -66,9 +66,11 @@ def _bake(request, terminal, publication, interrupts) -> str:
     _check_destinations(request)
     progress = _Progress(terminal, interrupts)
     progress("Start", 0.0)
-    bpy = _import_bpy()
-    from . import job as work
-    from .report import build_report, summarise, write_report
+    with interrupts.quiet():  # an exception in the midst of its import makes Blender crash
+        bpy = _import_bpy()
+        from . import job as work
+        from .report import build_report, summarise, write_report
+        from .solver import sequence  # noqa: F401  here, so that no stage is charged for it
 
     started = time.perf_counter()
     _open(bpy, request)

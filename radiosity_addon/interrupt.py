@@ -15,7 +15,7 @@ import threading
 from contextlib import contextmanager
 from typing import Callable
 
-PATIENCE = 0.7  # seconds between the signal and the hard way out
+PATIENCE = 0.5  # seconds between the signal and the hard way out
 INTERRUPTED = 130  # exit status
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
@@ -29,7 +29,8 @@ class Interrupts:
     def __init__(self, last_act: Callable[[], None]) -> None:
         self._last_act = last_act
         self._received = False
-        self._held = False
+        self._held = False  # no way out at all
+        self._quiet = False  # no exception
         self._left = threading.Event()  # set when the signal has led out, or nobody waits
 
     def __enter__(self) -> Interrupts:
@@ -52,17 +53,31 @@ class Interrupts:
 
     def check(self) -> None:
         """Raise KeyboardInterrupt if a signal came and the exception it raised was lost."""
-        if self._received and not self._held:
+        if self._received and not self._quiet:
             raise KeyboardInterrupt
 
     @contextmanager
     def held(self):
         """A short section that is not to be cut in two: a signal waits for its end."""
-        self._held = True
+        self._held = self._quiet = True
         try:
             yield
         finally:
-            self._held = False
+            self._held = self._quiet = False
+
+    @contextmanager
+    def quiet(self):
+        """A section that an exception would break, such as the import of bpy.
+
+        Raises KeyboardInterrupt at its end if a signal came; when the end is long in coming, the
+        process is ended the hard way.
+        """
+        self._quiet = True
+        try:
+            yield
+        finally:
+            self._quiet = False
+        self.check()
 
     def caught(self) -> None:
         """The signal has led out to the caller: the hard way is not needed."""
@@ -70,7 +85,7 @@ class Interrupts:
 
     def _on_signal(self, *_) -> None:
         first, self._received = not self._received, True
-        if first and not self._held:
+        if first and not self._quiet:
             raise KeyboardInterrupt
 
     def _watch(self) -> None:

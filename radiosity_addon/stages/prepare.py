@@ -25,6 +25,7 @@ def prepare(context, settings: Settings, progress: Progress = silent) -> Job:
     asked for do not fit; then, or when stopped, the file is as it was.
     """
     settings.check()
+    context.view_layer.update()  # what a script has just linked is not in its list before
     objects = _candidates(context, settings)
     _check_memory(len(objects), settings)
     made: list[tuple[str, str]] = []
