@@ -30,23 +30,26 @@ def warm_up() -> None:
     from scipy.stats import qmc  # noqa: F401
 
     import radiosity_addon.solver.sequence  # noqa: F401
-    from radiosity_addon import job  # noqa: F401
+    import radiosity_addon.stages.apply  # noqa: F401
+    import radiosity_addon.stages.prepare  # noqa: F401
+    import radiosity_addon.stages.run  # noqa: F401
 
 
 def our_bake(obj, size: int, error: float, seed: int = 0, **options) -> OurBake:
     """Bake ``obj`` to an image as the command line would, all cores, and time all of it."""
     import bpy
 
-    from radiosity_addon.job import apply, prepare, run
-    from radiosity_addon.solver.progress import silent
+    from radiosity_addon.stages.apply import apply
+    from radiosity_addon.stages.prepare import prepare
+    from radiosity_addon.stages.run import run
 
     settings = Settings(
         objects=(obj.name,), target="image", resolution=size, error=error, seed=seed, **options
     )
     settings.check()
     start = time.perf_counter()
-    job = prepare(bpy.context, settings, silent)
-    result = run(job, silent)
+    job = prepare(bpy.context, settings)
+    result = run(job)
     apply(bpy.context, job, result)
     seconds = time.perf_counter() - start
     pixels = np.asarray(result.colors[0], float)

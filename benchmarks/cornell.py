@@ -54,7 +54,7 @@ def build():
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     obj = build_demo("cornell")
-    ensure_uv_map([obj], "Radiosity")
+    ensure_uv_map([obj], "Radiosity", SIZE)
     return obj
 
 

@@ -160,7 +160,7 @@ def build(scene: StudyScene):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     obj = scene.build()
     bpy.context.view_layer.update()
-    ensure_uv_map([obj], "Radiosity")
+    ensure_uv_map([obj], "Radiosity", scene.size)
     return obj
 
 

@@ -161,6 +161,17 @@ def test_trade_by_hand(tmp_path):
     assert "| box | Cycles | 64 samples | 32.00 | 2.00 % |" in page
 
 
+def test_being_far_better_than_asked_counts_as_a_third():
+    """Ours exact in 1 s, asked for 3 %: judged at 1 %, for which Cycles needs 32 · 2² = 128 s."""
+    from dataclasses import replace
+
+    from benchmarks.trade import speedups
+
+    rows = rows_of_a_study()
+    rows[0] = replace(rows[0], measured=0.0)
+    assert speedups(rows, "Cycles") == {"box": pytest.approx(128.0)}
+
+
 def test_study_rows_survive_the_file(tmp_path):
     from benchmarks.study import read_csv, write_csv
 
@@ -219,3 +230,38 @@ def test_a_look_at_a_bake_shows_its_colours(blender, tmp_path):
     assert tuple(image.size) == (32, 20)
     centre = np.array(image.pixels[:]).reshape(20, 32, 4)[10, 16, :3]
     np.testing.assert_allclose(centre, 188 / 255, atol=2 / 255)
+
+
+def test_tiny_study(blender, tmp_path, monkeypatch):
+    """A cube room at 24²: our bake keeps 10 % (and the noise of 64-sample references, 5 times its
+    standard error), the page is written, and a budget of nothing leaves the scene out by name."""
+    from dataclasses import replace
+
+    from benchmarks.scenes import StudyScene, lit_by_a_lamp_panel
+    from benchmarks.study import Plan, run_study, write_csv
+    from benchmarks.trade import write_trade
+
+    monkeypatch.setenv("RADIOSITY_REFERENCES", str(tmp_path / "references"))
+    scene = StudyScene("cube", lit_by_a_lamp_panel, size=24, reference=64)
+    plan = Plan((scene,), errors=(0.1,), seeds=(0,), samples=(1,))
+    said = []
+    rows = run_study(plan, said.append)
+    ours = [row for row in rows if row.method == "ours"]
+    assert len(ours) == 1 and ours[0].rays > 0 and ours[0].elements > 0
+    assert ours[0].measured <= 0.1 + 5 * ours[0].uncertainty
+    assert any(row.method == "Cycles" and row.measured > ours[0].measured for row in rows)
+    write_csv(rows, tmp_path / "study.csv")
+    assert "| cube | ours | 10 % |" in write_trade(rows, tmp_path, "here").read_text("utf-8")
+    assert run_study(replace(plan, budget=-1.0), said.append) == []
+    assert said[-1] == "cube: left out, the budget of -1 s is spent"
+
+
+def test_tiny_cornell(blender, tmp_path, monkeypatch):
+    from benchmarks.cornell import measure
+
+    monkeypatch.setenv("RADIOSITY_REFERENCES", str(tmp_path))
+    said = []
+    result = measure((0.1,), (0,), (1,), 16, size=32, say=said.append)
+    methods = [rung.method for rung in result["rungs"]]
+    assert methods[:2] == ["ours", "Cycles"]
+    assert any("as good: Cycles" in line for line in said)

@@ -44,7 +44,7 @@ def polygon(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.asarray(corners, float), np.array(fan)
 
 
-def disc(radius: float, z: float, up: bool, sides: int = 256) -> tuple[np.ndarray, np.ndarray]:
+def disc(radius: float, z: float, up: bool, sides: int = 96) -> tuple[np.ndarray, np.ndarray]:
     """A regular polygon of the disc's area about the z axis, facing up or down."""
     outer = radius * np.sqrt(2 * np.pi / sides / np.sin(2 * np.pi / sides))
     angle = 2 * np.pi * np.arange(sides) / sides * (1 if up else -1)
