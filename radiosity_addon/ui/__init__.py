@@ -11,23 +11,23 @@ def register() -> None:
     """Add every class and property to Blender."""
     import bpy
 
-    from . import panels, properties
+    from . import progress, properties
 
     for cls in _classes():
         bpy.utils.register_class(cls)
     properties.register_properties()
-    bpy.types.STATUSBAR_HT_header.append(panels.draw_status)
+    bpy.types.STATUSBAR_HT_header.append(progress.draw_status)
 
 
 def unregister() -> None:
     """End a bake that runs, and take back everything ``register`` added."""
     import bpy
 
-    from . import panels, properties, session, view
+    from . import progress, properties, session, view
 
     session.end()
     view.forget()
-    bpy.types.STATUSBAR_HT_header.remove(panels.draw_status)
+    bpy.types.STATUSBAR_HT_header.remove(progress.draw_status)
     properties.unregister_properties()
     for cls in reversed(_classes()):
         bpy.utils.unregister_class(cls)

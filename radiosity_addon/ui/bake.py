@@ -5,10 +5,11 @@ from bpy.app.translations import pgettext_rpt as rpt_
 
 from . import session
 from .choice import chosen_objects, why_not
+from .progress import progress_text, redraw
 from .properties import settings_of
 from .report_store import store_report
 
-TICK = 0.05  # seconds between two looks at the solver's process
+TICK = 0.1  # seconds between two looks at the solver's process
 # What bad input and failing disks raise; anything else is a fault of ours and shows its traceback.
 EXPECTED = (ValueError, OSError, RuntimeError, MemoryError, ImportError)
 
@@ -21,6 +22,7 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     _timer = None
+    _shown = ""  # what the progress bars say
 
     @classmethod
     def poll(cls, context):
@@ -82,9 +84,11 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
         return True
 
     def _tick(self, context, bake):
-        redraw(context)
         if not self._step(context, bake):
             return self._finish(context, {"CANCELLED"})
+        if self._shown != progress_text(bake):
+            self._shown = progress_text(bake)
+            redraw(context)
         if bake.stage is session.Stage.DONE:
             return self._finish(context, self._done(context, bake))
         return {"PASS_THROUGH"}
@@ -135,17 +139,6 @@ class RADIOSITY_OT_cancel(bpy.types.Operator):
         self.report({"INFO"}, rpt_("Bake cancelled; the scene is as it was"))
         redraw(context)
         return {"FINISHED"}
-
-
-def redraw(context) -> None:
-    """Show the progress of now wherever it is shown."""
-    for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                for region in area.regions:
-                    if region.type == "UI":
-                        region.tag_redraw()
-        window.workspace.status_text_set_internal(None)
 
 
 CLASSES = (RADIOSITY_OT_bake, RADIOSITY_OT_cancel)

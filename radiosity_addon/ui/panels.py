@@ -3,6 +3,7 @@
 import bpy
 
 from . import session, view
+from .progress import draw_progress
 from .presets import RADIOSITY_PT_presets
 from .properties import CUSTOM
 
@@ -132,37 +133,6 @@ class RADIOSITY_PT_result(RadiosityPanel, bpy.types.Panel):
         row = column.row(align=True)
         row.operator("radiosity.build_material", text="Build Material", icon="MATERIAL")
         row.operator("radiosity.build_material", text="Build and Put On").assign = True
-
-
-def draw_progress(layout, bake) -> None:
-    """The bake's stage, percent and time left, and the way to stop it."""
-    layout.use_property_split = False
-    row = layout.row(align=True)
-    row.scale_y = 1.5
-    row.progress(factor=bake.fraction, text=progress_text(bake))
-    row.operator("radiosity.cancel", text="", icon="X")
-
-
-def progress_text(bake) -> str:
-    """``Solving: gather 42 %, 3 s left``."""
-    from bpy.app.translations import pgettext_iface as iface_
-
-    text = iface_(bake.stage.value)
-    if bake.detail:
-        text = f"{text}: {iface_(bake.detail)}"
-    text = f"{text} {100 * bake.fraction:.0f} %"
-    left = bake.seconds_left
-    return text if left is None else iface_("{}, {} s left").format(text, max(1, round(left)))
-
-
-def draw_status(self, context) -> None:
-    """The same in Blender's status bar."""
-    bake = session.current()
-    if bake is not None:
-        row = self.layout.row(align=True)
-        row.ui_units_x = 16
-        row.progress(factor=bake.fraction, text=progress_text(bake))
-        row.operator("radiosity.cancel", text="", icon="X")
 
 
 CLASSES = (

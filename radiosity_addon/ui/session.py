@@ -22,7 +22,9 @@ SOLVE_FROM, SOLVE_TO = 0.05, 0.97
 class Stage(Enum):
     """Where a bake is."""
 
+    LOAD = "Loading SciPy"
     EXPORT = "Reading the scene"
+    START = "Starting the solver"
     SOLVE = "Solving"
     WAIT = "Waiting: leave Edit Mode"
     WRITE = "Writing the colors"
@@ -38,7 +40,7 @@ class BakeSession:
     def __init__(self, scene_name: str, settings: Settings) -> None:
         self.scene_name = scene_name
         self.settings = settings
-        self.stage = Stage.EXPORT
+        self.stage = Stage.LOAD
         self.detail = ""  # the solver's own word for what it does
         self.fraction = 0.0
         self.report: dict | None = None
@@ -58,15 +60,19 @@ class BakeSession:
     @property
     def seconds_left(self) -> float | None:
         """A guess from the fraction done; None while there is too little to judge by."""
-        if self.fraction < 0.03 or self.elapsed < 0.5:
+        if self.fraction < 2 * SOLVE_FROM or self.elapsed < 1.0:
             return None
         return self.elapsed * (1 - self.fraction) / self.fraction
 
     def step(self, context) -> None:
         """Take the next step; each is short but the export and the final write."""
         try:
-            if self.stage is Stage.EXPORT:
+            if self.stage is Stage.LOAD:
+                self._load()
+            elif self.stage is Stage.EXPORT:
                 self._export(context)
+            elif self.stage is Stage.START:
+                self._start_solver()
             elif self.stage is Stage.SOLVE:
                 self._watch()
             elif self.stage in (Stage.WAIT, Stage.WRITE):
@@ -86,16 +92,26 @@ class BakeSession:
             self._process.close()
             self._process = None
 
-    def _export(self, context) -> None:
-        from .. import job as work
+    def _load(self) -> None:
+        """Import what reads the scene: a step of its own, as the first time takes a while."""
+        from ..stages import prepare  # noqa: F401
 
-        self._job = work.prepare(context, self.settings)
+        self.stage = Stage.EXPORT
+
+    def _export(self, context) -> None:
+        from ..stages.prepare import discard, prepare
+
+        before = self.elapsed
+        self._job = prepare(context, self.settings)
         self._identities = identify(target.name for target in self._job.targets)
         self._maps = take_maps(self._job.made_uv_maps)
-        work.discard(context, self._job)
+        discard(context, self._job)
+        self._export_seconds = self.elapsed - before
+        self.stage, self.fraction = Stage.START, SOLVE_FROM
+
+    def _start_solver(self) -> None:
         self._process = SolverProcess(self._job)
-        self._export_seconds = self.elapsed
-        self.stage, self.fraction = Stage.SOLVE, SOLVE_FROM
+        self.stage = Stage.SOLVE
 
     def _watch(self) -> None:
         self.detail, fraction = self._process.progress()
@@ -107,9 +123,9 @@ class BakeSession:
             self.stage, self.detail = Stage.WRITE, ""
 
     def _write(self, context) -> None:
-        from .. import job as work
         from ..files import Publication
         from ..report import build_report
+        from ..stages.apply import apply
 
         followed = follow(self._job, self._result, self._identities)
         if followed.in_edit_mode:
@@ -118,7 +134,7 @@ class BakeSession:
         before = self.elapsed
         give_maps(self._maps)
         with Publication() as publication:
-            told = work.apply(context, followed.job, followed.result, publication=publication)
+            told = apply(context, followed.job, followed.result, publication=publication)
             publication.commit()
         result = replace(followed.result, warnings=(*followed.result.warnings, *told))
         seconds = {

@@ -5,8 +5,8 @@ from bpy.app.translations import pgettext_iface as iface_
 
 def duration(seconds: float) -> str:
     """``3 s``, ``2 min 5 s``, ``1 h 20 min``."""
-    if seconds < 10:
-        return iface_("{:.1f} s").format(seconds)
+    if seconds < 1:
+        return iface_("{:.2f} s").format(seconds)
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     if hours:

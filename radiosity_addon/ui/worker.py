@@ -30,10 +30,11 @@ def main(folder: Path) -> int:
     _step_back()
     package = _load_package(Path(__file__).resolve().parents[1])
     payload = importlib.import_module(f"{package}.ui.payload")
+    meter = importlib.import_module(f"{package}.ui.meter")
     work = importlib.import_module(f"{package}.job")
     try:
         with ProgressFile(folder / PROGRESS) as progress:
-            result = work.run(payload.read_payload(folder / JOB), progress)
+            result = work.run(payload.read_payload(folder / JOB), meter.Meter(progress))
         payload.write_payload(folder / f"{RESULT}.part", (result, _peak_memory(package)))
         os.replace(folder / f"{RESULT}.part", folder / RESULT)
     except EXPECTED as error:
