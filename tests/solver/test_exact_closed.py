@@ -1,0 +1,68 @@
+"""The whole solver in closed scenes with exact solutions: within half a percent."""
+
+import numpy as np
+import pytest
+
+from benchmarks.error import relative_error
+from radiosity_addon.settings import Settings
+from radiosity_addon.solver.sequence import solve
+from radiosity_addon.solver.solution import compose
+from tests.solver import exact, meshes
+
+ALL = ("emit", "direct", "indirect", "color")
+SHARP = Settings(error=0.003)
+HALF_PERCENT = 5e-3
+
+
+def radiosity(scene, receivers=None, settings=SHARP):
+    """(count,) B of the first channel, one receiver a triangle unless given."""
+    solution = solve(scene, receivers or meshes.triangle_receivers(scene), settings)
+    return np.pi * compose(solution, ALL)[:, 0]
+
+
+def deviation(found, expected):
+    return np.abs(found / expected - 1).max()
+
+
+@pytest.mark.parametrize("reflectance", [0.5, 0.9])
+def test_furnace_around_a_blob(reflectance):
+    """E = 1 − ρ in a closed scene: B = 1 whatever stands in it. Leaks, lost rays, wrong sides and
+    growing energy would all show."""
+    scene = meshes.furnace_scene(reflectance, level=4, divisions=4)
+    assert deviation(radiosity(scene), 1.0) < HALF_PERCENT
+
+
+def test_closed_sphere_with_eight_emissions_and_reflectances():
+    random = np.random.default_rng(0)
+    q, rho = random.uniform(0, 1, 8), random.uniform(0, 0.9, 8)
+    scene = meshes.sphere_scene(3, rho[:, None], q[:, None])
+    area = meshes.areas(scene.vertices, scene.triangles)
+    expected = exact.closed_sphere(q[scene.object], rho[scene.object], area)
+    found = radiosity(scene)
+    assert relative_error(found[:, None], expected[:, None]).error < HALF_PERCENT
+    for octant in range(8):
+        mine = scene.object == octant
+        power = found[mine] @ area[mine]
+        assert power == pytest.approx(expected[mine] @ area[mine], rel=1e-3)
+
+
+def test_concentric_spheres():
+    """1280 flat faces a sphere: the gap's view factors differ from the spheres' by 0.1 %."""
+    q, rho = (1.0, 0.2), (0.5, 0.8)
+    scene = meshes.concentric_scene(3, 1.0, 2.0, rho, q)
+    expected = np.array(exact.concentric_radiosity(1.0, 2.0, q, rho))[scene.object]
+    found = radiosity(scene)
+    for sphere in range(2):
+        mine = scene.object == sphere
+        assert found[mine].mean() == pytest.approx(expected[mine][0], rel=HALF_PERCENT)
+
+
+def test_manufactured_cube():
+    """B constant on every face; what is judged is the mean over each (linear E on 1/16 cells)."""
+    truth = np.array([1.0, 2.0, 0.5, 0.7, 1.5, 3.0])
+    rho = np.array([0.5, 0.1, 0.2, 0.1, 0.2, 0.4])
+    scene = meshes.manufactured_cube(truth, rho, 16)
+    found = radiosity(scene)
+    for face in range(6):
+        mean = found[scene.object == face].mean()
+        assert mean == pytest.approx(truth[face], rel=HALF_PERCENT)
