@@ -1,0 +1,244 @@
+"""The bake operator and its session: results, refusals, and objects that change meanwhile."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture
+def file(addon, room):
+    """The room of ``tests/conftest.py``, open, with a draft to bake; no temporary files stay."""
+    addon.ops.wm.open_mainfile(filepath=str(room))
+    addon.context.scene.radiosity.quality = "DRAFT"
+    return addon
+
+
+@pytest.fixture
+def session(file, tmp_path, monkeypatch):
+    """A function: a bake of the open file as the button starts it. Its files must all go."""
+    from radiosity_addon.ui import properties, session, solver_process
+
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    monkeypatch.setattr(solver_process.tempfile, "tempdir", str(folder))
+
+    def begin():
+        settings = properties.settings_of(file.context.scene.radiosity)
+        session.begin(session.BakeSession(file.context.scene.name, settings))
+        return session.current()
+
+    yield begin
+    session.end()
+    assert list(folder.iterdir()) == []
+
+
+def until(bpy, bake, *stages: str) -> None:
+    """Take steps until the bake is in one of the stages."""
+    deadline = time.monotonic() + 60
+    while bake.stage.name not in stages:
+        assert time.monotonic() < deadline
+        bake.step(bpy.context)
+        bake.wait(0.1)
+
+
+def colors(mesh, name: str = "Radiosity") -> np.ndarray:
+    values = np.empty(4 * len(mesh.color_attributes[name].data), np.float32)
+    mesh.color_attributes[name].data.foreach_get("color", values)
+    return values
+
+
+def box(bpy):
+    return bpy.data.objects["Box"]
+
+
+def test_operator_bakes_and_reports(file):
+    assert file.ops.radiosity.bake() == {"FINISHED"}
+    values = colors(box(file).data).reshape(-1, 4)
+    assert (values[:, :3] > 0).all() and (values[:, 3] == 1).all()
+    from radiosity_addon.ui.report_store import load_report
+
+    report = load_report(file.context.scene)
+    assert report["objects"] == [{"name": "Box", "baked": True, "reason": ""}]
+    assert 0 < report["seconds"]["export"] < report["seconds"]["total"]
+    assert report["target_error"] == 0.1
+
+
+@pytest.mark.parametrize("call", ["EXEC_DEFAULT", "INVOKE_DEFAULT"])
+def test_operator_and_command_line_give_identical_colours(file, room, call):
+    file.ops.radiosity.bake(call)
+    here = colors(box(file).data)
+    line = [sys.executable, "-m", "radiosity_addon", str(room), "--quality", "draft"]
+    done = subprocess.run(line, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    file.ops.wm.open_mainfile(filepath=str(room.with_name("room_baked.blend")))
+    assert np.array_equal(here, colors(box(file).data))
+
+
+def test_images_are_baked_to_a_new_map_and_file(file, tmp_path):
+    properties = file.context.scene.radiosity
+    properties.target, properties.resolution = "IMAGE", 16
+    properties.write_files, properties.image_dir = True, str(tmp_path)
+    assert file.ops.radiosity.bake() == {"FINISHED"}
+    assert file.data.images["Radiosity_Box"].size[:] == (16, 16)
+    assert "Radiosity" in box(file).data.uv_layers
+    assert (tmp_path / "Radiosity_Box.exr").exists()
+
+
+def test_failure_is_a_message_and_changes_nothing(file, tmp_path):
+    properties = file.context.scene.radiosity
+    properties.target, properties.write_files = "IMAGE", True
+    properties.resolution, properties.image_dir = 16, str(tmp_path / "missing")
+    with pytest.raises(RuntimeError, match="missing"):
+        file.ops.radiosity.bake()
+    assert not box(file).data.uv_layers and not file.data.images and not properties.report
+
+
+def test_missing_uv_map_is_refused_by_name(file):
+    properties = file.context.scene.radiosity
+    properties.target, properties.uv_map = "IMAGE", "Atlas"
+    with pytest.raises(RuntimeError):
+        file.ops.radiosity.bake()
+
+
+def refusal(bpy) -> str:
+    from radiosity_addon.ui.choice import why_not
+
+    assert bpy.ops.radiosity.bake.poll() is (not why_not(bpy.context))
+    return why_not(bpy.context)
+
+
+def test_grey_button_says_why(file):
+    properties = file.context.scene.radiosity
+    assert refusal(file) == ""
+    properties.passes = set()
+    assert "pass" in refusal(file)
+    properties.passes = {"DIRECT"}
+    properties.bake_name = " "
+    assert "name" in refusal(file)
+    properties.bake_name = "Light"
+    properties.objects_from = "SELECTED"
+    file.ops.object.select_all(action="DESELECT")
+    assert "Select" in refusal(file)
+    properties.objects_from = "ALL"
+    box(file).hide_render = True
+    assert "Add a mesh" in refusal(file)
+
+
+def test_edit_mode_is_refused(file):
+    file.context.view_layer.objects.active = box(file)
+    file.ops.object.mode_set(mode="EDIT")
+    assert "Object Mode" in refusal(file)
+    file.ops.object.mode_set(mode="OBJECT")
+
+
+def test_relative_folder_needs_a_saved_file(addon):
+    properties = addon.context.scene.radiosity
+    properties.target, properties.write_files = "IMAGE", True
+    assert "Save the file" in refusal(addon)
+
+
+def test_only_one_bake_at_a_time(file, session):
+    session()
+    assert "running" in refusal(file)
+    with pytest.raises(RuntimeError, match="running already"):
+        session()
+
+
+def test_file_holds_nothing_of_a_bake_that_runs(file, session):
+    properties = file.context.scene.radiosity
+    properties.target, properties.resolution = "IMAGE", 16
+    bake = session()
+    until(file, bake, "SOLVE")
+    assert not box(file).data.uv_layers and not file.data.images
+    until(file, bake, "DONE")
+    assert [layer.name for layer in box(file).data.uv_layers] == ["Radiosity"]
+    assert "Radiosity_Box" in file.data.images
+
+
+def test_cancel_leaves_the_scene_as_it_was(file, session):
+    from radiosity_addon.ui.session import current
+
+    bake = session()
+    until(file, bake, "SOLVE")
+    assert file.ops.radiosity.cancel() == {"FINISHED"}
+    assert current() is None
+    assert not box(file).data.color_attributes
+    assert not file.ops.radiosity.cancel.poll()
+
+
+def test_renamed_object_is_followed(file, session):
+    bake = session()
+    until(file, bake, "WRITE")
+    item = box(file)
+    item.name = "Crate"
+    bake.step(file.context)
+    assert bake.stage.name == "DONE"
+    assert "Radiosity" in item.data.color_attributes
+    assert [entry["name"] for entry in bake.report["objects"]] == ["Crate"]
+
+
+def test_deleted_object_is_left_out_with_a_warning(file, session):
+    other = box(file).copy()
+    other.data, other.name, other.location = box(file).data.copy(), "Other", (5, 0, 0)
+    file.context.scene.collection.objects.link(other)
+    bake = session()
+    until(file, bake, "WRITE")
+    file.data.objects.remove(other)
+    bake.step(file.context)
+    assert "Radiosity" in box(file).data.color_attributes
+    assert any("Other was deleted" in text for text in bake.report["warnings"])
+
+
+def test_nothing_left_to_write_to_is_an_error(file, session):
+    bake = session()
+    until(file, bake, "WRITE")
+    file.data.objects.remove(box(file))
+    with pytest.raises(RuntimeError, match="Box was deleted .* bake again"):
+        bake.step(file.context)
+
+
+def test_edited_mesh_is_not_written_wrongly(file, session):
+    bake = session()
+    until(file, bake, "WRITE")
+    box(file).data = file.data.meshes.new("Other mesh")
+    with pytest.raises(RuntimeError, match="Box was edited"):
+        bake.step(file.context)
+
+
+def test_edit_mode_is_waited_for(file, session):
+    bake = session()
+    until(file, bake, "SOLVE")
+    file.context.view_layer.objects.active = box(file)
+    file.ops.object.mode_set(mode="EDIT")
+    until(file, bake, "WAIT")
+    bake.step(file.context)
+    assert bake.stage.name == "WAIT" and bake.detail == "Box"
+    file.ops.object.mode_set(mode="OBJECT")
+    until(file, bake, "DONE")
+    assert "Radiosity" in box(file).data.color_attributes
+
+
+def test_another_file_ends_the_bake(file, session):
+    from radiosity_addon.ui.session import current
+
+    bake = session()
+    until(file, bake, "SOLVE")
+    file.ops.wm.read_homefile(use_empty=True)
+    assert current() is None
+
+
+def test_crash_of_the_solver_is_a_message(file, session):
+    bake = session()
+    until(file, bake, "SOLVE")
+    bake._process._process.kill()
+    bake.wait(5)
+    with pytest.raises(RuntimeError, match="solver's process stopped"):
+        bake.step(file.context)
