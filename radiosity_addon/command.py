@@ -11,6 +11,7 @@ from pathlib import Path
 from . import arguments, files, memory
 from .interrupt import INTERRUPTED, Interrupts
 from .terminal import Terminal, debugging
+from .ui.meter import Meter
 
 DONE, FAILED = 0, 1
 BLEND_MAGIC = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")  # plain, Zstandard, gzip
@@ -78,7 +79,7 @@ def _bake(request, terminal, publication, interrupts) -> str:
     files.check_writable(output, "--output")
     job = work.prepare(bpy.context, request.settings, progress.part("prepare"))
     prepared = time.perf_counter()
-    result = work.run(job, progress.part("run"))
+    result = work.run(job, Meter(progress.part("run")))
     solved = time.perf_counter()
     told = work.apply(bpy.context, job, result, progress.part("apply"), publication)
     result = replace(result, warnings=(*result.warnings, *told))
