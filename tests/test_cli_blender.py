@@ -1,0 +1,106 @@
+"""The command line from inside Blender, and stopped by signals from outside.
+
+``RADIOSITY_BLENDER`` may name a real Blender (a command, split at spaces) whose Python has SciPy and
+embreex; the module bpy stands in for it otherwise.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("bpy")
+
+ROOT = Path(__file__).resolve().parents[1]
+SCRIPT = ROOT / "radiosity_addon" / "__main__.py"
+AS_BLENDER = """
+import runpy, sys
+import bpy
+bpy.ops.wm.open_mainfile(filepath=sys.argv[1])
+script, sys.argv = sys.argv[2], ["blender", "--background", *sys.argv[1:]]
+runpy.run_path(script, run_name="__main__")
+"""
+
+
+def blender_style(scene, *words, cwd) -> subprocess.CompletedProcess:
+    """The script run by its path in a process whose Blender has ``scene`` open."""
+    line = [sys.executable, "-c", AS_BLENDER, str(scene), str(SCRIPT), "--", *map(str, words)]
+    return subprocess.run(line, cwd=cwd, capture_output=True, text=True)
+
+
+def test_script_bakes_the_open_file(room, tmp_path):
+    done = blender_style(room, "--quality", "draft", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "Baked 1 object" in done.stdout
+    assert room.with_name("room_baked.blend").exists()
+
+
+@pytest.mark.parametrize(("words", "status"), [(["--bogus"], 2), (["--objects", "Sphinx"], 1)])
+def test_script_passes_the_exit_status_on(words, status, room, tmp_path):
+    done = blender_style(room, *words, cwd=tmp_path)
+    assert done.returncode == status
+    assert done.stderr.count("\n") == 1 and words[-1] in done.stderr
+
+
+@pytest.mark.skipif("RADIOSITY_BLENDER" not in os.environ, reason="RADIOSITY_BLENDER is not set")
+def test_real_blender(room):
+    """The statuses come through Blender itself, and the file is the same as any other."""
+    blender = shlex.split(os.environ["RADIOSITY_BLENDER"])
+    line = [*blender, "--background", str(room), "--python", str(SCRIPT), "--"]
+    done = subprocess.run([*line, "--quality", "draft"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "Baked 1 object" in done.stdout
+    assert room.with_name("room_baked.blend").exists()
+    for words, status in ((["--bogus"], 2), (["--objects", "Sphinx"], 1)):
+        assert subprocess.run([*line, *words], capture_output=True).returncode == status
+
+
+@pytest.mark.skipif(os.name == "nt", reason="sends POSIX signals")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("delay", [0.0, 0.4, 1.2])
+def test_signal_ends_a_long_bake_within_a_second(number, delay, room):
+    """Sent while Blender starts or while the solver runs, which takes minutes at this error."""
+    output = room.with_name("room_baked.blend")
+    output.write_bytes(b"earlier")
+    script = f"""
+        import sys
+        from radiosity_addon import command
+        solving = command._open
+        def announce(*arguments):
+            solving(*arguments)
+            sys.__stderr__.flush()
+            open({str(room.with_name("ready"))!r}, "w").close()
+        command._open = announce
+        sys.exit(command.main(sys.argv[1:]))
+    """
+    words = ["--target", "image", "--resolution", "2048", "--error", "0.0001"]
+    child = subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(script), str(room), *words],
+        cwd=ROOT,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    deadline = time.monotonic() + 60
+    while not room.with_name("ready").exists() and time.monotonic() < deadline:
+        time.sleep(0.02)
+    time.sleep(delay)
+    sent = time.monotonic()
+    child.send_signal(number)
+    err = child.communicate(timeout=30)[1]
+    seconds = time.monotonic() - sent
+    assert (child.returncode, err) == (130, "radiosity: interrupted; nothing was written\n")
+    assert seconds < 1.0
+    assert output.read_bytes() == b"earlier"
+    assert sorted(path.name for path in room.parent.iterdir()) == [
+        "ready",
+        "room.blend",
+        "room_baked.blend",
+    ]
