@@ -30,6 +30,7 @@ class Elements:
     element: np.ndarray  # (n_cells,) int32: the cell's element, or INSIDE - grid
     triangle: np.ndarray  # (n_cells,) int32: the triangle it lies in
     area: np.ndarray  # (n_cells,) float64 normalised
+    corners: np.ndarray  # (n_cells, 3, 2) float32 barycentric, in the triangle
     count: int
     depth: int  # grids a lookup may go through
     divided: bool  # some triangle has more than one cell in its own grid
@@ -94,6 +95,27 @@ def _cell_in_grid(n: np.ndarray, u: np.ndarray, v: np.ndarray):
     return index, np.where(inverted, 1 - x, x), np.where(inverted, 1 - y, y)
 
 
+def grid_cells(n: int) -> np.ndarray:
+    """(n², 3, 2) float32 corners of a grid's cells in [0, 1]², in the order of their indices:
+    where u = v = 0, u = 1 and v = 1 in the cell."""
+    cells = []
+    for i in range(n):
+        j = np.arange(n - i)
+        i0, i1, j1 = np.full(n - i, i), np.full(n - i, i + 1), j + 1
+        upright = np.stack([np.stack([i0, j], 1), np.stack([i1, j], 1), np.stack([i0, j1], 1)], 1)
+        inverted = np.stack([np.stack([i1, j1], 1), np.stack([i0, j1], 1), np.stack([i1, j], 1)], 1)
+        cells.append(np.stack([upright, inverted], 1).reshape(-1, 3, 2)[: 2 * (n - i) - 1])
+    return (np.concatenate(cells) / n).astype(np.float32)
+
+
+def _quarters(corners: np.ndarray) -> np.ndarray:
+    """(4 k, 3, 2) corners of the four cells inside each of k cells (k, 3, 2)."""
+    origin, steps = corners[:, 0], corners[:, 1:] - corners[:, :1]
+    inner = grid_cells(2)
+    placed = origin[:, None, None] + np.einsum("qcs,ksd->kqcd", inner, steps)
+    return placed.reshape(-1, 3, 2).astype(np.float32)
+
+
 def build_elements(geometry: Geometry, group: np.ndarray, target: int) -> Elements:
     """About ``target`` elements of equal area; ``group`` (n_triangles,) int32 are not mixed.
 
@@ -115,7 +137,11 @@ def build_elements(geometry: Geometry, group: np.ndarray, target: int) -> Elemen
     element[base[small]] = labels + whole.sum()
     triangle = np.repeat(np.arange(len(grid), dtype=np.int32), cells)
     area = (geometry.area / cells)[triangle]
-    return Elements(grid, base, element, triangle, area, int(whole.sum()) + clusters, 1, bool(whole.any()))
+    corners = np.empty((len(whole), 3, 2), np.float32)
+    for n in np.unique(grid):
+        some = np.flatnonzero(grid == n)
+        corners[base[some][:, None] + np.arange(int(n) ** 2)] = grid_cells(int(n))
+    return Elements(grid, base, element, triangle, area, corners, int(whole.sum()) + clusters, 1, bool(whole.any()))
 
 
 def _clusters(geometry: Geometry, small: np.ndarray, group: np.ndarray, size: float):
@@ -149,6 +175,7 @@ def refine(elements: Elements, chosen: np.ndarray) -> Elements:
         base=np.concatenate([elements.base, len(element) + 4 * fresh]).astype(np.int32),
         element=np.concatenate([element, parts]).astype(np.int32),
         triangle=np.concatenate([elements.triangle, np.repeat(elements.triangle[leaf], 4)]),
+        corners=np.concatenate([elements.corners, _quarters(elements.corners[leaf])]),
         area=np.concatenate([elements.area, np.repeat(elements.area[leaf] / 4, 4)]),
         count=elements.count + 4 * len(leaf),
         depth=elements.depth + 1,

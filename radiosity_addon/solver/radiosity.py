@@ -13,6 +13,7 @@ import numpy as np
 from .context import Context
 from .elements import Elements, build_elements, refine
 from .gather import shoot, sides_hit
+from .geometry import OFFSET
 from .parallel import map_chunks, ranges
 from .points import Points
 from .second_kind import solve_second_kind
@@ -51,10 +52,47 @@ def solve_radiosity(
     scene = context.scene
     group = scene.object.astype(np.int64) * len(scene.materials) + scene.material
     elements = build_elements(context.geometry, group, target)
+    elements = _apart(context, elements, target, tolerance)
     places = _seeds(context, elements, receivers, place, target, key)
     elements, known = _refined(context, elements, places, per, target, tolerance, key)
     transport = trace_transport(context, elements, known, rays, per, (*key, 12))
     return _solve(context, elements, transport, tolerance)
+
+
+def _apart(context: Context, elements: Elements, target: int, tolerance: float) -> Elements:
+    """Divide elements that something stands on or cuts through.
+
+    The parts of such an element do not see each other: inside a block that stands on the floor it
+    is dark, and a radiosity shared with the lit floor around would leak in. Seen from just above
+    the surface, the lines from an element's middle to its corners and between those are blocked.
+    """
+    levels = int(np.clip(np.ceil(np.log2(0.2 / tolerance)), 1, 6))
+    fresh = np.flatnonzero(elements.grid[elements.triangle] > 1)
+    for _ in range(levels):
+        if len(fresh) == 0 or elements.count > MAX_GROWTH * target:
+            break
+        cut = fresh[_obstructed(context, elements, fresh)]
+        start = len(elements.element)
+        elements = refine(elements, elements.element[cut])
+        fresh = np.arange(start, len(elements.element))
+    return elements
+
+
+def _obstructed(context: Context, elements: Elements, cells: np.ndarray) -> np.ndarray:
+    """(k,) bool: something cuts through the flat cells (k,) int, seen from either side."""
+    corners = elements.corners[cells].astype(float)
+    middle = corners.mean(axis=1, keepdims=True)
+    ends = np.concatenate([middle, middle + 0.99 * (corners - middle)], axis=1)
+    triangle = elements.triangle[cells]
+    position = context.geometry.at(triangle[:, None], ends)
+    blocked = np.zeros(len(cells), bool)
+    for side in (1, -1):
+        lifted = position + side * 4 * OFFSET * context.geometry.normal[triangle][:, None]
+        for a, b in ((0, 1), (0, 2), (0, 3), (1, 2), (2, 3), (3, 1)):
+            start = np.ascontiguousarray(lifted[:, a], np.float32)
+            segment = np.ascontiguousarray(lifted[:, b] - lifted[:, a], np.float32)
+            blocked |= ~context.shadow.clear(start, segment)
+    return blocked
 
 
 def _seeds(context, elements, receivers: int, place, target: int, key) -> Places:

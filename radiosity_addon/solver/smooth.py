@@ -113,6 +113,7 @@ class Smoothed:
     a: np.ndarray
     b: np.ndarray
     square_error: np.ndarray
+    touched: np.ndarray  # (count,) bool: neighbours had a share
 
 
 def smooth(lattices: list[Lattice], a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> Smoothed:
@@ -122,12 +123,14 @@ def smooth(lattices: list[Lattice], a: np.ndarray, b: np.ndarray, weight: np.nda
     """
     out_a, out_b = a.copy(), b.copy()
     error = (a - b) ** 2 / 2
+    touched = np.zeros(len(a), bool)
     for lattice in lattices:
-        one, two, gain = _smooth_picture(lattice, a, b, weight)
+        one, two, gain, level = _smooth_picture(lattice, a, b, weight)
         out_a[lattice.index] = lattice.read(one)
         out_b[lattice.index] = lattice.read(two)
         error[lattice.index] += lattice.read(gain)
-    return Smoothed(out_a, out_b, error)
+        touched[lattice.index] = lattice.read(level)[:, 0]
+    return Smoothed(out_a, out_b, error, touched)
 
 
 def smooth_map(lattices: list[Lattice], values: np.ndarray, levels: int = 3) -> np.ndarray:
@@ -161,4 +164,4 @@ def _smooth_picture(lattice: Lattice, a, b, weight):
         best = tuple(np.where(better, new, old) for new, old in zip(after, best))
         gain = np.where(better, total, gain)
         now = after
-    return best[0], best[1], gain
+    return best[0], best[1], gain, best_change < 0
