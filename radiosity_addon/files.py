@@ -7,6 +7,8 @@ import os
 import stat
 from pathlib import Path
 
+from .janitor import Janitor
+
 WRITE_BITS = stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH
 
 
@@ -22,18 +24,21 @@ class Publication:
 
     def __init__(self) -> None:
         self._staged: list[tuple[Path, Path]] = []  # (temporary, final)
+        self._janitor = Janitor()
 
     def __enter__(self) -> Publication:
         return self
 
     def __exit__(self, *_) -> None:
         self.discard()
+        self._janitor.dismiss()
 
     def stage(self, path: str | Path) -> Path:
         """A temporary path beside ``path``, with its ending, to write the contents to."""
         final = Path(path)
         _remove_stale(final)
         temporary = final.with_name(f"{_prefix(final)}{os.getpid()}{final.suffix}")
+        self._janitor.watch(temporary.parent, _traces(temporary))
         self._staged.append((temporary, final))
         return temporary
 
@@ -52,7 +57,7 @@ class Publication:
     def discard(self) -> None:
         """Remove what was staged and not committed, and what Blender made on its way to it."""
         for temporary, _ in self._staged:
-            for path in temporary.parent.glob(f"*{glob.escape(temporary.stem)}*"):
+            for path in temporary.parent.glob(_traces(temporary)):
                 path.unlink(missing_ok=True)
         self._staged.clear()
 
@@ -81,6 +86,11 @@ def check_folder(folder: str | Path, what: str) -> None:
 def _may_write(path: Path) -> bool:
     """Access as the system grants it, and some write permission even for the superuser."""
     return os.access(path, os.W_OK) and bool(path.stat().st_mode & WRITE_BITS)
+
+
+def _traces(temporary: Path) -> str:
+    """Glob for ``temporary`` and what Blender makes beside it on its way there."""
+    return f"*{glob.escape(temporary.stem)}*"
 
 
 def _prefix(final: Path) -> str:

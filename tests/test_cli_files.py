@@ -5,10 +5,15 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import textwrap
+import time
+from pathlib import Path
 
 import pytest
 
 from radiosity_addon.files import Publication, check_folder, check_writable
+
+ROOT = Path(__file__).resolve().parents[1]
 
 
 def test_nothing_is_in_place_before_commit_and_everything_after(tmp_path):
@@ -64,6 +69,38 @@ def test_what_a_killed_run_left_is_removed_by_the_next(tmp_path):
     assert alive.exists()
 
 
+def test_killed_process_leaves_the_earlier_file_and_no_temporary(tmp_path):
+    folder = tmp_path / "odd [name] é"
+    folder.mkdir()
+    (folder / "a.blend").write_text("earlier")
+    script = """
+        import sys, time
+        from radiosity_addon.files import Publication
+        with Publication() as files:
+            for name in ("a.blend", "b.json"):
+                temporary = files.stage(sys.argv[1] + "/" + name)
+                temporary.write_text("half")
+                temporary.with_name(temporary.name + "@").write_text("half")
+            print("ready", flush=True)
+            time.sleep(20)
+    """
+    child = subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(script), str(folder)],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert child.stdout.readline() == "ready\n"
+    assert len(list(folder.iterdir())) == 5
+    child.kill()
+    child.communicate()
+    deadline = time.monotonic() + 5
+    while len(list(folder.iterdir())) > 1 and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert [path.name for path in folder.iterdir()] == ["a.blend"]
+    assert (folder / "a.blend").read_text() == "earlier"
+
+
 def test_missing_folder_is_named(tmp_path):
     with pytest.raises(OSError, match="nowhere.*does not exist; create it"):
         check_writable(tmp_path / "nowhere" / "a.blend", "--output")
@@ -93,3 +130,12 @@ def test_read_only_folder_and_file_are_refused_even_for_the_superuser(tmp_path):
             check_writable(file, "--output")
     finally:
         folder.chmod(0o755)
+
+
+def test_no_janitor_is_no_failure(tmp_path, monkeypatch, caplog):
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "no python"))
+    with Publication() as files:
+        files.stage(tmp_path / "a.blend").write_text("whole")
+        files.commit()
+    assert (tmp_path / "a.blend").read_text() == "whole"
+    assert "no janitor" in caplog.text

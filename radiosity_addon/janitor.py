@@ -1,0 +1,64 @@
+"""The janitor: a small process that outlives this one and removes its temporary files. No bpy.
+
+A process that is killed outright cannot clean up, but its end of a pipe is closed by the system.
+The janitor waits at the other end; unless it is told that all is done, it removes what it was
+told about.
+"""
+
+from __future__ import annotations
+
+import glob
+import logging
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+log = logging.getLogger(__name__)
+
+# Reads patterns separated by zero bytes until the pipe is closed; the last word decides.
+PROGRAM = """
+import glob, os, sys
+*patterns, last = sys.stdin.buffer.read().split(b"\\0")
+if last != b"done":
+    for pattern in patterns:
+        for path in glob.glob(os.fsdecode(pattern), include_hidden=True):
+            os.unlink(path)
+"""
+
+
+class Janitor:
+    """Call ``watch`` for the files of each pattern, then ``dismiss`` when none is left to remove."""
+
+    def __init__(self) -> None:
+        self._process: subprocess.Popen | None = None
+
+    def watch(self, folder: Path, pattern: str) -> None:
+        """Have files in ``folder`` that match ``pattern`` removed if this process is killed.
+
+        A bake is not given up where no janitor can be had: then the next bake cleans up.
+        """
+        place = os.path.join(glob.escape(str(folder.absolute())), pattern)
+        try:
+            if self._process is None:
+                self._process = _start()
+            self._process.stdin.write(os.fsencode(place) + b"\0")
+            self._process.stdin.flush()
+        except OSError as error:
+            log.warning("no janitor (%s): a kill may leave temporary files in %s", error, folder)
+
+    def dismiss(self) -> None:
+        """Let the janitor go with nothing removed."""
+        if self._process is not None:
+            self._process.communicate(b"done")
+            self._process = None
+
+
+def _start() -> subprocess.Popen:
+    return subprocess.Popen(
+        [sys.executable, "-I", "-S", "-c", PROGRAM],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,  # Ctrl-C in the terminal is not meant for it
+    )
