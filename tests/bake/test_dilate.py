@@ -1,0 +1,61 @@
+"""Islands and their margin."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from radiosity_addon.bake.dilate import extend_islands
+
+
+def two_islands():
+    """Columns 2-3 hold 1, columns 9-10 hold 2, in a 6 × 14 image."""
+    pixels, covered = np.zeros((6, 14, 3), np.float32), np.zeros((6, 14), bool)
+    pixels[:, 2:4], pixels[:, 9:11] = 1, 2
+    covered[:, 2:4] = covered[:, 9:11] = True
+    return pixels, covered
+
+
+def test_margin_takes_the_nearest_island():
+    image = extend_islands(*two_islands(), 2)
+    assert image[3, :, 0].tolist() == [1, 1, 1, 1, 1, 1, 0, 2, 2, 2, 2, 2, 2, 0]
+
+
+def test_islands_do_not_bleed_into_each_other():
+    pixels, covered = two_islands()
+    image = extend_islands(pixels, covered, 100)
+    assert np.array_equal(image[covered][:, :3], pixels[covered])
+    assert image[3, :, 0].tolist() == [1] * 6 + [image[3, 6, 0]] + [2] * 7  # 6 is halfway
+
+
+def test_alpha_says_which_texels_belong_to_a_face():
+    pixels, covered = two_islands()
+    assert np.array_equal(extend_islands(pixels, covered, 2)[..., 3], covered.astype(np.float32))
+
+
+def test_margin_is_round():
+    covered = np.zeros((9, 9), bool)
+    covered[4, 4] = True
+    image = extend_islands(np.ones((9, 9, 3), np.float32), covered, 3)
+    y, x = np.mgrid[:9, :9] - 4
+    assert np.array_equal(image[..., 0] == 1, x**2 + y**2 <= 9)
+
+
+@pytest.mark.parametrize("fill", [False, True])
+def test_nothing_or_everything_covered(fill):
+    image = extend_islands(np.full((4, 4, 3), 0.5), np.full((4, 4), fill), 2)
+    assert (image[..., :3] == 0.5 * fill).all() and (image[..., 3] == fill).all()
+
+
+def test_what_is_not_covered_does_not_matter():
+    pixels, covered = two_islands()
+    pixels[~covered] = np.nan
+    assert np.isfinite(extend_islands(pixels, covered, 1)).all()
+
+
+def test_bad_input():
+    pixels, covered = two_islands()
+    with pytest.raises(ValueError, match="margin is -1"):
+        extend_islands(pixels, covered, -1)
+    with pytest.raises(ValueError, match="must be"):
+        extend_islands(pixels, covered[1:], 1)
