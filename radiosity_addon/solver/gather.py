@@ -71,36 +71,38 @@ def sides_hit(elements: Elements, hits: Hits) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Gathered:
-    """Mean over each owner's rays, (count, 3) float64: reflected light met, and sky met."""
+    """Mean over each owner's rays, (count, 3) float64: reflected light, and light first-hand, from
+    the sky and from emission that is not sampled explicitly."""
 
     bounced: np.ndarray
-    sky: np.ndarray
+    first: np.ndarray
 
 
 def gather(
-    context: Context, elements: Elements, table: np.ndarray, count: int, rays: int, place, key,
-    stage: str,
+    context: Context, elements: Elements, reflected: np.ndarray, emitted: np.ndarray | None,
+    count: int, rays: int, place, key, stage: str,
 ) -> Gathered:
     """Light that ``rays`` from each of ``count`` owners bring; ``place(chosen, group)`` gives the
-    owners' Points. ``table`` (2 n_cells + 1, 3) float32: radiosity of cell sides, 0 in the last."""
+    owners' Points. ``reflected`` and ``emitted`` (2 n_cells + 1, 3) float32: radiosity of cell
+    sides, 0 in the last."""
     result = Gathered(np.zeros((count, 3)), np.zeros((count, 3)))
 
     def work(chunk):
         group, chosen = chunk
         met, directions = shoot(context, place(chosen, group), rays, *key, group, 3)
-        brought, escaped = 0.0, 0.0
+        bounced, first = 0.0, 0.0
         for part in met:
             sides = sides_hit(elements, part.hits)
-            brought = brought + mean_of_rays(
-                np.take(table, sides, axis=0), part, rays, len(chosen)
-            )
-            escaped = escaped + sky_mean(context.sky, sides == elements.miss, part, directions)
-        return chosen, brought, escaped
+            bounced = bounced + mean_of_rays(reflected[sides], part, rays, len(chosen))
+            first = first + sky_mean(context.sky, sides == elements.miss, part, directions)
+            if emitted is not None:
+                first = first + mean_of_rays(emitted[sides], part, rays, len(chosen))
+        return chosen, bounced, first
 
     chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // rays))
-    for chosen, brought, escaped in map_chunks(work, chunks, context.threads, context.tick(stage)):
-        result.bounced[chosen] = brought
-        result.sky[chosen] = escaped
+    for chosen, bounced, first in map_chunks(work, chunks, context.threads, context.tick(stage)):
+        result.bounced[chosen] = bounced
+        result.first[chosen] = first
     return result
 
 

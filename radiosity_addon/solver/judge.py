@@ -17,6 +17,7 @@ from .smooth import Lattice, smooth, smooth_map
 # noise (h² against 1/h in two dimensions). Cross-validation sees less of it, because levels are
 # chosen by the same numbers; measured, the two are about equal (docs/theory.md).
 BALANCE = 0.75
+DECAY = 1.5  # the squared error of n Sobol points falls as n to this power, about
 DIRECT_SHARE = 0.4  # of the squared error that is allowed; the rest is for gathered light
 
 
@@ -57,17 +58,18 @@ class Judge:
 
     def weigh(self, halves: list[Lighting]) -> Verdict:
         """Combine the halves."""
-        (direct_a, bounced_a, sky_a), (direct_b, bounced_b, sky_b) = (h.means() for h in halves)
+        (direct_a, bounced_a, first_a), (direct_b, bounced_b, first_b) = (h.means() for h in halves)
         gain = self._gain()
-        rough = self._radiance((direct_a + direct_b + sky_a + sky_b) / 2, (bounced_a + bounced_b) / 2)
+        rough = self._radiance((direct_a + direct_b + first_a + first_b) / 2, (bounced_a + bounced_b) / 2)
         level = rough.mean(axis=1)
         level = np.maximum(level, level.mean())
         level = np.where(level > 0, level, 1.0)
         weight = gain / level[:, None]  # from irradiance to relative error
         lit, bounced = (weight * (name in self.passes) for name in ("direct", "indirect"))
-        shadows = self._smoothed(direct_a, direct_b, lit)
+        shadows = self._smoothed(direct_a, direct_b, lit, halves[0].points)
         gathered = self._smoothed(
-            np.hstack([sky_a, bounced_a]), np.hstack([sky_b, bounced_b]), np.hstack([lit, bounced])
+            np.hstack([first_a, bounced_a]), np.hstack([first_b, bounced_b]), np.hstack([lit, bounced]),
+            halves[0].rays,
         )
         direct_square, gather_square = shadows.square, gathered.square
         light = [
@@ -100,19 +102,24 @@ class Judge:
             if excess <= 1:
                 result.append((np.zeros(0, int), 1.0))
                 continue
-            local = smooth_map(self.lattices, square)
-            result.append((np.flatnonzero(local > 0.3 * allowed), excess))
+            result.append((np.flatnonzero(square > 0.3 * allowed), excess))
         return tuple(result)
 
-    def _smoothed(self, a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> _Part:
-        """Halves (count, c) smoothed alike, and the mean's squared relative error (count,)."""
+    def _smoothed(self, a: np.ndarray, b: np.ndarray, weight: np.ndarray, samples) -> _Part:
+        """Halves (count, c) smoothed alike, and the mean's squared relative error (count,).
+
+        Two halves of one receiver may agree by chance, so its error is taken from those around
+        it too, each scaled by the ``samples`` (count, 1) it has.
+        """
         smoothed = smooth(self.lattices, a, b, weight)
         noise = weight**2 * (smoothed.a - smoothed.b) ** 2 / 4
         bias = weight**2 * smoothed.square_error - 2 * noise  # of a half: its error less its noise
         least = BALANCE * noise * smoothed.touched[:, None]
         if bias.mean() < least.mean():
             bias = least
-        return _Part(smoothed.a, smoothed.b, (noise + bias).sum(axis=1) / 3)
+        scaled = samples[:, 0] ** DECAY
+        square = smooth_map(self.lattices, (noise + bias).sum(axis=1) / 3 * scaled) / scaled
+        return _Part(smoothed.a, smoothed.b, square)
 
     def _gain(self) -> np.ndarray | float:
         """(count, 3) radiance per irradiance."""

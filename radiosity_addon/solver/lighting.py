@@ -25,12 +25,12 @@ class Lighting:
     direct: np.ndarray
     points: np.ndarray
     bounced: np.ndarray
-    sky: np.ndarray
+    first: np.ndarray
     rays: np.ndarray
 
     def means(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Irradiances (count, 3): direct, bounced, from the sky."""
-        return self.direct / self.points, self.bounced / self.rays, self.sky / self.rays
+        """Irradiances (count, 3): from explicit lights, bounced, and gathered first-hand."""
+        return self.direct / self.points, self.bounced / self.rays, self.first / self.rays
 
 
 def no_light(count: int) -> Lighting:
@@ -64,8 +64,9 @@ def add_gathered(
     key = (context.seed, 21, *key)
     place = place_on(footprints, owners, min(POINTS, rays), *key)
     found = gather(
-        context, radiosity.elements, radiosity.table, len(owners), rays, place, key, "gather"
+        context, radiosity.elements, radiosity.reflected, radiosity.emitted,
+        len(owners), rays, place, key, "gather",
     )
     lighting.bounced[owners] += rays * found.bounced
-    lighting.sky[owners] += rays * found.sky
+    lighting.first[owners] += rays * found.first
     lighting.rays[owners] += rays

@@ -30,11 +30,12 @@ MAX_GROWTH = 4  # times the elements at the start
 
 @dataclass(frozen=True)
 class Radiosity:
-    """Radiosity of everything that rays can meet: reflected light, and emission that is not
-    sampled explicitly. ``table`` (2 n_cells + 1, 3) float32, by cell side; 0 for the miss."""
+    """Radiosity of everything that rays can meet, (2 n_cells + 1, 3) float32 by cell side, 0 for
+    the miss: ``reflected`` light, and emission that is not sampled explicitly, or None."""
 
     elements: Elements
-    table: np.ndarray
+    reflected: np.ndarray
+    emitted: np.ndarray | None
     transport: Transport
     solution: np.ndarray  # (n_rows, 3) reflected radiosity
     iterations: int
@@ -150,10 +151,8 @@ def _solve(context: Context, elements: Elements, transport: Transport, tolerance
         solution, iterations, residual = found.solution, found.iterations, found.residual
     reflected = _fill_unknown(context, elements, sides, solution)
     table = elements.values_of_cells(reflected.astype(np.float32), np.float32(0))
-    if emitted is not None:
-        table += emitted
     energy = _energy(context, elements, transport, source, solution)
-    return Radiosity(elements, table, transport, solution, iterations, residual, energy)
+    return Radiosity(elements, table, emitted, transport, solution, iterations, residual, energy)
 
 
 def _check_steady(sides: Sides, transport: Transport, matrix) -> None:

@@ -1,6 +1,6 @@
 """Smooth: share gathered light among neighbouring texels, as far as the light itself allows.
 
-Depends on ``receivers``, NumPy. Indirect light varies slowly over a flat wall, its sampling noise
+Depends on NumPy and SciPy. Indirect light varies slowly over a flat wall, its sampling noise
 does not. An à-trous kernel (Holschneider et al. 1989) averages texels at distances 1, 2, 4, ...;
 neighbours are used in opposite pairs only, f(x+d) + f(x−d) − 2 f(x), so that light that varies
 linearly stays as it is, at the edge of a wall too. How far to go is chosen at every texel by
@@ -13,7 +13,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
+WINDOW = 33  # receivers
 LEVELS = 5  # kernels reach 1, 3, 7, 15, 31 texels
 DIRECTIONS = ((0, 1, 1 / 8), (1, 0, 1 / 8), (1, 1, 1 / 16), (1, -1, 1 / 16))  # row, column, weight
 FLAT = 0.1  # a pair counts where its middle is this near the texel [of its distance]
@@ -134,7 +136,10 @@ def smooth(lattices: list[Lattice], a: np.ndarray, b: np.ndarray, weight: np.nda
 
 
 def smooth_map(lattices: list[Lattice], values: np.ndarray, levels: int = 3) -> np.ndarray:
-    """(count,) values averaged over the texels around; as they are where there is no lattice."""
+    """(count,) values averaged over the texels around, or, where there is no lattice, over
+    receivers of near numbers: those of a face and its neighbours."""
+    if not lattices:
+        return uniform_filter1d(values, min(WINDOW, len(values)), mode="nearest")
     result = values.copy()
     for lattice in lattices:
         picture = lattice.spread(values[:, None])
