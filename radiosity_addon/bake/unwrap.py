@@ -12,8 +12,9 @@ import numpy as np
 
 from .layers import check_editable, write_attribute
 from .overlaps import overlap_layers
+from .seams import cut_sharp_edges
 
-ANGLE = math.radians(66)  # faces that differ by less may share a chart
+ANGLE = math.radians(66)  # neighbours that differ by less may share a chart
 MOST_MAPS = 8  # that Blender renders from
 FALLBACK = "{} UV"  # where an attribute that is no UV map holds the name already
 ATTEMPTS = 4  # at a layout without overlaps
@@ -110,6 +111,7 @@ def _unwrap(obj, gap: float) -> np.ndarray:
     points, corner, start = _shape(obj)
     if not len(start):
         return np.zeros((0, 2), np.float32)
+    points, corner = cut_sharp_edges(points, corner, start, ANGLE)
     for _ in range(ATTEMPTS):
         uv, triangles, face = _lay_out(points, corner, start, gap)
         layer = overlap_layers(

@@ -1,0 +1,55 @@
+"""Seams: a mesh cut open along its sharp edges. NumPy and SciPy only.
+
+A mesh is ``points (v, 3)``, ``corner (n_loops,)`` the vertex of each face corner, face after face,
+and ``start (n_faces,)`` the first corner of each face.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def cut_sharp_edges(
+    points: np.ndarray, corner: np.ndarray, start: np.ndarray, angle: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """The mesh as (points, corner) in which faces hang together only across smooth edges.
+
+    An edge is smooth when exactly two faces use it, in opposite directions, and their normals
+    differ by at most ``angle`` [rad].
+    """
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    count = len(corner)
+    following = np.arange(1, count + 1)
+    following[np.append(start[1:], count) - 1] = start
+    face = np.repeat(np.arange(len(start)), np.diff(start, append=count))
+    normal = face_normals(points, corner, start, following)
+    a, b = _smooth_pairs(corner, following, normal[face], np.cos(angle))
+    rows, columns = np.concatenate([a, following[a]]), np.concatenate([following[b], b])
+    graph = coo_matrix((np.ones(len(rows), bool), (rows, columns)), shape=(count, count))
+    _, label = connected_components(graph, directed=False)
+    _, first = np.unique(label, return_index=True)
+    return points[corner[first]], label.astype(np.int64)
+
+
+def face_normals(points, corner, start, following) -> np.ndarray:
+    """(n_faces, 3) unit normals (Newell), zero for faces without area."""
+    origin = points[corner[start]]
+    size = np.diff(start, append=len(corner))
+    local = points[corner] - np.repeat(origin, size, axis=0)
+    normal = np.add.reduceat(np.cross(local, local[following]), start, axis=0)
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    return normal / np.where(length > 0, length, 1.0)
+
+
+def _smooth_pairs(corner, following, normal, cosine) -> tuple[np.ndarray, np.ndarray]:
+    """Corners a, b whose edges (to the next corner) are one smooth edge seen from both sides."""
+    ends = np.stack([corner, corner[following]], 1)
+    key = ends.min(1) * (corner.max(initial=0) + 1) + ends.max(1)
+    order = np.argsort(key, kind="stable")
+    first = np.nonzero(np.diff(key[order], prepend=-1))[0]
+    double = first[np.diff(first, append=len(key)) == 2]
+    a, b = order[double], order[double + 1]
+    smooth = (corner[a] != corner[b]) & (np.einsum("ij,ij->i", normal[a], normal[b]) >= cosine)
+    return a[smooth], b[smooth]
