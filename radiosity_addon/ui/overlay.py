@@ -1,6 +1,8 @@
 """Baked images drawn over the viewport's meshes, with no material in between. bpy and its gpu.
 
-The meshes are read once, when the overlay is added: adding it again shows later edits.
+The viewport's own picture is drawn over whole, with a depth buffer of our own: equal depths would
+flicker, as the viewport moves its pixels for smooth edges. Meshes without a bake are grey. The
+meshes are read once, when the overlay is added: adding it again shows later edits.
 """
 
 from __future__ import annotations
@@ -9,8 +11,11 @@ from dataclasses import dataclass
 
 import bpy
 
-from .results import baked_objects, image_of, uv_map_of
+from .results import has_result, image_of, uv_map_of
 
+IMAGE_SHADER = "IMAGE_SCENE_LINEAR_TO_REC709_SRGB"  # Blender's own: linear in, display out
+PLAIN_SHADER = "UNIFORM_COLOR"
+GREY = (0.35, 0.35, 0.35, 1.0)  # of meshes without a bake, as displayed
 _handle = None
 _spaces: dict[int, list] = {}  # by the space's address: what is drawn there
 
@@ -20,22 +25,29 @@ class Piece:
     """One object's triangles on the graphics card, and the names to find the rest by."""
 
     object_name: str
-    image_name: str
+    image_name: str  # empty: drawn grey
     batch: object
 
 
 def add(context, space) -> None:
     """Draw the baked images in this viewport from now on."""
     global _handle
-    properties, depsgraph = context.scene.radiosity, context.evaluated_depsgraph_get()
-    shader = _shader()
-    _spaces[space.as_pointer()] = [
-        Piece(item.name, image_of(properties, item).name, batch)
-        for item in baked_objects(context)
-        if (batch := _batch(shader, item, depsgraph, uv_map_of(properties, item.data)))
+    depsgraph = context.evaluated_depsgraph_get()
+    pieces = [
+        _piece(context.scene.radiosity, item, depsgraph)
+        for item in context.view_layer.objects
+        if item.type == "MESH" and item.visible_get()
     ]
+    _spaces[space.as_pointer()] = [piece for piece in pieces if piece.batch is not None]
     if _handle is None:
         _handle = bpy.types.SpaceView3D.draw_handler_add(_draw, (), "WINDOW", "POST_VIEW")
+
+
+def _piece(properties, item, depsgraph) -> Piece:
+    if not has_result(item, properties):
+        return Piece(item.name, "", _batch(item, depsgraph, None))
+    uv_map = uv_map_of(properties, item.data)
+    return Piece(item.name, image_of(properties, item).name, _batch(item, depsgraph, uv_map))
 
 
 def remove(space) -> None:
@@ -51,7 +63,8 @@ def clear() -> None:
     _spaces.clear()
     if _handle is not None:
         bpy.types.SpaceView3D.draw_handler_remove(_handle, "WINDOW")
-        _handle = None
+        NEARER = 2e-6  # of the depth range: above float32's rounding, below a centimetre at ten metres
+_handle = None
 
 
 def _draw() -> None:
@@ -60,48 +73,61 @@ def _draw() -> None:
     pieces = _spaces.get(bpy.context.space_data.as_pointer())
     if not pieces:
         return
-    shader = _shader()
+    gpu.state.active_framebuffer_get().clear(depth=1.0)
     gpu.state.depth_test_set("LESS_EQUAL")
     gpu.state.depth_mask_set(True)
     for piece in pieces:
-        item = bpy.data.objects.get(piece.object_name)
-        image = bpy.data.images.get(piece.image_name)
-        if item is None or image is None or not item.visible_get():
-            continue
-        with gpu.matrix.push_pop():
-            gpu.matrix.multiply_matrix(item.matrix_world)
-            shader.bind()
-            shader.uniform_sampler("image", gpu.texture.from_image(image))
-            piece.batch.draw(shader)
+        _draw_piece(piece)
     gpu.state.depth_mask_set(False)
     gpu.state.depth_test_set("NONE")
 
 
-def _shader():
+def _draw_piece(piece: Piece) -> None:
+    """Draw it, unless its object is gone or hidden by now; grey if its image is gone."""
     import gpu
 
-    return gpu.shader.from_builtin("IMAGE")
+    item = bpy.data.objects.get(piece.object_name)
+    if item is None or not item.visible_get():
+        return
+    image = bpy.data.images.get(piece.image_name) if piece.image_name else None
+    shader = gpu.shader.from_builtin(IMAGE_SHADER if image else PLAIN_SHADER)
+    with gpu.matrix.push_pop():
+        gpu.matrix.multiply_matrix(item.matrix_world)
+        shader.bind()
+        if image:
+            shader.uniform_sampler("image", gpu.texture.from_image(image))
+        else:
+            shader.uniform_float("color", GREY)
+        piece.batch.draw(shader)
 
 
-def _batch(shader, item, depsgraph, uv_map: str):
-    """The evaluated triangles with their UV coordinates, or None without any."""
+def _batch(item, depsgraph, uv_map: str | None):
+    """The evaluated triangles, with UV coordinates if a map is named; None without triangles."""
+    import gpu
     import numpy as np
     from gpu_extras.batch import batch_for_shader
 
     evaluated = item.evaluated_get(depsgraph)
     mesh = evaluated.to_mesh()
-    layer = mesh.uv_layers.get(uv_map)
     count = len(mesh.loop_triangles)
-    if layer is None or count == 0:
-        evaluated.to_mesh_clear()
-        return None
-    points = np.empty(len(mesh.vertices) * 3, np.float32)
-    mesh.vertices.foreach_get("co", points)
-    uv = np.empty(len(mesh.loops) * 2, np.float32)
-    layer.uv.foreach_get("vector", uv)
-    loops, vertices = np.empty(count * 3, np.int32), np.empty(count * 3, np.int32)
-    mesh.loop_triangles.foreach_get("loops", loops)
-    mesh.loop_triangles.foreach_get("vertices", vertices)
+    content, shader = {}, PLAIN_SHADER
+    if count:
+        points = _values(mesh.vertices, "co", 3, np.float32)
+        content["pos"] = points[_values(mesh.loop_triangles, "vertices", 3, np.int32).ravel()]
+    if count and uv_map and uv_map in mesh.uv_layers:
+        uv = _values(mesh.uv_layers[uv_map].uv, "vector", 2, np.float32)
+        content["texCoord"] = uv[_values(mesh.loop_triangles, "loops", 3, np.int32).ravel()]
+        shader = IMAGE_SHADER
     evaluated.to_mesh_clear()
-    content = {"pos": points.reshape(-1, 3)[vertices], "texCoord": uv.reshape(-1, 2)[loops]}
-    return batch_for_shader(shader, "TRIS", content)
+    if not content:
+        return None
+    return batch_for_shader(gpu.shader.from_builtin(shader), "TRIS", content)
+
+
+def _values(collection, name: str, width: int, kind):
+    """(n, width) of one property of all items."""
+    import numpy as np
+
+    values = np.empty(len(collection) * width, kind)
+    collection.foreach_get(name, values)
+    return values.reshape(-1, width)

@@ -9,7 +9,7 @@ import bpy
 from . import overlay
 from .results import attribute_of, baked_objects
 
-SHADING = ("type", "light", "color_type", "background_type")
+SHADING = ("type", "light", "color_type", "show_xray")
 _before: dict[int, dict] = {}  # by the space's address: its shading before it showed a bake
 _active: dict[int, str] = {}  # by the object's session id: the attribute that was active
 
@@ -53,6 +53,7 @@ def show(context, space) -> None:
     shading = space.shading
     _before[space.as_pointer()] = {name: getattr(shading, name) for name in SHADING}
     shading.type, shading.light, shading.color_type = "SOLID", "FLAT", "VERTEX"
+    shading.show_xray = False
     if context.scene.radiosity.target == "IMAGE":
         shading.color_type = "OBJECT"
         overlay.add(context, space)
@@ -68,8 +69,7 @@ def show(context, space) -> None:
 def restore(space) -> None:
     """Give the viewport back its look, and the meshes the attribute that was active."""
     overlay.remove(space)
-    # The shading's type comes last: it decides which of the others may be set.
-    for name, value in reversed(_before.pop(space.as_pointer()).items()):
+    for name, value in _before.pop(space.as_pointer()).items():
         setattr(space.shading, name, value)
     if _before:
         return
