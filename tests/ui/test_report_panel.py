@@ -1,0 +1,140 @@
+"""The lists before and after a bake: what is said, and in which words."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+REPORT = {
+    "version": "0.1.0", "triangles": 10, "elements": 20, "receivers": 1000, "rays": 40,
+    "iterations": 5, "residual": 1e-5, "target_error": 0.03, "estimated_error": 0.02,
+    "energy": {"emitted": 1.0, "absorbed": 0.9, "escaped": 0.1},
+    "seconds": {"export": 0.1, "elements": 0.1, "transport": 0.1, "solve": 0.1, "gather": 0.5,
+                "write": 0.1, "total": 1.0},
+    "peak_memory": 100, "objects": [], "warnings": ["a warning"],
+}  # fmt: skip
+
+
+@pytest.fixture
+def file(addon, room):
+    addon.ops.wm.open_mainfile(filepath=str(room))
+    return addon
+
+
+def plan(bpy):
+    from radiosity_addon.ui.preflight import preflight
+
+    return preflight(bpy.context)
+
+
+def add(bpy, name: str, data):
+    item = bpy.data.objects.new(name, data)
+    bpy.context.scene.collection.objects.link(item)
+    bpy.context.view_layer.update()
+    return item
+
+
+def test_preflight_lists_what_is_baked_and_why_the_rest_is_not(file):
+    add(file, "Hidden", file.data.objects["Box"].data).hide_render = True
+    add(file, "Empty mesh", file.data.meshes.new("Nothing"))
+    found = plan(file)
+    assert found.baked == ("Box",)
+    reasons = dict(found.left_out)
+    assert "renders" in reasons["Hidden"] and "no faces" in reasons["Empty mesh"]
+
+
+def test_preflight_names_a_missing_uv_map(file):
+    properties = file.context.scene.radiosity
+    properties.target, properties.uv_map = "IMAGE", "Atlas"
+    assert "UV map" in dict(plan(file).left_out)["Box"]
+
+
+def test_preflight_of_the_selection_names_what_is_no_mesh(file):
+    file.context.scene.radiosity.objects_from = "SELECTED"
+    for item in file.data.objects:
+        item.select_set(True)
+    found = plan(file)
+    assert found.baked == ("Box",) and "no mesh" in dict(found.left_out)["Bulb"]
+
+
+def test_estimate_scales_the_last_bake(file):
+    """1000 receivers took 1 s at an error of 0.03; the box's 20 corners count as a tenth of
+    that at least, and 0.01 instead of 0.03 takes 3^1.2 times as long."""
+    from radiosity_addon.ui.preflight import FIRST_SECONDS, POWER
+    from radiosity_addon.ui.report_store import store_report
+
+    properties = file.context.scene.radiosity
+    store_report(file.context.scene.name, {**REPORT, "seconds": {**REPORT["seconds"], "total": 50}})
+    properties.quality = "MEDIUM"
+    assert plan(file).seconds == pytest.approx(5.0)
+    properties.quality = "HIGH"
+    assert plan(file).seconds == pytest.approx(5.0 * 3**POWER)
+    properties.use_time_limit, properties.time_limit = True, 2.0
+    assert plan(file).seconds == pytest.approx(2.0 + FIRST_SECONDS)
+
+
+def test_estimate_of_an_image_grows_with_its_area(file):
+    properties = file.context.scene.radiosity
+    properties.target, properties.resolution = "IMAGE", 1024
+    small = plan(file)
+    properties.resolution = 2048
+    large = plan(file)
+    assert large.bytes - small.bytes == pytest.approx(0.6 * 3 * 1024**2 * 400)
+    assert large.seconds > 3 * small.seconds
+
+
+def test_report_is_kept_with_the_scene(file, tmp_path):
+    from radiosity_addon.ui.report_store import load_report, store_report
+
+    store_report(file.context.scene.name, REPORT)
+    path = str(tmp_path / "kept.blend")
+    file.ops.wm.save_as_mainfile(filepath=path)
+    file.ops.wm.open_mainfile(filepath=path)
+    assert load_report(file.context.scene) == REPORT
+
+
+@pytest.mark.parametrize("text", ["", "{", "[1, 2]", '{"version": "9"}'])
+def test_report_that_cannot_be_read_is_none(file, text):
+    from radiosity_addon.ui.report_store import load_report
+
+    file.context.scene.radiosity.report = text
+    assert load_report(file.context.scene) is None
+
+
+def test_report_of_a_deleted_scene_goes_nowhere(file):
+    from radiosity_addon.ui.report_store import store_report
+
+    store_report("No such scene", REPORT)
+    assert not file.context.scene.radiosity.report
+
+
+def test_copied_text_is_the_whole_report():
+    from radiosity_addon.ui.report_store import report_text
+
+    assert json.loads(report_text(REPORT)) == REPORT
+
+
+def test_copy_needs_a_report(file):
+    assert not file.ops.radiosity.copy_report.poll()
+    file.context.scene.radiosity.report = "{"
+    with pytest.raises(RuntimeError, match="bake again"):
+        file.ops.radiosity.copy_report()
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(0.25, "0.25 s"), (42, "42 s"), (125, "2 min 5 s"), (4800, "1 h 20 min")],
+)
+def test_durations(blender, seconds, text):
+    from radiosity_addon.ui.words import duration
+
+    assert duration(seconds) == text
+
+
+def test_other_words(blender):
+    from radiosity_addon.ui import words
+
+    assert words.size(350e6) == "350 MB" and words.size(1.24e9) == "1.2 GB"
+    assert words.percent(0.0213) == "2.1 %"
+    assert words.count(1234567) == "1,234,567"
