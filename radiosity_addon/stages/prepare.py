@@ -31,7 +31,7 @@ def prepare(context, settings: Settings, progress: Progress = silent) -> Job:
     made: list[tuple[str, str]] = []
     try:
         if settings.target == "image" and settings.uv_map is None:
-            progress("UV maps", 0.0)
+            progress("export", 0.0)
             made = ensure_uv_map(objects, UV_MAP, settings.resolution, settings.margin)
         exported = _export(context, settings, progress)
         made = _drop_unused(made, exported.objects)
@@ -85,7 +85,7 @@ def _check_memory(images: int, settings: Settings) -> None:
 def _export(context, settings: Settings, progress: Progress) -> Exported:
     from ..export import export_scene
 
-    exported = export_scene(context, settings, progress)
+    exported = export_scene(context, settings, lambda fraction: progress("export", fraction))
     if not exported.objects:
         raise ValueError("there is no mesh to bake; " + _reasons(exported.skipped))
     return exported
