@@ -18,6 +18,7 @@ FOLDER = Path(sys.argv[sys.argv.index("--") + 1])
 TICK = 0.01  # seconds
 pauses: list[tuple[float, float]] = []  # (when, how long) between two ticks, in seconds
 last = time.perf_counter()
+bpy.context.preferences.view.show_splash = False
 
 
 def listen() -> float:

@@ -59,7 +59,7 @@ class Window:
         geometry = ["--window-geometry", "0", "0", str(width), str(height)]
         self._launch([*blender_command(), "--gpu-backend", "opengl", *geometry, *self._words,
                       "--python", str(inside), "--", str(self._folder)])  # fmt: skip
-        self.ask("bpy.context.preferences.view.show_splash = False")
+        self.ask("answer = True")
         return self
 
     def __exit__(self, *_) -> None:

@@ -1,0 +1,200 @@
+"""A real Blender with a window: the button clicked by a real mouse, in the order a user would.
+
+The tests of this file build on one another. ``RADIOSITY_PICTURES`` names a folder that keeps the
+screenshots.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from pathlib import Path
+
+import pytest
+
+BAKE, CANCEL = (900, 133), (1007, 133)  # the buttons in a sidebar at the right of the 3D View
+VIEW = (400, 500)  # somewhere over the scene
+MOST_PAUSE = 0.1  # seconds between two answers of the window
+IMPORTS = "import sys\nsession = next(m for n, m in sys.modules.items() if n.endswith('.ui.session'))\n"
+AREA = """
+window = bpy.context.window_manager.windows[0]
+area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
+region = next(region for region in area.regions if region.type == "UI")
+scene, space = bpy.context.scene, area.spaces.active
+"""
+# A closed room with a window, sixteen spheres of 2,048 faces, a sun and a sky: about a minute.
+ROOM = """
+for item in list(bpy.data.objects):
+    bpy.data.objects.remove(item)
+bpy.ops.mesh.primitive_cube_add(size=6, location=(0, 0, 3))
+room = bpy.context.object
+room.name = "Room"
+room.data.flip_normals()
+for index in range(16):
+    x, y = index % 4 - 1.5, index // 4 - 1.5
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=0.4, location=(x, y, 1))
+bpy.ops.object.light_add(type="POINT", location=(0, 0, 5))
+bpy.context.object.data.energy = 1000
+space.show_region_ui = True
+scene.radiosity.quality, scene.radiosity.error = "CUSTOM", 0.01
+bpy.ops.ed.undo_push(message="Room")
+"""
+
+
+@pytest.fixture(scope="module")
+def room(blender_window):
+    """The window with the room in it and the sidebar open."""
+    blender_window.ask(AREA + ROOM)
+    time.sleep(1)
+    blender_window.ask(AREA + "region.active_panel_category = 'Radiosity'")
+    time.sleep(1)
+    return blender_window
+
+
+def keep(window, name: str, tmp_path: Path) -> None:
+    """A screenshot, also in the folder that keeps them."""
+    picture = window.picture(tmp_path / f"{name}.png")
+    assert picture.stat().st_size > 20_000  # an empty screen takes less
+    if "RADIOSITY_PICTURES" in os.environ:
+        shutil.copy(picture, os.environ["RADIOSITY_PICTURES"])
+
+
+def progress(window):
+    """(stage, fraction) of the bake under way, or None."""
+    return window.ask(
+        IMPORTS + "bake = session.current()\nanswer = bake and (bake.stage.name, bake.fraction)"
+    )
+
+
+def baked(window) -> int:
+    """How many meshes carry the colour attribute."""
+    return window.ask(
+        "answer = sum('Radiosity' in i.data.color_attributes for i in bpy.data.objects if i.type "
+        "== 'MESH')"
+    )
+
+
+def start(window) -> None:
+    """Click Bake and wait until the solver works."""
+    window.click(*BAKE)
+    window.until(lambda: (progress(window) or ("",))[0] == "SOLVE", "the bake does not start")
+
+
+def test_tab_is_shown(room, tmp_path):
+    assert room.ask(AREA + "answer = region.active_panel_category") == "Radiosity"
+    keep(room, "tab", tmp_path)
+
+
+def test_click_bakes_while_the_window_answers(room, tmp_path):
+    start(room)
+    room.ask("pauses.clear()")
+    room.until(lambda: progress(room)[1] > 0.1, "there is no progress")
+    keep(room, "progress", tmp_path)
+    pauses = sorted(room.ask("answer = [pause for _, pause in pauses]"))
+    assert pauses[int(0.98 * len(pauses))] < MOST_PAUSE, pauses[-10:]
+
+
+def test_other_work_goes_on_meanwhile(room):
+    """A selects everything, a second time nothing: both keys reach the 3D View."""
+    count = "answer = len(bpy.context.view_layer.objects.selected)"
+    room.point(*VIEW)
+    room.key("a")
+    room.until(lambda: room.ask(count) == 18, "the key A does not reach the 3D View")
+    room.key("alt+a")
+    room.until(lambda: room.ask(count) == 0, "the keys Alt A do not reach the 3D View")
+    assert progress(room) is not None
+
+
+def test_escape_cancels_within_a_second(room):
+    room.key("Escape")
+    assert room.until(lambda: progress(room) is None, "Esc does not cancel") < 1.0
+    assert baked(room) == 0
+
+
+def test_cancel_button_cancels_within_a_second(room, tmp_path):
+    start(room)
+    room.click(*CANCEL)
+    assert room.until(lambda: progress(room) is None, "the button does not cancel") < 1.0
+    assert baked(room) == 0
+    keep(room, "cancelled", tmp_path)
+
+
+def test_bake_by_a_click(room, tmp_path):
+    room.ask("bpy.context.scene.radiosity.quality = 'DRAFT'")
+    room.click(*BAKE)
+    room.until(lambda: baked(room) == 17, "the bake does not end", patience=240)
+    room.until(lambda: progress(room) is None, "the bake does not end")
+    assert room.ask("answer = bool(bpy.context.scene.radiosity.report)")
+    time.sleep(1)
+    keep(room, "baked", tmp_path)
+
+
+def test_one_undo_takes_the_whole_bake_back_and_redo_brings_it(room):
+    room.point(*VIEW)
+    room.key("ctrl+z")
+    room.until(lambda: baked(room) == 0, "undo does not take the bake back")
+    assert room.ask("answer = len(bpy.data.objects)") == 18
+    assert not room.ask("answer = bpy.context.scene.radiosity.report")
+    room.key("ctrl+shift+z")
+    room.until(lambda: baked(room) == 17, "redo does not bring the bake")
+
+
+def press(operator: str) -> str:
+    return AREA + f"""
+with bpy.context.temp_override(window=window, area=area):
+    answer = str({operator})
+"""
+
+
+def test_result_on_screen_and_back(room, tmp_path):
+    shading = AREA + "answer = [space.shading.type, space.shading.light, space.shading.color_type]"
+    before = room.ask(shading)
+    room.ask(press("bpy.ops.radiosity.show()"))
+    assert room.ask(shading) == ["SOLID", "FLAT", "VERTEX"]
+    time.sleep(1)
+    keep(room, "shown", tmp_path)
+    room.ask(press("bpy.ops.radiosity.show()"))
+    assert room.ask(shading) == before
+
+
+def test_image_on_screen(room, tmp_path):
+    """From a script, the bake runs to its end before the next line."""
+    room.ask(AREA + """
+properties = scene.radiosity
+properties.target, properties.resolution, properties.objects_from = "IMAGE", 64, "SELECTED"
+for item in bpy.data.objects:
+    item.select_set(item.name == "Room")
+""")
+    assert room.ask(press("bpy.ops.radiosity.bake()")) == "{'FINISHED'}"
+    assert room.ask("answer = list(bpy.data.images['Radiosity_Room'].size)") == [64, 64]
+    room.ask(press("bpy.ops.radiosity.show()"))
+    time.sleep(1)
+    keep(room, "image", tmp_path)
+    room.ask(press("bpy.ops.radiosity.show()"))
+    assert "Error" not in room.log
+
+
+def test_undo_of_a_second_bake_brings_the_first_image_back(room):
+    mean = "import numpy\nanswer = float(numpy.mean(bpy.data.images['Radiosity_Room'].pixels[:]))"
+    room.ask("bpy.ops.ed.undo_push(message='Before')")
+    first = room.ask(mean)
+    room.ask("next(i for i in bpy.data.lights).energy = 100\nbpy.ops.ed.undo_push(message='Dim')")
+    room.click(*BAKE)
+    room.until(lambda: (progress(room) is None) and room.ask(mean) < 0.5 * first, "no bake")
+    room.point(*VIEW)
+    room.key("ctrl+z")
+    time.sleep(1)
+    assert room.ask(mean) == pytest.approx(first, rel=1e-3)
+
+
+def test_disabling_during_a_bake_ends_it(room):
+    room.ask("bpy.context.scene.radiosity.quality = 'HIGH'")
+    start(room)
+    room.ask(
+        "import addon_utils\nname = next(a.module for a in bpy.context.preferences.addons if "
+        "a.module.endswith('.radiosity'))\naddon_utils.disable(name)\n"
+        "answer = hasattr(bpy.types.Scene, 'radiosity')"
+    )
+    assert not room.ask("answer = hasattr(bpy.types.Scene, 'radiosity')")
+    assert "Traceback" not in room.log
