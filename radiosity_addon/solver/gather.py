@@ -20,7 +20,6 @@ from .sampling import cosine_directions, sobol
 from .skylight import Skylight
 
 RAYS_PER_CHUNK = 1 << 16
-POINTS = 4  # points on a receiver that share its rays
 
 
 @dataclass(frozen=True)
@@ -45,12 +44,13 @@ def shoot(context: Context, points: Points, rays: int, *key: int) -> tuple[list[
     """
     per, count = points.shape
     frames = points.frames()
-    local = cosine_directions(sobol(rays, 2, *key))
+    # A run of consecutive Sobol points covers the hemisphere evenly by itself; every n-th would not.
+    local = cosine_directions(sobol(rays, 2, *key)).reshape(per, -1, 3)
     origins = np.empty((per, rays // per, count, 3), np.float32)
     directions = np.empty_like(origins)
     for p in range(per):
         axes = frames[p].transpose(1, 0, 2).reshape(3, 3 * count)
-        directions[p] = (local[p::per] @ axes).reshape(-1, count, 3)
+        directions[p] = (local[p] @ axes).reshape(-1, count, 3)
         origins[p] = points.position[p]
     origins, flat = origins.reshape(-1, 3), directions.reshape(-1, 3)
     met = [Met(context.tracer.intersect(origins, flat))]

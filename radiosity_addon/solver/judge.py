@@ -17,7 +17,6 @@ from .smooth import Lattice, smooth, smooth_map
 # noise (h² against 1/h in two dimensions). Cross-validation sees less of it, because levels are
 # chosen by the same numbers; measured, the two are about equal (docs/theory.md).
 BALANCE = 0.75
-DECAY = 1.5  # the squared error of n Sobol points falls as n to this power, about
 DIRECT_SHARE = 0.4  # of the squared error that is allowed; the rest is for gathered light
 
 
@@ -66,10 +65,9 @@ class Judge:
         level = np.where(level > 0, level, 1.0)
         weight = gain / level[:, None]  # from irradiance to relative error
         lit, bounced = (weight * (name in self.passes) for name in ("direct", "indirect"))
-        shadows = self._smoothed(direct_a, direct_b, lit, halves[0].points)
+        shadows = self._smoothed(direct_a, direct_b, lit)
         gathered = self._smoothed(
-            np.hstack([first_a, bounced_a]), np.hstack([first_b, bounced_b]), np.hstack([lit, bounced]),
-            halves[0].rays,
+            np.hstack([first_a, bounced_a]), np.hstack([first_b, bounced_b]), np.hstack([lit, bounced])
         )
         direct_square, gather_square = shadows.square, gathered.square
         light = [
@@ -105,11 +103,11 @@ class Judge:
             result.append((np.flatnonzero(square > 0.3 * allowed), excess))
         return tuple(result)
 
-    def _smoothed(self, a: np.ndarray, b: np.ndarray, weight: np.ndarray, samples) -> _Part:
+    def _smoothed(self, a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> _Part:
         """Halves (count, c) smoothed alike, and the mean's squared relative error (count,).
 
         Two halves of one receiver may agree by chance, so its error is taken from those around
-        it too, each scaled by the ``samples`` (count, 1) it has.
+        it too.
         """
         smoothed = smooth(self.lattices, a, b, weight)
         noise = weight**2 * (smoothed.a - smoothed.b) ** 2 / 4
@@ -117,8 +115,7 @@ class Judge:
         least = BALANCE * noise * smoothed.touched[:, None]
         if bias.mean() < least.mean():
             bias = least
-        scaled = samples[:, 0] ** DECAY
-        square = smooth_map(self.lattices, (noise + bias).sum(axis=1) / 3 * scaled) / scaled
+        square = smooth_map(self.lattices, (noise + bias).sum(axis=1) / 3)
         return _Part(smoothed.a, smoothed.b, square)
 
     def _gain(self) -> np.ndarray | float:

@@ -12,10 +12,13 @@ import numpy as np
 from .context import Context
 from .direct import direct_light
 from .footprints import Footprints
-from .gather import POINTS, gather
+from .gather import gather
 from .points import footprint_points
 from .radiosity import Radiosity
 from .sampling import uniform
+
+
+MOST_POINTS = 256  # of a receiver that share its rays in one round
 
 
 @dataclass(frozen=True)
@@ -62,7 +65,7 @@ def add_gathered(
 ) -> None:
     """Add ``rays`` gathered rays to each of ``owners`` (k,) int."""
     key = (context.seed, 21, *key)
-    place = place_on(footprints, owners, min(POINTS, rays), *key)
+    place = place_on(footprints, owners, int(np.clip(rays // 4, min(rays, 4), MOST_POINTS)), *key)
     found = gather(
         context, radiosity.elements, radiosity.reflected, radiosity.emitted,
         len(owners), rays, place, key, "gather",
