@@ -1,0 +1,21 @@
+"""Export: from a Blender scene to the solver's Scene, leaving the file as it was.
+
+Depends on bpy (inside functions), NumPy and the solver's types. ``export_scene`` is the way in.
+"""
+
+from __future__ import annotations
+
+from .exported import Exported, ExportedObject
+
+__all__ = ["Exported", "ExportedObject", "export_scene"]
+
+
+def export_scene(context, settings, progress=None) -> Exported:
+    """Read the context's scene and view layer as a render sees them.
+
+    ``progress(fraction)`` is called now and then and may raise to cancel. Raises ValueError for
+    objects or UV maps that are not there, or when no mesh is left to bake.
+    """
+    from .pipeline import run
+
+    return run(context.scene, context.view_layer, settings, progress or (lambda fraction: None))

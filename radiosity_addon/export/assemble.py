@@ -1,0 +1,114 @@
+"""Assemble: parts and materials into the solver's arrays. Depends on NumPy and the solver's types.
+
+Vertices that faces share stay shared, so that Embree sees no cracks. Faces with unfinite vertices
+or without area are left out, and the warnings say how many of which object.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .materials import Palette, slot_keys
+from .meshes import sound_triangles
+from .parts import Part, is_mirrored, world_vertices
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A part's triangles in the scene: ``start:stop``, and which of the mesh's they are."""
+
+    part: Part
+    start: int
+    stop: int
+    kept: np.ndarray  # (stop - start,) int32, into the mesh's triangles
+    order: np.ndarray  # (3,) corners of the mesh's triangle in the scene's winding
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """The arrays of ``solver.scene.Scene`` that describe triangles."""
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    object: np.ndarray
+    placed: tuple[Placed, ...]
+
+
+def assemble(parts: list[Part], warnings: list[str]) -> Geometry:
+    """Join all parts in world space, in the order given."""
+    vertices, triangles, owners, placed = [], [], [], []
+    base = start = 0
+    for index, part in enumerate(parts):
+        points = world_vertices(part)
+        sound, unfinite, empty = sound_triangles(points, part.mesh.triangles)
+        _report_unsound(part.name, unfinite, empty, warnings)
+        kept = np.flatnonzero(sound).astype(np.int32)
+        order = np.array([0, 2, 1] if is_mirrored(part) else [0, 1, 2])
+        points = np.where(np.isfinite(points), points, 0.0) if unfinite else points
+        vertices.append(points)
+        triangles.append(part.mesh.triangles[kept][:, order] + base)
+        owners.append(np.full(len(kept), index, np.int32))
+        placed.append(Placed(part, start, start + len(kept), kept, order))
+        base += len(points)
+        start += len(kept)
+    if not parts:
+        return Geometry(
+            np.zeros((0, 3)), np.zeros((0, 3), np.int32), np.zeros(0, np.int32), ()
+        )
+    return Geometry(
+        np.concatenate(vertices),
+        np.concatenate(triangles).astype(np.int32),
+        np.concatenate(owners),
+        tuple(placed),
+    )
+
+
+def _report_unsound(name: str, unfinite: int, empty: int, warnings: list[str]) -> None:
+    if unfinite:
+        warnings.append(f'object "{name}": {unfinite} triangles with NaN or infinite vertices left out')
+    if empty:
+        warnings.append(f'object "{name}": {empty} triangles without area left out')
+
+
+def material_indices(geometry: Geometry, palette: Palette, per_part: dict) -> np.ndarray:
+    """(n_triangles,) int32 into the palette; ``per_part[(part index, key)]`` where Cycles
+    evaluated a material for that part alone."""
+    result = np.zeros(len(geometry.triangles), np.int32)
+    for index, placed in enumerate(geometry.placed):
+        part = placed.part
+        table = [
+            per_part[index, key] if palette.index.get(key) is None and (index, key) in per_part
+            else palette.index.get(key) or 0
+            for key in part.materials
+        ]  # fmt: skip
+        result[placed.start : placed.stop] = np.array(table)[slot_keys(part)[placed.kept]]
+    return result
+
+
+def corner_loops(placed: Placed) -> np.ndarray:
+    """(n, 3) the mesh's loop at each corner of the part's triangles."""
+    return placed.part.mesh.triangle_loops[placed.kept][:, placed.order]
+
+
+def scatter_uvs(geometry: Geometry, name: str) -> np.ndarray:
+    """(n_triangles, 3, 2) float32 of the UV map ``name`` ("": each mesh's default); 0 elsewhere."""
+    result = np.zeros((len(geometry.triangles), 3, 2), np.float32)
+    for placed in geometry.placed:
+        mesh = placed.part.mesh
+        uv = mesh.uvs.get(name or mesh.active_uv)
+        if uv is not None:
+            result[placed.start : placed.stop] = uv[corner_loops(placed)]
+    return result
+
+
+def scatter_colors(geometry: Geometry, name: str) -> np.ndarray:
+    """(n_triangles, 3, 4) float32 of the colour attribute ``name`` ("": the default); 0 elsewhere."""
+    result = np.zeros((len(geometry.triangles), 3, 4), np.float32)
+    for placed in geometry.placed:
+        mesh = placed.part.mesh
+        colors = mesh.colors.get(name or mesh.active_color)
+        if colors is not None:
+            result[placed.start : placed.stop] = colors[corner_loops(placed)]
+    return result

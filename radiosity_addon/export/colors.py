@@ -1,0 +1,120 @@
+"""Colours: what a colour socket of a node tree gives, as numbers, an image or a colour attribute.
+
+Depends on NumPy and the solver's fields. Images that share one mapping can be added and
+multiplied texel by texel; anything else raises NotSimple, and the material is left to Cycles.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..solver.fields import Constant, CornerColors, Field, Texture
+
+
+class NotSimple(Exception):
+    """This node tree is more than constants, images and attributes."""
+
+
+@dataclass(frozen=True)
+class Mapping:
+    """How an image lies on the surface. ``uv`` is a map's name, "" the one shaders use."""
+
+    image: str
+    uv: str
+    extension: str
+    interpolation: str
+
+
+@dataclass(frozen=True)
+class Color:
+    """``factor`` (3,) times ``pixels`` (height, width, 3) or times the attribute ``attribute``.
+
+    Without either it is the constant ``factor``; attribute "" is the mesh's default one.
+    """
+
+    factor: np.ndarray
+    pixels: np.ndarray | None = None
+    mapping: Mapping | None = None
+    attribute: str | None = None
+    channel: int | None = None  # 3: the attribute's alpha in place of its colour
+
+    @property
+    def is_constant(self) -> bool:
+        return self.pixels is None and self.attribute is None
+
+    @property
+    def is_black(self) -> bool:
+        return not np.any(self.factor)
+
+
+def constant(value) -> Color:
+    """A constant from a number or three of them."""
+    return Color(np.broadcast_to(np.asarray(value, np.float64), (3,)).copy())
+
+
+ZERO, ONE = constant(0.0), constant(1.0)
+
+
+def multiply(a: Color, b: Color) -> Color:
+    """a · b."""
+    if a.is_constant:
+        a, b = b, a
+    if b.is_constant:
+        return constant(0.0) if b.is_black else replace(a, factor=a.factor * b.factor)
+    _same_mapping(a, b)
+    return replace(a, pixels=a.pixels * b.pixels, factor=a.factor * b.factor)
+
+
+def add(a: Color, b: Color) -> Color:
+    """a + b."""
+    if a.is_black:
+        return b
+    if b.is_black:
+        return a
+    if a.is_constant and b.is_constant:
+        return constant(a.factor + b.factor)
+    if a.attribute is not None or b.attribute is not None:
+        raise NotSimple("sum with a colour attribute")
+    image = a if a.pixels is not None else b
+    if image.mapping.extension == "CLIP":
+        raise NotSimple("sum with an image that is clipped")
+    if a.pixels is not None and b.pixels is not None:
+        _same_mapping(a, b)
+    return replace(image, pixels=_values(a) + _values(b), factor=np.ones(3))
+
+
+def complement(a: Color) -> Color:
+    """1 - a."""
+    return add(ONE, multiply(a, constant(-1.0)))
+
+
+def mix(weight: Color, a: Color, b: Color) -> Color:
+    """(1 - weight)·a + weight·b."""
+    return add(multiply(complement(weight), a), multiply(weight, b))
+
+
+def to_field(color: Color, uv_of, corners_of) -> Field:
+    """The solver's field; ``uv_of(name)`` and ``corners_of(name)`` give the arrays of the scene."""
+    if color.is_constant:
+        return Constant(color.factor)
+    if color.attribute is not None:
+        values = corners_of(color.attribute)
+        values = values[..., 3:4] if color.channel == 3 else values[..., :3]
+        return CornerColors((values * color.factor).astype(np.float32))
+    mapping = color.mapping
+    pixels = np.ascontiguousarray(color.pixels, np.float32)
+    return Texture(
+        pixels, uv_of(mapping.uv), mapping.extension, mapping.interpolation, color.factor
+    )
+
+
+def _same_mapping(a: Color, b: Color) -> None:
+    if a.mapping is None or b.mapping is None or a.mapping != b.mapping:
+        raise NotSimple("two images, or an image and an attribute")
+
+
+def _values(color: Color) -> np.ndarray:
+    factor = color.factor.astype(np.float32)
+    return factor if color.pixels is None else color.pixels * factor

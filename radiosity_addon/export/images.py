@@ -1,0 +1,87 @@
+"""Images: pixels in the linear working space. Depends on bpy images given to it and NumPy.
+
+``Image.pixels`` converts nothing: an 8-bit image hands out its encoded bytes, a float image is
+linear already. Cycles multiplies a straight image's colour by its alpha unless the node's Alpha
+output is in use; it paints a missing image (1, 0, 1).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .colors import NotSimple
+
+MISSING = (1.0, 0.0, 1.0)  # Cycles' colour for an image it cannot read
+DATA_SPACES = ("Non-Color", "Raw")
+LINEAR_SPACES = ("Linear Rec.709", "Linear", "scene_linear")
+
+
+def srgb_to_linear(values: np.ndarray) -> np.ndarray:
+    """IEC 61966-2-1 decoding, float32."""
+    values = np.asarray(values, np.float32)
+    bright = ((np.maximum(values, 0.0) + np.float32(0.055)) / np.float32(1.055)) ** np.float32(2.4)
+    return np.where(values <= 0.04045, values / np.float32(12.92), bright)
+
+
+def is_missing(image) -> bool:
+    """Whether Blender cannot read the image."""
+    return not image.has_data and (image.size[0] == 0 or image.size[1] == 0 or not _touch(image))
+
+
+def _touch(image) -> bool:
+    """Ask for the pixels, which loads the file; whether there are any."""
+    return len(image.pixels) > 0
+
+
+def read_pixels(image, alpha_used: bool, rec709: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Colour (height, width, 3) and alpha (height, width), float32, row 0 at the bottom.
+
+    Raises NotSimple for colour spaces and image kinds that Cycles has to decode.
+    """
+    if image.source not in ("FILE", "GENERATED") or image.size[0] * image.size[1] == 0:
+        raise NotSimple(f"image source {image.source}")
+    if image.channels not in (3, 4):
+        raise NotSimple(f"{image.channels} channels")
+    width, height = image.size
+    values = np.empty(width * height * image.channels, np.float32)
+    image.pixels.foreach_get(values)
+    values = values.reshape(height, width, image.channels)
+    color = values[..., :3]
+    if image.channels == 4 and image.alpha_mode != "NONE":
+        alpha = values[..., 3]
+        color = _associate(color, alpha, image, alpha_used)
+    else:
+        alpha = np.ones((height, width), np.float32)
+    return _linear(color, image, rec709), alpha
+
+
+def _associate(color, alpha, image, alpha_used: bool) -> np.ndarray:
+    """Alpha as Cycles' image node treats it, which is before 8-bit colours are decoded."""
+    if image.colorspace_settings.name in DATA_SPACES or np.all(alpha == 1.0):
+        return color
+    if image.alpha_mode == "STRAIGHT" and not alpha_used:
+        return color * alpha[..., None]
+    if image.alpha_mode == "PREMUL" and alpha_used:
+        return color / np.where(alpha > 0.0, alpha, 1.0)[..., None]
+    return color
+
+
+def _linear(values: np.ndarray, image, rec709: bool) -> np.ndarray:
+    space = image.colorspace_settings.name
+    if space in DATA_SPACES:
+        return values
+    if not rec709:
+        raise NotSimple("an image with colours in a working space other than Rec.709")
+    if image.is_float or space in LINEAR_SPACES:
+        return values
+    if space == "sRGB":
+        return srgb_to_linear(values)
+    raise NotSimple(f"colour space {space}")
+
+
+def working_space_is_rec709() -> bool:
+    """Whether the file's linear working space has Rec.709 primaries."""
+    import bpy
+
+    space = getattr(bpy.data, "colorspace", None)
+    return space is None or space.working_space == "Linear Rec.709"

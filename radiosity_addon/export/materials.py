@@ -1,0 +1,127 @@
+"""Materials: from the parts' slots to the scene's materials. Depends on bpy and NumPy.
+
+A material that can be read gives one scene material for all parts; one that Cycles has to
+evaluate gives one per part, because its colour may depend on the object.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..solver.scene import Material
+from .colors import Color, NotSimple, constant
+from .images import working_space_is_rec709
+from .parts import material_key
+from .shaders import Surface, read_surface
+from .sockets import Reader
+
+DEFAULT_REFLECTANCE = 0.8  # Cycles' surface of a face without material
+MOSTLY_GLOSSY = 0.5
+
+
+@dataclass
+class Palette:
+    """The surfaces read so far, and who uses them."""
+
+    surfaces: list[tuple[str, Surface]] = field(default_factory=list)
+    index: dict = field(default_factory=dict)  # material key -> index; None: Cycles evaluates
+    difficult: dict = field(default_factory=dict)  # material key -> why it is not simple
+    warnings: list[str] = field(default_factory=list)
+
+    def add(self, name: str, surface: Surface) -> int:
+        self.surfaces.append((name, surface))
+        return len(self.surfaces) - 1
+
+
+def read_materials(parts) -> Palette:
+    """Read every material that a triangle of the parts uses."""
+    import bpy
+
+    known = {material_key(material): material for material in bpy.data.materials}
+    palette, reader = Palette(), Reader(working_space_is_rec709())
+    for key in _used(parts):
+        material = known.get(key)
+        if material is None:
+            surface = Surface(reflectance=constant(DEFAULT_REFLECTANCE))
+            palette.index[key] = palette.add(key or "(none)", surface)
+            continue
+        reader.owner = material.name
+        try:
+            surface = _checked(read_surface(material, reader), material.name, palette.warnings)
+        except NotSimple as reason:
+            palette.index[key] = None
+            palette.difficult[key] = str(reason)
+            continue
+        palette.index[key] = palette.add(material.name, surface)
+    palette.warnings.extend(dict.fromkeys(reader.warnings))
+    _warn_glossy(palette)
+    return palette
+
+
+def slot_keys(part) -> np.ndarray:
+    """(n_triangles,) slot of each triangle; slots past the end mean the last, as in Cycles."""
+    return np.clip(part.mesh.slot, 0, len(part.materials) - 1)
+
+
+def _used(parts) -> list:
+    """Material keys in order of first use."""
+    keys = {}
+    for part in parts:
+        for slot in np.unique(slot_keys(part)):
+            keys.setdefault(part.materials[slot], None)
+    return list(keys)
+
+
+def _checked(surface: Surface, name: str, warnings: list[str]) -> Surface:
+    """Reflectance and transmittance clamped to [0, 1], emission to [0, inf); with warnings."""
+    return Surface(
+        _clamped(surface.reflectance, 1.0, name, "reflectance", warnings),
+        _clamped(surface.emission, np.inf, name, "emission", warnings),
+        _clamped(surface.transmittance, 1.0, name, "transmittance", warnings),
+        surface.glossy,
+    )
+
+
+def _clamped(color: Color, limit: float, name: str, what: str, warnings: list[str]) -> Color:
+    values = color.factor if color.pixels is None else color.pixels * color.factor
+    if color.attribute is not None:
+        return color
+    bad = not np.all(np.isfinite(values)) or np.any(values < 0.0)
+    bright = bool(np.any(values > limit + 1e-6))
+    if not bad and not bright:
+        return color
+    if bad:
+        warnings.append(f'material "{name}": {what} negative or not a number is taken as 0')
+    if bright:
+        top = float(np.nanmax(values))
+        warnings.append(f'material "{name}": {what} {top:.3g} is above 1; it is clamped to 1')
+    values = np.clip(np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0), 0.0, limit)
+    if color.pixels is None:
+        return constant(values)
+    return Color(np.ones(3), pixels=values.astype(np.float32), mapping=color.mapping)
+
+
+def _warn_glossy(palette: Palette) -> None:
+    names = [name for name, surface in palette.surfaces if surface.glossy > MOSTLY_GLOSSY]
+    if names:
+        palette.warnings.append(
+            f"mostly mirroring, of which only the diffuse part is solved: {', '.join(names)}"
+        )
+
+
+def scene_materials(palette: Palette, uv_of, corners_of) -> tuple[Material, ...]:
+    """The solver's materials; see ``colors.to_field`` for the two functions."""
+    from .colors import to_field
+
+    return tuple(
+        Material(
+            name,
+            *(
+                to_field(color, uv_of, corners_of)
+                for color in (surface.reflectance, surface.emission, surface.transmittance)
+            ),
+        )
+        for name, surface in palette.surfaces
+    )

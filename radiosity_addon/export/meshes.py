@@ -1,0 +1,96 @@
+"""Meshes: evaluated geometry as arrays. Depends on NumPy; reads bpy meshes given to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class MeshArrays:
+    """One evaluated mesh in its own space.
+
+    ``loops`` are the mesh's face corners; ``active_uv`` and ``active_color`` the names that
+    shaders use by default, "" when there are none.
+    """
+
+    vertices: np.ndarray  # (n_vertices, 3) float64
+    triangles: np.ndarray  # (n, 3) int32, into vertices
+    triangle_loops: np.ndarray  # (n, 3) int32
+    polygon: np.ndarray  # (n,) int32
+    slot: np.ndarray  # (n,) int32, material slot
+    loop_vertex: np.ndarray  # (n_loops,) int32
+    polygon_start: np.ndarray  # (n_polygons,) int32, first loop
+    uvs: dict[str, np.ndarray]  # name -> (n_loops, 2) float32
+    colors: dict[str, np.ndarray]  # name -> (n_loops, 4) float32, linear
+    active_uv: str = ""
+    active_color: str = ""
+
+
+def bulk(collection, attribute: str, dtype, width: int = 1) -> np.ndarray:
+    """``attribute`` of every item through foreach_get: (n,) or (n, width)."""
+    values = np.empty(len(collection) * width, dtype)
+    collection.foreach_get(attribute, values)
+    return values if width == 1 else values.reshape(-1, width)
+
+
+def read_mesh(mesh) -> MeshArrays:
+    """Copy an evaluated bpy mesh out of Blender."""
+    mesh.calc_loop_triangles()
+    triangles = mesh.loop_triangles
+    polygon = bulk(triangles, "polygon_index", np.int32)
+    slots = bulk(mesh.polygons, "material_index", np.int32)
+    active = next((layer.name for layer in mesh.uv_layers if layer.active_render), "")
+    return MeshArrays(
+        vertices=bulk(mesh.vertices, "co", np.float32, 3).astype(np.float64),
+        triangles=bulk(triangles, "vertices", np.int32, 3),
+        triangle_loops=bulk(triangles, "loops", np.int32, 3),
+        polygon=polygon,
+        slot=slots[polygon],
+        loop_vertex=bulk(mesh.loops, "vertex_index", np.int32),
+        polygon_start=bulk(mesh.polygons, "loop_start", np.int32),
+        uvs={layer.name: read_uv(layer) for layer in mesh.uv_layers},
+        colors=_read_colors(mesh),
+        active_uv=active,
+        active_color=_default_color(mesh),
+    )
+
+
+def read_uv(layer) -> np.ndarray:
+    """UV of each loop, (n_loops, 2) float32."""
+    return bulk(layer.uv, "vector", np.float32, 2)
+
+
+def _default_color(mesh) -> str:
+    index = mesh.color_attributes.render_color_index
+    return mesh.color_attributes[index].name if 0 <= index < len(mesh.color_attributes) else ""
+
+
+def _read_colors(mesh) -> dict[str, np.ndarray]:
+    """Colour attributes per loop; Blender hands byte colours out as linear floats."""
+    vertex = None
+    result = {}
+    for attribute in mesh.color_attributes:
+        values = bulk(attribute.data, "color", np.float32, 4)
+        if attribute.domain == "POINT":
+            vertex = bulk(mesh.loops, "vertex_index", np.int32) if vertex is None else vertex
+            values = values[vertex]
+        result[attribute.name] = values
+    return result
+
+
+def sound_triangles(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, int, int]:
+    """Mask of triangles that are finite and have area; the numbers of unfinite and of empty ones.
+
+    A triangle has no area when twice its area is below 1e-12 of its longest edge squared: at
+    float32 coordinates that is three points on one line.
+    """
+    corners = vertices[triangles]
+    finite = np.isfinite(corners).all(axis=(1, 2))
+    safe = np.where(finite[:, None, None], corners, 0.0)
+    edges = safe[:, [1, 2, 0]] - safe
+    longest = np.max(np.einsum("nij,nij->ni", edges, edges), axis=1, initial=0.0)
+    area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    thick = area > 1e-12 * longest
+    return finite & thick, int(np.sum(~finite)), int(np.sum(finite & ~thick))

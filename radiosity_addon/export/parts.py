@@ -1,0 +1,90 @@
+"""Parts: every mesh that the render sees, placed in the world. Depends on bpy and NumPy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .meshes import MeshArrays, read_mesh
+
+NOT_MODELLED = {"VOLUME": "volume", "CURVES": "hair", "POINTCLOUD": "point cloud"}
+
+
+@dataclass(frozen=True)
+class Part:
+    """A mesh placed in the world: an object's own mesh or one of its instances."""
+
+    name: str  # of the Blender object
+    mesh: MeshArrays
+    matrix: np.ndarray  # (4, 4) float64, local to world
+    materials: tuple[str | None, ...]  # names (see material_key) by slot
+    instance: bool  # made by an instancer; not an object of its own
+    casts_shadow: bool
+    visible: bool  # to diffuse rays
+
+
+def material_key(material) -> str | None:
+    """A name that tells local and linked materials apart; None stays None."""
+    if material is None:
+        return None
+    library = material.library
+    return material.name if library is None else f"{material.name} [{library.filepath}]"
+
+
+def read_parts(depsgraph, progress=None) -> tuple[list[Part], list[str]]:
+    """All parts of an evaluated scene in Blender's order, and warnings on what has no surface.
+
+    Curves, texts, metaballs and surfaces arrive as meshes that Blender itself instances.
+    """
+    meshes: dict[int, MeshArrays] = {}
+    parts, warnings = [], {}
+    override = material_key(depsgraph.view_layer.material_override)
+    for count, entry in enumerate(depsgraph.object_instances):
+        thing = entry.object
+        if progress is not None and count % 64 == 0:
+            progress(count)
+        if thing.type in NOT_MODELLED and thing.type not in warnings:
+            warnings[thing.type] = (
+                f'object "{thing.name}" is a {NOT_MODELLED[thing.type]}, which neither lights nor '
+                "shadows the bake; convert it to a mesh if it should"
+            )
+        if thing.type != "MESH" or not entry.show_self or thing.data is None:
+            continue
+        key = thing.data.as_pointer()
+        if key not in meshes:
+            meshes[key] = read_mesh(thing.data)
+        if len(meshes[key].triangles):
+            parts.append(_part(entry, thing, meshes[key], override))
+    return parts, list(warnings.values())
+
+
+def _part(entry, thing, mesh: MeshArrays, override: str | None) -> Part:
+    slots = tuple(material_key(slot.material) for slot in thing.material_slots)
+    if override is not None:
+        slots = (override,) * max(len(slots), 1)
+    shown = entry.parent if entry.is_instance and entry.parent is not None else thing
+    return Part(
+        name=thing.name if not entry.is_instance else _instance_name(entry, thing),
+        mesh=mesh,
+        matrix=np.array(entry.matrix_world, dtype=np.float64),
+        materials=slots or (None,),
+        instance=bool(entry.is_instance),
+        casts_shadow=bool(thing.visible_shadow and shown.visible_shadow),
+        visible=bool(thing.visible_diffuse and shown.visible_diffuse),
+    )
+
+
+def _instance_name(entry, thing) -> str:
+    parent = entry.parent.name if entry.parent is not None else "?"
+    return thing.name if parent == thing.name else f"{parent}: {thing.name}"
+
+
+def world_vertices(part: Part) -> np.ndarray:
+    """(n_vertices, 3) float64 world positions."""
+    return part.mesh.vertices @ part.matrix[:3, :3].T + part.matrix[:3, 3]
+
+
+def is_mirrored(part: Part) -> bool:
+    """Whether the transform turns the winding of faces around."""
+    return float(np.linalg.det(part.matrix[:3, :3])) < 0.0

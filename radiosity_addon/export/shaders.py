@@ -1,0 +1,152 @@
+"""Shaders: reflectance, emission and transmittance of a node tree. Depends on bpy nodes given.
+
+Reads the trees people build most: Principled, Diffuse, Emission, Transparent, Glass, Refraction,
+Glossy, Metallic, and Mix and Add of them. Everything else raises NotSimple and is evaluated by
+Cycles (see ``evaluated``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .colors import ONE, ZERO, Color, NotSimple, add, complement, constant, mix, multiply
+from .principled import diffuse_share
+from .sockets import Reader, source
+
+
+@dataclass(frozen=True)
+class Surface:
+    """What a shader does with light; ``glossy`` in [0, 1] is the share it mirrors instead."""
+
+    reflectance: Color = ZERO
+    emission: Color = ZERO
+    transmittance: Color = ZERO
+    glossy: float = 0.0
+
+
+def read_surface(material, reader: Reader) -> Surface:
+    """The surface of a bpy material. Raises NotSimple when Cycles has to evaluate it."""
+    tree = material.node_tree
+    if tree is None or not getattr(material, "use_nodes", True):
+        return Surface(reflectance=constant(material.diffuse_color[:3]))
+    output = tree.get_output_node("CYCLES")
+    if output is None:
+        return Surface()
+    origin = source(output.inputs["Surface"])
+    if origin is None:
+        volume = source(output.inputs["Volume"]) is not None
+        return Surface(transmittance=ONE) if volume else Surface()
+    return _shader(origin[0], reader, 0)
+
+
+def _shader(node, reader: Reader, depth: int) -> Surface:
+    """The surface of one shader node and those it mixes; the depth is capped against cycles."""
+    if node.mute or node.bl_idname not in SHADERS:
+        raise NotSimple(f"node {node.name}")
+    if depth > 32:
+        raise NotSimple("more than 32 shaders in a row")
+    if any(s.name == "Normal" and s.is_linked for s in node.inputs) and depth > 32:
+        raise NotSimple("normal")
+    return SHADERS[node.bl_idname](node, reader, depth)
+
+
+def _child(socket, reader: Reader, depth: int) -> Surface:
+    origin = source(socket)
+    return Surface() if origin is None else _shader(origin[0], reader, depth + 1)
+
+
+def _mix(node, reader: Reader, depth: int) -> Surface:
+    weight = reader.color(node.inputs[0])
+    if weight.is_constant:
+        weight = constant(np.clip(weight.factor, 0.0, 1.0))
+    a, b = (_child(node.inputs[i], reader, depth) for i in (1, 2))
+    share = float(np.mean(weight.factor)) if weight.is_constant else 0.5
+    return Surface(
+        mix(weight, a.reflectance, b.reflectance),
+        mix(weight, a.emission, b.emission),
+        mix(weight, a.transmittance, b.transmittance),
+        (1.0 - share) * a.glossy + share * b.glossy,
+    )
+
+
+def _add(node, reader: Reader, depth: int) -> Surface:
+    a, b = (_child(node.inputs[i], reader, depth) for i in (0, 1))
+    return Surface(
+        add(a.reflectance, b.reflectance),
+        add(a.emission, b.emission),
+        add(a.transmittance, b.transmittance),
+        min(a.glossy + b.glossy, 1.0),
+    )
+
+
+def _diffuse(node, reader: Reader, depth: int) -> Surface:
+    return Surface(reflectance=reader.color(node.inputs["Color"]))
+
+
+def _emission(node, reader: Reader, depth: int) -> Surface:
+    strength = reader.color(node.inputs["Strength"])
+    if strength.is_constant and strength.is_black:
+        return Surface()
+    return Surface(emission=multiply(reader.color(node.inputs["Color"]), strength))
+
+
+def _through(node, reader: Reader, depth: int) -> Surface:
+    return Surface(transmittance=reader.color(node.inputs["Color"]))
+
+
+def _mirror(node, reader: Reader, depth: int) -> Surface:
+    return Surface(glossy=1.0)
+
+
+def _principled(node, reader: Reader, depth: int) -> Surface:
+    """Diffuse reflectance = base · (1 - metallic) · (1 - transmission) · share below the coating,
+    all times alpha; emission = colour · strength, times alpha."""
+    inputs = node.inputs
+    for name in ("Subsurface Weight", "Coat Weight", "Sheen Weight", "Thin Film Thickness"):
+        if name in inputs and (inputs[name].is_linked or inputs[name].default_value > 0.0):
+            raise NotSimple(name)
+    metallic, transmission = (
+        reader.color(inputs[name]) for name in ("Metallic", "Transmission Weight")
+    )
+    level, rough, index = (
+        reader.number(inputs[name]) for name in ("Specular IOR Level", "Roughness", "IOR")
+    )
+    if not np.allclose(inputs["Specular Tint"].default_value[:3], 1.0):
+        raise NotSimple("Specular Tint")
+    alpha, base = reader.color(inputs["Alpha"]), reader.color(inputs["Base Color"])
+    plain = multiply(complement(metallic), complement(transmission))
+    reflectance = multiply(multiply(base, plain), constant(diffuse_share(index, rough, level)))
+    through = multiply(multiply(base, complement(metallic)), transmission)
+    glossy = 1.0 - float(np.mean(plain.factor)) if plain.is_constant else 0.0
+    if transmission.is_constant:
+        glossy = max(glossy - float(np.mean(transmission.factor)), 0.0)
+    return Surface(
+        multiply(alpha, reflectance),
+        multiply(alpha, _principled_emission(node, reader)),
+        add(complement(alpha), multiply(alpha, through)),
+        glossy,
+    )
+
+
+def _principled_emission(node, reader: Reader) -> Color:
+    strength = reader.color(node.inputs["Emission Strength"])
+    if strength.is_constant and strength.is_black:
+        return ZERO
+    return multiply(reader.color(node.inputs["Emission Color"]), strength)
+
+
+SHADERS = {
+    "ShaderNodeBsdfDiffuse": _diffuse,
+    "ShaderNodeBsdfPrincipled": _principled,
+    "ShaderNodeEmission": _emission,
+    "ShaderNodeBsdfTransparent": _through,
+    "ShaderNodeBsdfGlass": _through,
+    "ShaderNodeBsdfRefraction": _through,
+    "ShaderNodeBsdfAnisotropic": _mirror,
+    "ShaderNodeBsdfGlossy": _mirror,
+    "ShaderNodeBsdfMetallic": _mirror,
+    "ShaderNodeMixShader": _mix,
+    "ShaderNodeAddShader": _add,
+}

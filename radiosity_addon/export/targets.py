@@ -1,0 +1,97 @@
+"""Targets: which objects get colours, and why others do not. Depends on bpy objects given."""
+
+from __future__ import annotations
+
+from .parts import Part
+
+NOT_RENDERED = "is not visible in renders"
+NOT_MESH = "is a {kind}, which cannot hold baked colours; convert it to a mesh"
+LINKED = "its mesh is linked from a library and cannot get a colour attribute; make it local"
+LINKED_UV = "its mesh is linked from a library and has no UV map {name!r}; make it local"
+SHARED = "shares its mesh with {first!r}, whose colours it shows; make its mesh single-user"
+NO_FACES = "has no faces with area when it is rendered"
+NO_UV = 'object "{object}" has no UV map named {name!r}; unwrap it or name another map'
+LOST_UV = "its modifiers drop the UV map {name!r}"
+
+
+def choose_objects(view_layer, names: tuple[str, ...]) -> list:
+    """The objects asked for, sorted by name; every mesh when none is named.
+
+    Raises ValueError for names that are not in the view layer, or when there is no mesh at all.
+    """
+    if not names:
+        chosen = [thing for thing in view_layer.objects if thing.type == "MESH"]
+        if not chosen:
+            raise ValueError("there is no mesh to bake in the view layer; add one")
+        return sorted(chosen, key=lambda thing: thing.name)
+    missing = [name for name in names if name not in view_layer.objects]
+    if missing:
+        raise ValueError(
+            f"no object named {', '.join(map(repr, missing))} in view layer {view_layer.name!r}; "
+            "check the spelling and that its collection is not excluded"
+        )
+    return [view_layer.objects[name] for name in sorted(set(names))]
+
+
+def own_parts(parts: list[Part]) -> dict[str, int]:
+    """Object name -> index of the part that is the object's own mesh."""
+    found: dict[str, int] = {}
+    for index, part in enumerate(parts):
+        if not part.instance:
+            found.setdefault(part.name, index)
+    return found
+
+
+def sort_out(things, parts: list[Part], settings, named: bool):
+    """Split the chosen objects into receivers (list) and skipped [(name, reason)].
+
+    Objects that nobody named and that renders do not show are left out silently. Raises
+    ValueError when an object lacks the UV map to bake to.
+    """
+    own, users = own_parts(parts), {}
+    receivers, skipped = [], []
+    for thing in things:
+        if thing.name not in own and not named and not _rendered(thing):
+            continue
+        reason = _refusal(thing, own, settings)
+        if reason is None and settings.target == "vertex":
+            first = users.setdefault(thing.data.as_pointer(), thing.name)
+            reason = None if first == thing.name else SHARED.format(first=first)
+        if reason is None:
+            reason = _check_uv(thing, parts[own[thing.name]], settings)
+        if reason is None:
+            receivers.append(thing)
+        else:
+            skipped.append((thing.name, reason))
+    return receivers, skipped
+
+
+def _rendered(thing) -> bool:
+    return not thing.hide_render and len(thing.data.polygons) > 0
+
+
+def _refusal(thing, own, settings) -> str | None:
+    if thing.type != "MESH":
+        return NOT_MESH.format(kind=thing.type.lower())
+    if thing.name not in own:
+        return NO_FACES if _rendered(thing) and len(thing.users_collection) and not _hidden(
+            thing
+        ) else NOT_RENDERED  # fmt: skip
+    if settings.target == "vertex" and (thing.data.library or thing.data.override_library):
+        return LINKED
+    return None
+
+
+def _hidden(thing) -> bool:
+    return all(collection.hide_render for collection in thing.users_collection)
+
+
+def _check_uv(thing, part: Part, settings) -> str | None:
+    if settings.target != "image":
+        return None
+    name = settings.uv_map or "Radiosity"
+    if name not in thing.data.uv_layers:
+        if thing.data.library:
+            return LINKED_UV.format(name=name)
+        raise ValueError(NO_UV.format(object=thing.name, name=name))
+    return None if name in part.mesh.uvs else LOST_UV.format(name=name)
