@@ -11,23 +11,25 @@ def register() -> None:
     """Add every class and property to Blender."""
     import bpy
 
-    from . import lifetime, progress, properties
+    from . import lifetime, presets, progress, properties
 
     for cls in _classes():
         bpy.utils.register_class(cls)
     properties.register_properties()
     bpy.types.STATUSBAR_HT_header.append(progress.draw_status)
     bpy.app.handlers.load_pre.append(lifetime.give_up)
+    bpy.utils.register_preset_path(presets.SHIPPED)
 
 
 def unregister() -> None:
     """End a bake that runs, and take back everything ``register`` added."""
     import bpy
 
-    from . import lifetime, progress, properties, session, view
+    from . import lifetime, presets, progress, properties, session, view
 
     session.end()
     view.forget()
+    bpy.utils.unregister_preset_path(presets.SHIPPED)
     bpy.app.handlers.load_pre.remove(lifetime.give_up)
     bpy.types.STATUSBAR_HT_header.remove(progress.draw_status)
     properties.unregister_properties()

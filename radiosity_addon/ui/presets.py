@@ -1,5 +1,7 @@
 """Presets of the panel's settings: named files that people save, share and choose from a menu."""
 
+from pathlib import Path
+
 import bpy
 from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
@@ -7,6 +9,7 @@ from bl_ui.utils import PresetPanel
 from .properties import RadiositySettings
 
 FOLDER = "radiosity"
+SHIPPED = str(Path(__file__).resolve().parents[1])  # holds presets/radiosity/
 NOT_IN_PRESETS = ("report", "image_dir", "objects_from")  # of one file, not of a kind
 
 

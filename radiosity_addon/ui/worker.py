@@ -97,7 +97,7 @@ def _peak_memory(package: str) -> int:
 def _step_back() -> None:
     """Leave the cores to Blender's interface when it wants them."""
     if hasattr(os, "nice"):
-        os.nice(5)
+        os.nice(10)
 
 
 def _end_with_blender(folder: Path) -> None:

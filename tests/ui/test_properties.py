@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from radiosity_addon.settings import QUALITY_ERROR, Settings
@@ -106,3 +108,19 @@ def test_preset_brings_the_settings_back(addon, properties, tmp_path, monkeypatc
     )
     assert properties.resolution == 333
     assert properties.passes == {"DIRECT"}
+
+
+def test_shipped_presets_run_and_are_found(addon, properties):
+    names = {path.name for folder in addon.utils.preset_paths("radiosity")
+             for path in Path(folder).glob("*.py")}  # fmt: skip
+    assert names >= {"Vertex_Colors.py", "Lightmap_for_a_Game_Engine.py", "Indirect_Light_Only.py"}
+    for name in names:
+        path = addon.utils.preset_find(name.removesuffix(".py"), "radiosity")
+        addon.ops.script.execute_preset(filepath=path, menu_idname="RADIOSITY_PT_presets")
+        settings(properties)
+
+
+def test_lightmap_preset_leaves_the_surface_colour_out(addon, properties):
+    path = addon.utils.preset_find("Lightmap_for_a_Game_Engine", "radiosity")
+    addon.ops.script.execute_preset(filepath=path, menu_idname="RADIOSITY_PT_presets")
+    assert settings(properties).passes == ("direct", "indirect")

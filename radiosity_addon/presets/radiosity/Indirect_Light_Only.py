@@ -1,0 +1,7 @@
+import bpy
+radiosity = bpy.context.scene.radiosity
+
+radiosity.target = 'IMAGE'
+radiosity.resolution = 512
+radiosity.quality = 'HIGH'
+radiosity.passes = {'INDIRECT'}
