@@ -15,7 +15,7 @@ import threading
 from contextlib import contextmanager
 from typing import Callable
 
-PATIENCE = 0.5  # seconds between the signal and the hard way out
+PATIENCE = 0.3  # seconds between the signal and the hard way out
 INTERRUPTED = 130  # exit status
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 

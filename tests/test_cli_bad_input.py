@@ -165,7 +165,8 @@ def test_vertex_that_is_not_finite_is_warned_of(value, room, blender):
         mesh.vertices[0].co.x = value
 
     edit(blender, room, spoil)
-    assert "finite" in warnings_of([room], room.parent)
+    warnings = warnings_of([room], room.parent)
+    assert "Box" in warnings and "left out" in warnings
 
 
 def test_no_light_is_black_and_warned_of(room, blender):
@@ -182,8 +183,9 @@ def test_mesh_shared_by_two_objects_is_warned_of(room, blender):
     blender.context.scene.collection.objects.link(twin)
     twin.location.x = 5
     blender.ops.wm.save_as_mainfile(filepath=str(room))
-    warnings = warnings_of([room], room.parent)
-    assert "Twin" in warnings and "Box" in warnings
+    for words in ([], ["--target", "image", "--resolution", "16"], ["--objects", "Box"]):
+        warnings = warnings_of([room, *words], room.parent)
+        assert "shared by 'Box', 'Twin'" in warnings
 
 
 def test_reflectance_above_one_is_clamped_and_warned_of(room, blender):

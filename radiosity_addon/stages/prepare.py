@@ -36,6 +36,7 @@ def prepare(context, settings: Settings, progress: Progress = silent) -> Job:
         exported = _export(context, settings, progress)
         made = _drop_unused(made, exported.objects)
         receivers, warnings = _lay_out(exported, settings)
+        warnings += _warn_of_sharing(context, exported.objects, settings)
     except BaseException:
         remove_uv_maps(made)
         raise
@@ -52,18 +53,23 @@ def prepare(context, settings: Settings, progress: Progress = silent) -> Job:
 
 
 def _candidates(context, settings: Settings) -> list:
-    """The meshes asked for, which the export may still leave out. Raises ValueError."""
-    found = {item.name: item for item in context.view_layer.objects if item.library is None}
+    """The meshes asked for that could get a UV map; the export may leave out some.
+
+    Raises ValueError for a name that the view layer does not have.
+    """
+    found = {item.name: item for item in context.view_layer.objects}
     unknown = [name for name in settings.objects if name not in found]
     if unknown:
-        raise ValueError(f"no object of the view layer is called {_quoted(unknown)}; "
-                         f"its meshes are {_quoted(_meshes(found)) or 'none'}")
-    other = [name for name in settings.objects if found[name].type != "MESH"]
-    if other:
-        raise ValueError(f"only meshes can be baked, and {_quoted(other)} is none; name meshes "
-                         "or convert it to one")
-    names = settings.objects or [n for n in _meshes(found) if not found[n].hide_render]
-    return [found[name] for name in names if len(found[name].data.polygons)]
+        raise ValueError(
+            f"no object of the view layer is called {_quoted(unknown)}; "
+            f"its meshes are {_quoted(_meshes(found)) or 'none'}"
+        )
+    names = settings.objects or [name for name, item in found.items() if not item.hide_render]
+    return [
+        item
+        for item in (found[name] for name in names)
+        if item.type == "MESH" and item.data.library is None and len(item.data.polygons)
+    ]
 
 
 def _meshes(found: dict) -> list[str]:
@@ -107,6 +113,30 @@ def _drop_unused(made, targets) -> list[tuple[str, str]]:
     unused = [pair for pair in made if bpy.data.objects[pair[0]].data not in meshes]
     remove_uv_maps(unused)
     return [pair for pair in made if pair not in unused]
+
+
+def _warn_of_sharing(context, targets, settings: Settings) -> list[str]:
+    """One sentence for each mesh that is a target's and other objects' too."""
+    import bpy
+
+    users: dict[str, list[str]] = {}
+    for item in context.view_layer.objects:
+        if item.type == "MESH":
+            users.setdefault(item.data.name_full, []).append(item.name)
+    meshes = dict.fromkeys(bpy.data.objects[target.name].data.name_full for target in targets)
+    baked = {target.name for target in targets}
+    warnings = []
+    for mesh in meshes:
+        if len(users.get(mesh, ())) > 1:
+            first = next(name for name in users[mesh] if name in baked)
+            shown = (
+                "they share its UV map and materials, and have an image each"
+                if settings.target == "image"
+                else f"all show the colours of {first!r}"
+            )
+            warnings.append(f"mesh {mesh!r} is shared by {_quoted(users[mesh])}: {shown}; make "
+                            "it single-user to give each its own")
+    return warnings
 
 
 def _lay_out(exported: Exported, settings: Settings) -> tuple[list[Receivers], list[str]]:
