@@ -49,7 +49,7 @@ def shoot(context: Context, points: Points, rays: int, *key: int) -> tuple[list[
     origins = np.empty((per, rays // per, count, 3), np.float32)
     directions = np.empty_like(origins)
     for p in range(per):
-        axes = frames[p].transpose(1, 0, 2).reshape(3, 3 * count)
+        axes = frames[p % len(frames)].transpose(1, 0, 2).reshape(3, 3 * count)
         directions[p] = (local[p] @ axes).reshape(-1, count, 3)
         origins[p] = points.position[p]
     origins, flat = origins.reshape(-1, 3), directions.reshape(-1, 3)

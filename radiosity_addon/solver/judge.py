@@ -1,6 +1,6 @@
 """Judge: from two independent halves of the light to a result, its error, and what to add.
 
-Depends on ``smooth``, ``lighting``. The error is the local relative RMS error of docs/theory.md:
+Depends on ``smooth``, ``lighting``, ``parallel``. The error is the local relative RMS error of docs/theory.md:
 each receiver is judged against its own brightness or the mean brightness, whichever is larger.
 """
 
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .lighting import Lighting
+from .parallel import map_chunks
 from .smooth import Lattice, smooth, smooth_map
 
 # Smoothing that trades bias for noise as well as it can leaves a squared bias of half the squared
@@ -53,6 +54,7 @@ class Judge:
     surface: Surface
     lattices: list[Lattice]
     passes: tuple[str, ...]
+    threads: int
     project: object = None
 
     def weigh(self, halves: list[Lighting]) -> Verdict:
@@ -65,9 +67,12 @@ class Judge:
         level = np.where(level > 0, level, 1.0)
         weight = gain / level[:, None]  # from irradiance to relative error
         lit, bounced = (weight * (name in self.passes) for name in ("direct", "indirect"))
-        shadows = self._smoothed(direct_a, direct_b, lit)
-        gathered = self._smoothed(
-            np.hstack([first_a, bounced_a]), np.hstack([first_b, bounced_b]), np.hstack([lit, bounced])
+        gathered = [np.hstack(half) for half in ((first_a, bounced_a), (first_b, bounced_b))]
+        shadows, gathered = map_chunks(
+            lambda part: self._smoothed(*part),
+            [(direct_a, direct_b, lit), (*gathered, np.hstack([lit, bounced]))],
+            self.threads,
+            lambda fraction: None,
         )
         direct_square, gather_square = shadows.square, gathered.square
         light = [

@@ -25,7 +25,7 @@ class Plan:
 
 def make_plan(error: float, receivers: int, smoothing: bool) -> Plan:
     """The first round for a relative ``error`` at ``receivers``; ``smoothing``: texels share."""
-    elements = int(min(max(1000 * (0.03 / error) ** 1.3, 200), 60_000))
+    elements = int(min(max(500 * (0.03 / error) ** 1.3, 200), 60_000))
     rays = 16 if error < 0.02 or not smoothing else 8
     if receivers > MANY_RECEIVERS:
         rays //= 2

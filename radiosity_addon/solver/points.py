@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from typing import Callable
+
 import numpy as np
 
 from .footprints import SHRINK, Footprints
@@ -21,13 +23,18 @@ class Points:
     position: np.ndarray  # (per, R, 3) float32, lifted off the surface
     normal: np.ndarray  # (per, R, 3) float32, on the side that is lit
     triangle: np.ndarray  # (per, R) int32
-    uv: np.ndarray  # (per, R, 2) float32 barycentric
+    barycentric: np.ndarray | Callable  # (per, R, 2) float32, or what makes it: few ask
     turn: np.ndarray  # (R, 3) float32: the owners' random shifts
 
     @property
     def shape(self) -> tuple[int, int]:
         """(per, R)."""
         return self.triangle.shape
+
+    @property
+    def uv(self) -> np.ndarray:
+        """(per, R, 2) float32 barycentric."""
+        return self.barycentric() if callable(self.barycentric) else self.barycentric
 
     def take(self, chosen: np.ndarray) -> Points:
         """The points of some owners."""
@@ -44,8 +51,10 @@ class Points:
         return Points(*arrays, turn)
 
     def frames(self) -> np.ndarray:
-        """(per, R, 3, 3) float32 tangent frames, an owner's all turned alike."""
-        return tangent_frames(self.normal, self.turn[:, 2])
+        """(per or 1, R, 3, 3) float32 tangent frames, an owner's all turned alike; 1 where an
+        owner's points lie in one plane."""
+        flat = self.normal.strides[0] == 0
+        return tangent_frames(self.normal[:1] if flat else self.normal, self.turn[:, 2])
 
 
 _POINT_ARRAYS = ("position", "normal", "triangle", "uv")
@@ -65,35 +74,29 @@ def footprint_points(
     table = sobol(per, 3, *key).astype(np.float32)
     place = table[:, None, :2] + turn[:, :2]
     place -= place >= 1
-    first, last = footprints.start[chosen], footprints.start[chosen + 1]
-    points = _points_in(footprints, np.broadcast_to(first, (per, len(chosen))), first, place, turn)
-    several = np.flatnonzero(last - first > 1)
-    if len(several):
-        cell = _choose_cells(footprints, chosen[several], table[:, 2:], turn[several, 2])
-        some = _points_in(footprints, cell, cell, place[:, several], turn[several])
-        for name in _POINT_ARRAYS:
-            getattr(points, name)[:, several] = getattr(some, name)
-    return points
-
-
-def _points_in(footprints: Footprints, cell, distinct, place: np.ndarray, turn) -> Points:
-    """Points at ``place`` (per, R, 2) in ``cell`` (per, R); ``distinct`` is cell without repeats
-    along its first axis, to look things up once."""
-    square = footprints.square[distinct]
+    cell = footprints.start[chosen]
+    if np.any(footprints.start[chosen + 1] - cell > 1):
+        cell = _choose_cells(footprints, chosen, table[:, 2:], turn[:, 2])
+    square = footprints.square[cell]
     if not square.all():
         fold = ~square & (place[..., 0] + place[..., 1] > 1)
         place = np.where(fold[..., None], 1 - place, place)
     s, t = place[..., :1], place[..., 1:]
-    position = s * footprints.u[distinct]
-    position += t * footprints.v[distinct]
-    position += footprints.origin[distinct]
-    corners = footprints.corners[distinct]
-    uv = s * corners[..., 1, :] + t * corners[..., 2, :] + corners[..., 0, :]
-    normal = np.empty(position.shape, np.float32)
-    normal[:] = footprints.normal[distinct]
-    triangle = np.empty(cell.shape, np.int32)
-    triangle[:] = footprints.triangle[distinct]
-    return Points(position, normal, triangle, uv, turn)
+    position = s * footprints.u[cell]
+    position += t * footprints.v[cell]
+    position += footprints.origin[cell]
+    return Points(
+        position,
+        np.broadcast_to(footprints.normal[cell], position.shape),
+        np.broadcast_to(footprints.triangle[cell], position.shape[:2]),
+        lambda: _barycentric(footprints.corners[cell], s, t),
+        turn,
+    )
+
+
+def _barycentric(corners: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """(per, R, 2) barycentric places of (s, t) in cells ``corners`` (..., 3, 2)."""
+    return s * corners[..., 1, :] + t * corners[..., 2, :] + corners[..., 0, :]
 
 
 def _choose_cells(footprints: Footprints, chosen, level, turn) -> np.ndarray:

@@ -146,7 +146,7 @@ def _solve(context: Context, elements: Elements, transport: Transport, tolerance
         factors = form_factors(transport, elements)
         _check_steady(sides, transport, factors[0])
         found = solve_second_kind(
-            lambda x: sides.reflectance * transported(*factors, x), source, 0.01 * tolerance, 500
+            lambda x: sides.reflectance * transported(*factors, x), source, 0.03 * tolerance, 500
         )
         solution, iterations, residual = found.solution, found.iterations, found.residual
     reflected = _fill_unknown(context, elements, sides, solution)

@@ -88,7 +88,7 @@ def _judge(context: Context, footprints: Footprints, receivers: Receivers, passe
     lattices = []
     if receivers.grid is not None:
         lattices = build_lattices(receivers.grid, *footprints.middle())
-    return Judge(_surface(context, footprints), lattices, passes, project)
+    return Judge(_surface(context, footprints), lattices, passes, context.threads, project)
 
 
 def _surface(context: Context, footprints: Footprints) -> Surface:
