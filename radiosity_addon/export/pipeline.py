@@ -7,18 +7,17 @@ import numpy as np
 from ..solver.scene import Scene
 from .assemble import (Geometry, assemble, corner_loops, material_indices, scatter_colors,
                        scatter_uvs)  # fmt: skip
-from .colors import NotSimple
 from .corners import one_hot
 from .evaluate import with_render_depsgraph
 from .exported import Exported, ExportedObject
 from .images import working_space_is_rec709
-from .lights import read_lights
+from .lights import Light, read_lights
 from .materials import read_materials, scene_materials
 from .meshes import bulk
 from .parts import read_parts
 from .smooth import smooth_groups
 from .sockets import Reader
-from .targets import NO_FACES, choose_objects, sort_out
+from .targets import NO_FACES, choose_objects, sort_out, uv_map_name
 from .traceless import traceless
 from .world import read_world
 
@@ -37,7 +36,8 @@ def run(scene, view_layer, settings, progress) -> Exported:
         progress(0.5)
         palette = read_materials(parts)
         progress(0.6)
-        sky = _sky(scene.world, warnings)
+        sky, suns = read_world(scene, Reader(working_space_is_rec709()), warnings)
+        lights += [Light(sun) for sun in suns]
         progress(0.8)
         objects = _objects(receivers, geometry, settings, skipped)
     warnings += palette.warnings
@@ -65,14 +65,6 @@ def _receivers_first(parts, receivers):
     return [part for _, part in sorted(keyed, key=lambda pair: pair[0])]
 
 
-def _sky(world, warnings):
-    reader = Reader(working_space_is_rec709())
-    try:
-        return read_world(world, reader)
-    except NotSimple:
-        return None
-
-
 def _objects(receivers, geometry: Geometry, settings, skipped) -> list[ExportedObject]:
     result = []
     for thing, placed in zip(receivers, geometry.placed):
@@ -82,7 +74,7 @@ def _objects(receivers, geometry: Geometry, settings, skipped) -> list[ExportedO
         loops = corner_loops(placed)
         mesh = placed.part.mesh
         if settings.target == "image":
-            uv = mesh.uvs[settings.uv_map or "Radiosity"][loops].astype(np.float64)
+            uv = mesh.uvs[uv_map_name(thing, settings)][loops].astype(np.float64)
             result.append(ExportedObject(thing.name, placed.start, placed.stop, uv, None, None, None))
             continue
         result.append(

@@ -86,10 +86,17 @@ def _hidden(thing) -> bool:
     return all(collection.hide_render for collection in thing.users_collection)
 
 
+def uv_map_name(thing, settings) -> str:
+    """The UV map to bake to: the one named, or ours, made under ``Radiosity UV`` where something
+    else, like a baked colour attribute, holds the name ``Radiosity``."""
+    names = (settings.uv_map,) if settings.uv_map else ("Radiosity", "Radiosity UV")
+    return next((name for name in names if name in thing.data.uv_layers), names[0])
+
+
 def _check_uv(thing, part: Part, settings) -> str | None:
     if settings.target != "image":
         return None
-    name = settings.uv_map or "Radiosity"
+    name = uv_map_name(thing, settings)
     if name not in thing.data.uv_layers:
         if thing.data.library:
             return LINKED_UV.format(name=name)

@@ -1,34 +1,56 @@
-"""World: what lights the scene from infinitely far. Depends on bpy worlds given and NumPy."""
+"""World: what lights the scene from infinitely far. Depends on bpy worlds given and NumPy.
+
+A constant becomes one pixel. Everything else is rendered by Cycles to a panorama. The disc of a
+sky texture's sun is far smaller than a pixel of it: it is left out there and becomes a sun lamp
+with the irradiance that a close-up of it has.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ..solver.scene import Sky
+from ..solver.scene import Sky, SunLamp
 from .colors import NotSimple
+from .panorama import close_up, panorama, world_scene
 from .sockets import Reader, source
 
+SMOOTH_WIDTH, SMOOTH_SAMPLES = 512, 8  # of skies made by formulas
+IMAGE_WIDTH, IMAGE_SAMPLES = 2048, 4  # the widest of those that show images
+CLOSE_UP, DISC_SAMPLES = 64, 4  # pixels across twice the sun's disc
 
-def read_world(world, reader: Reader) -> Sky | None:
-    """A constant sky, None for a black one. Raises NotSimple when Cycles has to evaluate it."""
-    if world is None:
-        return None
-    color = np.array(world.color, np.float64)
-    if world.node_tree is not None and getattr(world, "use_nodes", True):
-        color = _surface(world.node_tree, reader)
+
+def read_world(scene, reader: Reader, warnings: list[str]) -> tuple[Sky | None, list[SunLamp]]:
+    """The sky, None for a black one, and the suns in it. Call inside ``traceless()``."""
+    world = scene.world
+    if world is None or not _lights_diffuse(world):
+        return None, []
+    try:
+        color = constant_radiance(world, reader)
+    except NotSimple:
+        return _rendered(scene, warnings)
+    if not np.all(np.isfinite(color)) or np.any(color < 0.0):
+        warnings.append(f'world "{world.name}" has a negative or unfinite colour; taken as 0')
+        color = np.where(np.isfinite(color), np.maximum(color, 0.0), 0.0)
     if not np.any(color > 0.0):
-        return None
-    return Sky(np.maximum(color, 0.0).astype(np.float32).reshape(1, 1, 3))
+        return None, []
+    return Sky(color.astype(np.float32).reshape(1, 1, 3)), []
 
 
-def _surface(tree, reader: Reader) -> np.ndarray:
-    """(3,) radiance of a Background node with constant inputs."""
-    output = tree.get_output_node("CYCLES")
+def _lights_diffuse(world) -> bool:
+    visibility = getattr(world, "cycles_visibility", None)
+    return True if visibility is None else bool(visibility.diffuse)
+
+
+def constant_radiance(world, reader: Reader) -> np.ndarray:
+    """(3,) radiance. Raises NotSimple when it varies with direction or Cycles must evaluate it."""
+    if world.node_tree is None or not getattr(world, "use_nodes", True):
+        return np.array(world.color, np.float64)
+    output = world.node_tree.get_output_node("CYCLES")
     origin = source(output.inputs["Surface"]) if output is not None else None
     if origin is None:
         return np.zeros(3)
     node = origin[0]
-    if node.bl_idname not in ("ShaderNodeBackground", "ShaderNodeEmission") or node.mute:
+    if node.bl_idname != "ShaderNodeBackground" or node.mute:
         raise NotSimple(f"world node {node.name}")
     strength = reader.color(node.inputs["Strength"])
     if strength.is_constant and strength.is_black:
@@ -37,3 +59,106 @@ def _surface(tree, reader: Reader) -> np.ndarray:
     if not (color.is_constant and strength.is_constant):
         raise NotSimple("the world varies with direction")
     return color.factor * strength.factor
+
+
+def _rendered(scene, warnings: list[str]) -> tuple[Sky | None, list[SunLamp]]:
+    """The panorama without sun discs, and a sun lamp for each disc."""
+    stage, world = world_scene(scene.world, scene)
+    suns = [node for node in _nodes(world.node_tree) if _has_disc(node)]
+    for node in suns:
+        node.sun_disc = False
+        for link in list(node.inputs["Vector"].links):  # which a sky with a disc ignores
+            node.id_data.links.remove(link)
+    _warn_missing(world, warnings)
+    pixels = panorama(stage, *_resolution(world.node_tree))
+    pixels = np.nan_to_num(np.maximum(pixels, 0.0), nan=0.0, posinf=0.0)
+    if pixels.max() == pixels.min() or np.ptp(pixels, axis=(0, 1)).max() < 1e-5 * pixels.max():
+        pixels = pixels.mean(axis=(0, 1), keepdims=True)
+    lamps = []
+    for index, node in enumerate(suns):
+        lamps += _sun_lamp(stage, node, f"{scene.world.name} sun {index + 1}", pixels)
+    return (Sky(pixels) if np.any(pixels > 0.0) else None), lamps
+
+
+def _nodes(tree, depth: int = 0):
+    """All nodes of a tree and of the groups in it."""
+    for node in tree.nodes:
+        yield node
+        if node.bl_idname == "ShaderNodeGroup" and node.node_tree is not None and depth < 16:
+            yield from _nodes(node.node_tree, depth + 1)
+
+
+def _has_disc(node) -> bool:
+    """Whether this is a sky texture of the user's copied tree that shows a disc."""
+    if node.bl_idname != "ShaderNodeTexSky" or node.mute or node.id_data.library is not None:
+        return False
+    return node.sky_type not in ("PREETHAM", "HOSEK_WILKIE") and node.sun_disc
+
+
+def _resolution(tree) -> tuple[int, int]:
+    """Width of the panorama, and samples for each pixel."""
+    widths = [
+        node.image.size[0]
+        for node in _nodes(tree)
+        if getattr(node, "image", None) is not None and node.image.size[0] > 0
+    ]
+    if not widths:
+        return SMOOTH_WIDTH, SMOOTH_SAMPLES
+    return int(np.clip(max(widths), SMOOTH_WIDTH, IMAGE_WIDTH)) // 2 * 2, IMAGE_SAMPLES
+
+
+def _warn_missing(world, warnings: list[str]) -> None:
+    for node in _nodes(world.node_tree):
+        if node.bl_idname not in ("ShaderNodeTexEnvironment", "ShaderNodeTexImage"):
+            continue
+        if node.image is None or (not node.image.has_data and len(node.image.pixels) == 0):
+            name = node.image.name if node.image is not None else "(none)"
+            warnings.append(
+                f'image "{name}" of world "{world.name}" is missing; Cycles\' pink is used'
+            )
+
+
+def _sun_lamp(stage, node, name: str, sky: np.ndarray) -> list[SunLamp]:
+    """The disc as a lamp: its irradiance is what a close-up of it has beyond the ``sky``."""
+    toward, size = _disc_direction(node), float(node.sun_size)
+    node.sun_disc = True
+    picture = close_up(stage, toward, 2.0 * size, CLOSE_UP, DISC_SAMPLES)
+    node.sun_disc = False
+    rays, weight = _close_up_rays(toward, 2.0 * size)
+    row, column = _pixel_of(toward, sky.shape)
+    disc = picture - sky[row, column]
+    disc = np.where(disc > 0.01 * disc.max(axis=(0, 1)), disc, 0.0)  # the sky is not the disc
+    irradiance = np.einsum("ijc,ij->c", disc, weight)
+    if not np.any(irradiance > 0.0):
+        return []
+    middle = np.einsum("ijk,ij->k", rays, disc.sum(axis=2) * weight)
+    return [SunLamp(name, -middle / np.linalg.norm(middle), irradiance, size)]
+
+
+def _disc_direction(node) -> np.ndarray:
+    """(3,) unit direction towards the disc: rotation turns from +y towards +x."""
+    high, turn = node.sun_elevation, node.sun_rotation
+    across = np.cos(high)
+    return np.array([across * np.sin(turn), across * np.cos(turn), np.sin(high)])
+
+
+def _pixel_of(toward: np.ndarray, shape) -> tuple[int, int]:
+    """Row and column of a direction in a panorama laid out as ``solver.scene.Sky``."""
+    u = 0.5 - np.arctan2(toward[1], toward[0]) / (2.0 * np.pi)
+    v = 0.5 + np.arcsin(np.clip(toward[2], -1.0, 1.0)) / np.pi
+    return min(int(v * shape[0]), shape[0] - 1), min(int(u * shape[1]), shape[1] - 1)
+
+
+def _close_up_rays(toward: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]:
+    """Unit directions (n, n, 3) of a close-up's pixels, and their solid angle (n, n) [sr] times
+    the cosine to ``toward``: pixel area · cos³ · cos."""
+    from mathutils import Vector
+
+    turn = np.array(Vector(toward).to_track_quat("-Z", "Y").to_matrix(), np.float64)
+    half = np.tan(angle / 2.0)
+    places = ((np.arange(CLOSE_UP) + 0.5) / CLOSE_UP * 2.0 - 1.0) * half
+    x, y = np.meshgrid(places, places)
+    rays = np.stack([x, y, -np.ones_like(x)], axis=-1)
+    length = np.linalg.norm(rays, axis=-1)
+    weight = (2.0 * half / CLOSE_UP) ** 2 / length**4
+    return (rays / length[..., None]) @ turn.T, weight
