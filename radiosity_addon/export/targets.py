@@ -11,6 +11,9 @@ LINKED_UV = "its mesh is linked from a library and has no UV map {name!r}; make 
 SHARED = "shares its mesh with {first!r}, whose colours it shows; make its mesh single-user"
 NO_FACES = "has no faces with area when it is rendered"
 NO_UV = 'object "{object}" has no UV map named {name!r}; unwrap it or name another map'
+UNTRACED = (
+    "its modifiers make faces that cannot be traced back to its own; apply them or bake an image"
+)
 LOST_UV = "its modifiers drop the UV map {name!r}"
 
 
