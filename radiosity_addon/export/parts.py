@@ -32,8 +32,10 @@ def material_key(material) -> str | None:
     return material.name if library is None else f"{material.name} [{library.filepath}]"
 
 
-def read_parts(depsgraph, progress=None) -> tuple[list[Part], list[str]]:
+def read_parts(depsgraph, progress, copies=()) -> tuple[list[Part], list[str]]:
     """All parts of an evaluated scene in Blender's order, and warnings on what has no surface.
+
+    ``copies`` are names of temporary objects that take no part. ``progress(0)`` may raise.
 
     Curves, texts, metaballs and surfaces arrive as meshes that Blender itself instances.
     """
@@ -42,8 +44,10 @@ def read_parts(depsgraph, progress=None) -> tuple[list[Part], list[str]]:
     override = material_key(depsgraph.view_layer.material_override)
     for count, entry in enumerate(depsgraph.object_instances):
         thing = entry.object
-        if progress is not None and count % 64 == 0:
-            progress(count)
+        if count % 64 == 0:
+            progress(0.0)
+        if thing.name in copies or (entry.parent is not None and entry.parent.name in copies):
+            continue
         if thing.type in NOT_MODELLED and thing.type not in warnings:
             warnings[thing.type] = (
                 f'object "{thing.name}" is a {NOT_MODELLED[thing.type]}, which neither lights nor '

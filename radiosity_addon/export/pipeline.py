@@ -7,7 +7,7 @@ import numpy as np
 from ..solver.scene import Scene
 from .assemble import (Geometry, assemble, corner_loops, material_indices, scatter_colors,
                        scatter_uvs)  # fmt: skip
-from .corners import one_hot
+from .corners import one_hot, traced
 from .evaluate import with_render_depsgraph
 from .exported import Exported, ExportedObject
 from .images import working_space_is_rec709
@@ -17,8 +17,9 @@ from .meshes import bulk
 from .parts import read_parts
 from .smooth import smooth_groups
 from .sockets import Reader
-from .targets import NO_FACES, choose_objects, sort_out, uv_map_name
+from .targets import NO_FACES, UNTRACED, choose_objects, sort_out, uv_map_name
 from .traceless import traceless
+from .tracing import add_copies, changes_faces, read_trace
 from .world import read_world
 
 
@@ -28,7 +29,7 @@ def run(scene, view_layer, settings, progress) -> Exported:
     chosen = choose_objects(view_layer, settings.objects)
     _flush_edit_mode(view_layer)
     with traceless():
-        parts, lights, warnings = with_render_depsgraph(scene, view_layer, _read)
+        parts, lights, traces, warnings = _evaluate(scene, view_layer, chosen, settings, progress)
         progress(0.3)
         receivers, skipped = sort_out(chosen, parts, settings, bool(settings.objects))
         parts = _receivers_first(parts, receivers)
@@ -39,7 +40,7 @@ def run(scene, view_layer, settings, progress) -> Exported:
         sky, suns = read_world(scene, Reader(working_space_is_rec709()), warnings)
         lights += [Light(sun) for sun in suns]
         progress(0.8)
-        objects = _objects(receivers, geometry, settings, skipped)
+        objects = _objects(receivers, geometry, traces, settings, skipped)
     warnings += palette.warnings
     return _exported(geometry, palette, lights, sky, objects, skipped, warnings)
 
@@ -51,11 +52,26 @@ def _flush_edit_mode(view_layer) -> None:
             thing.update_from_editmode()
 
 
-def _read(depsgraph):
-    """Parts, lights and warnings from the evaluated scene."""
-    parts, warnings = read_parts(depsgraph)
-    lights = read_lights(depsgraph, warnings)
-    return parts, lights, warnings
+def _evaluate(scene, view_layer, chosen, settings, progress):
+    """Parts, lights, {object name: Trace} and warnings from the scene as a render sees it."""
+    copies: dict[str, str] = {}
+
+    def prepare(temporary):
+        if settings.target == "vertex":
+            changed = [t for t in chosen if t.type == "MESH" and changes_faces(t)]
+            copies.update(add_copies(temporary, changed))
+
+    def read(depsgraph):
+        parts, warnings = read_parts(depsgraph, progress, copies)
+        lights = read_lights(depsgraph, warnings)
+        traces = {
+            copies[entry.object.name]: read_trace(entry.object.data)
+            for entry in depsgraph.object_instances
+            if not entry.is_instance and entry.object.name in copies
+        }
+        return parts, lights, traces, warnings
+
+    return with_render_depsgraph(scene, view_layer, read, prepare)
 
 
 def _receivers_first(parts, receivers):
@@ -65,27 +81,38 @@ def _receivers_first(parts, receivers):
     return [part for _, part in sorted(keyed, key=lambda pair: pair[0])]
 
 
-def _objects(receivers, geometry: Geometry, settings, skipped) -> list[ExportedObject]:
+def _objects(receivers, geometry: Geometry, traces, settings, skipped) -> list[ExportedObject]:
+    """What the bake needs of each receiver; those without triangles or corner map are skipped."""
     result = []
     for thing, placed in zip(receivers, geometry.placed):
-        if placed.stop == placed.start:
+        start, stop = placed.start, placed.stop
+        if stop == start:
             skipped.append((thing.name, NO_FACES))
-            continue
-        loops = corner_loops(placed)
-        mesh = placed.part.mesh
-        if settings.target == "image":
-            uv = mesh.uvs[uv_map_name(thing, settings)][loops].astype(np.float64)
-            result.append(ExportedObject(thing.name, placed.start, placed.stop, uv, None, None, None))
-            continue
-        result.append(
-            ExportedObject(
-                thing.name, placed.start, placed.stop, None,
-                one_hot(loops, len(thing.data.loops)),
-                bulk(thing.data.loops, "vertex_index", np.int32),
-                smooth_groups(thing.data),
-            )
-        )  # fmt: skip
+        elif settings.target == "image":
+            uv = placed.part.mesh.uvs[uv_map_name(thing, settings)][corner_loops(placed)]
+            uv = uv.astype(np.float64)
+            result.append(ExportedObject(thing.name, start, stop, uv, None, None, None))
+        else:
+            weights = _corner_map(thing, placed, traces.get(thing.name))
+            if weights is None:
+                skipped.append((thing.name, UNTRACED))
+                continue
+            vertex = bulk(thing.data.loops, "vertex_index", np.int32)
+            groups = smooth_groups(thing.data)
+            result.append(ExportedObject(thing.name, start, stop, None, weights, vertex, groups))
     return result
+
+
+def _corner_map(thing, placed, trace):
+    """Weights of the user's loops at the triangle corners; None when faces cannot be traced."""
+    mesh = placed.part.mesh
+    if trace is not None:
+        if trace.n_loops != len(mesh.loop_vertex):
+            return None
+        return traced(corner_loops(placed), mesh.polygon[placed.kept], trace, thing.data)
+    if len(mesh.loop_vertex) != len(thing.data.loops):
+        return None
+    return one_hot(corner_loops(placed), len(thing.data.loops))
 
 
 def _exported(geometry: Geometry, palette, lights, sky, objects, skipped, warnings) -> Exported:
