@@ -72,17 +72,16 @@ def _report_unsound(name: str, unfinite: int, empty: int, warnings: list[str]) -
         warnings.append(f'object "{name}": {empty} triangles without area left out')
 
 
-def material_indices(geometry: Geometry, palette: Palette, per_part: dict) -> np.ndarray:
-    """(n_triangles,) int32 into the palette; ``per_part[(part index, key)]`` where Cycles
-    evaluated a material for that part alone."""
+def material_indices(geometry: Geometry, palette: Palette) -> np.ndarray:
+    """(n_triangles,) int32 into the palette's surfaces."""
     result = np.zeros(len(geometry.triangles), np.int32)
     for index, placed in enumerate(geometry.placed):
         part = placed.part
+        simple = [palette.index.get(key) for key in part.materials]
         table = [
-            per_part[index, key] if palette.index.get(key) is None and (index, key) in per_part
-            else palette.index.get(key) or 0
-            for key in part.materials
-        ]  # fmt: skip
+            palette.per_part.get((index, key), 0) if number is None else number
+            for key, number in zip(part.materials, simple)
+        ]
         result[placed.start : placed.stop] = np.array(table)[slot_keys(part)[placed.kept]]
     return result
 
@@ -100,6 +99,17 @@ def scatter_uvs(geometry: Geometry, name: str) -> np.ndarray:
         uv = mesh.uvs.get(name or mesh.active_uv)
         if uv is not None:
             result[placed.start : placed.stop] = uv[corner_loops(placed)]
+    return result
+
+
+def scatter_atlas(geometry: Geometry, atlases: dict) -> np.ndarray:
+    """(n_triangles, 3, 2) float32 from {part index: (mesh triangles, their uv (k, 3, 2))}."""
+    result = np.zeros((len(geometry.triangles), 3, 2), np.float32)
+    for index, (chosen, uv) in atlases.items():
+        placed = geometry.placed[index]
+        whole = np.zeros((len(placed.part.mesh.triangles), 3, 2), np.float32)
+        whole[chosen] = uv
+        result[placed.start : placed.stop] = whole[placed.kept][:, placed.order]
     return result
 
 

@@ -28,6 +28,8 @@ class Palette:
     surfaces: list[tuple[str, Surface]] = field(default_factory=list)
     index: dict = field(default_factory=dict)  # material key -> index; None: Cycles evaluates
     difficult: dict = field(default_factory=dict)  # material key -> why it is not simple
+    per_part: dict = field(default_factory=dict)  # (part index, key) -> index, where evaluated
+    atlases: dict = field(default_factory=dict)  # part index -> (mesh triangles, uv (k, 3, 2))
     warnings: list[str] = field(default_factory=list)
 
     def add(self, name: str, surface: Surface) -> int:

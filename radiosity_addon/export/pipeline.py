@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from ..solver.scene import Scene
-from .assemble import (Geometry, assemble, corner_loops, material_indices, scatter_colors,
-                       scatter_uvs)  # fmt: skip
+from .assemble import (Geometry, assemble, corner_loops, material_indices,
+                       scatter_atlas, scatter_colors, scatter_uvs)  # fmt: skip
 from .corners import one_hot, traced
+from .evaluated import ATLAS, evaluate_difficult
 from .evaluate import with_render_depsgraph
 from .exported import Exported, ExportedObject
 from .images import working_space_is_rec709
@@ -36,7 +39,8 @@ def run(scene, view_layer, settings, progress) -> Exported:
         geometry = assemble(parts, warnings)
         progress(0.5)
         palette = read_materials(parts)
-        progress(0.6)
+        evaluate_difficult(parts, palette, scene, progress)
+        progress(0.7)
         sky, suns = read_world(scene, Reader(working_space_is_rec709()), warnings)
         lights += [Light(sun) for sun in suns]
         progress(0.8)
@@ -115,19 +119,25 @@ def _corner_map(thing, placed, trace):
     return one_hot(corner_loops(placed), len(thing.data.loops))
 
 
+def _uvs(geometry: Geometry, name: str, atlases) -> np.ndarray:
+    """(n_triangles, 3, 2) float32 of a UV map, or of the atlases of evaluated materials."""
+    return scatter_atlas(geometry, atlases) if name == ATLAS else scatter_uvs(geometry, name)
+
+
 def _exported(geometry: Geometry, palette, lights, sky, objects, skipped, warnings) -> Exported:
     if not objects:
         reasons = "; ".join(f"{name} {reason}" for name, reason in skipped)
         raise ValueError(f"no mesh to bake{': ' + reasons if reasons else '; add a mesh with faces'}")
     parts = [placed.part for placed in geometry.placed]
+    uvs = functools.cache(lambda name: _uvs(geometry, name, palette.atlases))
     scene = Scene(
         vertices=geometry.vertices,
         triangles=geometry.triangles,
-        material=material_indices(geometry, palette, {}),
+        material=material_indices(geometry, palette),
         object=geometry.object,
         materials=scene_materials(
             palette,
-            lambda name: scatter_uvs(geometry, name),
+            uvs,
             lambda name: scatter_colors(geometry, name),
         ),
         objects=tuple(part.name for part in parts),

@@ -1,0 +1,89 @@
+"""Atlas: a private place in one square image for every triangle. Depends on NumPy.
+
+Each triangle gets a square cell whose edge is a power of two. Sorted by falling size and laid
+along the Z curve (Morton 1966) such cells fill a square without gaps or overlap.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+LARGEST = 4096  # texels along the image's edge
+SMALLEST_CELL, LARGEST_CELL = 1, 9  # powers of two
+INSET = 1.45  # texels between a cell's border and its triangle's corners
+DENSITY = 512**2  # texels that a mesh of few triangles gets
+PER_TRIANGLE = 32  # texels that each of many triangles gets on average
+
+
+@dataclass(frozen=True)
+class Atlas:
+    """``bake``: where Cycles writes; ``lookup``: where to read; both (n, 3, 2) float64 in [0, 1].
+
+    A cell of two texels holds one colour, read from the centre of its first texel.
+    """
+
+    size: int
+    bake: np.ndarray
+    lookup: np.ndarray
+
+
+def make_atlas(area: np.ndarray) -> Atlas:
+    """Cells for triangles of these areas (n,), larger triangles in larger cells."""
+    budget = min(max(DENSITY, PER_TRIANGLE * len(area)), LARGEST**2 // 4)
+    share = area / max(float(area.sum()), 1e-300)
+    power = np.floor(0.5 * np.log2(np.maximum(share * budget, 1e-9)))
+    power = np.clip(power, SMALLEST_CELL, LARGEST_CELL).astype(np.int64)
+    while _side(power) > LARGEST and power.max() > SMALLEST_CELL:
+        power = np.maximum(power - 1, SMALLEST_CELL)
+    size = _side(power)
+    if size > LARGEST:
+        raise ValueError(
+            f"{len(area)} triangles with a material that Cycles has to evaluate need an image of "
+            f"{size} texels, above {LARGEST}; simplify the material or the mesh"
+        )
+    order = np.argsort(-power, kind="stable")
+    cells = 4 ** power[order]
+    origin = np.empty((len(area), 2))
+    origin[order] = _unweave(np.concatenate([[0], np.cumsum(cells)[:-1]]))
+    edge = (2.0**power)[:, None, None]
+    low = np.where(edge > 2.0, INSET, 0.3)
+    high = np.where(edge > 2.0, edge - INSET, 1.4)
+    corner = np.array(((0, 0), (1, 0), (0, 1)))[None]
+    bake = origin[:, None] + np.where(corner, high, low)
+    lookup = np.where(edge > 2.0, bake, origin[:, None] + 0.5)
+    return Atlas(size, bake / size, lookup / size)
+
+
+def _side(power: np.ndarray) -> int:
+    """The smallest power of two whose square holds all cells."""
+    total = int(np.sum(4**power))
+    return max(4, 1 << int(np.ceil(np.log2(max(total, 1)) / 2.0)))
+
+
+def _unweave(code: np.ndarray) -> np.ndarray:
+    """(n, 2) column and row of places along the Z curve."""
+    result = np.zeros((len(code), 2), np.int64)
+    for bit in range(16):
+        result[:, 0] |= ((code >> (2 * bit)) & 1) << bit
+        result[:, 1] |= ((code >> (2 * bit + 1)) & 1) << bit
+    return result
+
+
+def atlas_texels(atlas: Atlas, which: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Rows and columns of texels well inside the chosen (n,) bool triangles, a pair for each size
+    of cell."""
+    corner = np.floor(atlas.bake[which, 0] * atlas.size + 1e-6).astype(np.int64)
+    edge = np.rint((atlas.bake[which, 1, 0] - atlas.bake[which, 0, 0]) * atlas.size + 2 * INSET)
+    edge = edge.astype(np.int64)
+    result = []
+    for size in np.unique(edge):
+        first = corner[edge == size]
+        if size <= 4:
+            result.append((first[:, 1], first[:, 0]))
+            continue
+        column, row = np.meshgrid(np.arange(size), np.arange(size))
+        inside = column + row <= size - 2 * INSET - 2
+        result.append((first[:, 1:] + row[inside], first[:, :1] + column[inside]))
+    return result
