@@ -74,6 +74,7 @@ def _draw() -> None:
     if not pieces:
         return
     gpu.state.active_framebuffer_get().clear(depth=1.0)
+    gpu.state.blend_set("NONE")  # the margin's texels have alpha 0
     gpu.state.depth_test_set("LESS_EQUAL")
     gpu.state.depth_mask_set(True)
     for piece in pieces:

@@ -23,29 +23,34 @@ area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
 region = next(region for region in area.regions if region.type == "UI")
 scene, space = bpy.context.scene, area.spaces.active
 """
-# A closed room with a window, sixteen spheres of 2,048 faces, a sun and a sky: about a minute.
+# The Cornell box with sixteen spheres of 2,048 faces in it: work for many seconds at 1 %.
 ROOM = """
+import importlib
 for item in list(bpy.data.objects):
     bpy.data.objects.remove(item)
-bpy.ops.mesh.primitive_cube_add(size=6, location=(0, 0, 3))
-room = bpy.context.object
-room.name = "Room"
-room.data.flip_normals()
+name = next(name for name in sys.modules if name.endswith(".ui.session"))
+importlib.import_module(name.replace(".ui.session", ".export.demo")).build_demo("cornell")
 for index in range(16):
     x, y = index % 4 - 1.5, index // 4 - 1.5
-    bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=0.4, location=(x, y, 1))
-bpy.ops.object.light_add(type="POINT", location=(0, 0, 5))
-bpy.context.object.data.energy = 1000
+    bpy.ops.mesh.primitive_uv_sphere_add(
+        segments=64, ring_count=32, radius=0.1, location=(0.4 * x, 0.4 * y - 0.2, 1.5 + 0.08 * x))
+    bpy.ops.object.shade_smooth()
+bpy.data.objects.remove(bpy.data.objects["Camera"])
+view = space.region_3d
+view.view_perspective, view.view_distance = "PERSP", 5.6
+view.view_rotation, view.view_location = (0.7071, 0.7071, 0, 0), (0.5, 0, 1)
+space.shading.show_backface_culling = True
 space.show_region_ui = True
-scene.radiosity.quality, scene.radiosity.error = "CUSTOM", 0.01
-bpy.ops.ed.undo_push(message="Room")
+scene.radiosity.quality, scene.radiosity.error = "CUSTOM", 0.005
+bpy.ops.object.select_all(action="DESELECT")
+bpy.ops.ed.undo_push(message="Box")
 """
 
 
 @pytest.fixture(scope="module")
 def room(blender_window):
-    """The window with the room in it and the sidebar open."""
-    blender_window.ask(AREA + ROOM)
+    """The window with the box in it and the sidebar open."""
+    blender_window.ask(IMPORTS + AREA + ROOM)
     time.sleep(1)
     blender_window.ask(AREA + "region.active_panel_category = 'Radiosity'")
     time.sleep(1)
@@ -97,13 +102,13 @@ def test_click_bakes_while_the_window_answers(room, tmp_path):
 
 
 def test_other_work_goes_on_meanwhile(room):
-    """A selects everything, a second time nothing: both keys reach the 3D View."""
+    """A selects everything and undo takes that back: both keys reach the 3D View."""
     count = "answer = len(bpy.context.view_layer.objects.selected)"
     room.point(*VIEW)
     room.key("a")
-    room.until(lambda: room.ask(count) == 18, "the key A does not reach the 3D View")
-    room.key("alt+a")
-    room.until(lambda: room.ask(count) == 0, "the keys Alt A do not reach the 3D View")
+    room.until(lambda: room.ask(count) == 17, "the key A does not reach the 3D View")
+    room.key("ctrl+z")
+    room.until(lambda: room.ask(count) == 0, "undo does not reach the 3D View")
     assert progress(room) is not None
 
 
@@ -135,7 +140,7 @@ def test_one_undo_takes_the_whole_bake_back_and_redo_brings_it(room):
     room.point(*VIEW)
     room.key("ctrl+z")
     room.until(lambda: baked(room) == 0, "undo does not take the bake back")
-    assert room.ask("answer = len(bpy.data.objects)") == 18
+    assert room.ask("answer = len(bpy.data.objects)") == 17
     assert not room.ask("answer = bpy.context.scene.radiosity.report")
     room.key("ctrl+shift+z")
     room.until(lambda: baked(room) == 17, "redo does not bring the bake")
@@ -165,22 +170,30 @@ def test_image_on_screen(room, tmp_path):
 properties = scene.radiosity
 properties.target, properties.resolution, properties.objects_from = "IMAGE", 64, "SELECTED"
 for item in bpy.data.objects:
-    item.select_set(item.name == "Room")
+    item.select_set(item.name == "Cornell")
 """)
     assert room.ask(press("bpy.ops.radiosity.bake()")) == "{'FINISHED'}"
-    assert room.ask("answer = list(bpy.data.images['Radiosity_Room'].size)") == [64, 64]
+    assert room.ask("answer = list(bpy.data.images['Radiosity_Cornell'].size)") == [64, 64]
     room.ask(press("bpy.ops.radiosity.show()"))
     time.sleep(1)
     keep(room, "image", tmp_path)
     room.ask(press("bpy.ops.radiosity.show()"))
-    assert "Error" not in room.log
+    assert "Traceback" not in room.log
 
 
 def test_undo_of_a_second_bake_brings_the_first_image_back(room):
-    mean = "import numpy\nanswer = float(numpy.mean(bpy.data.images['Radiosity_Room'].pixels[:]))"
+    mean = """
+import numpy
+pixels = numpy.array(bpy.data.images["Radiosity_Cornell"].pixels[:]).reshape(-1, 4)
+answer = float(pixels[:, :3].mean())
+"""
     room.ask("bpy.ops.ed.undo_push(message='Before')")
     first = room.ask(mean)
-    room.ask("next(i for i in bpy.data.lights).energy = 100\nbpy.ops.ed.undo_push(message='Dim')")
+    room.ask("""
+shader = next(n for n in bpy.data.materials["Lamp"].node_tree.nodes if n.type == "EMISSION")
+shader.inputs["Strength"].default_value /= 10
+bpy.ops.ed.undo_push(message="Dim")
+""")
     room.click(*BAKE)
     room.until(lambda: (progress(room) is None) and room.ask(mean) < 0.5 * first, "no bake")
     room.point(*VIEW)
@@ -197,5 +210,5 @@ def test_disabling_during_a_bake_ends_it(room):
         "a.module.endswith('.radiosity'))\naddon_utils.disable(name)\n"
         "answer = hasattr(bpy.types.Scene, 'radiosity')"
     )
+    assert "Traceback" not in room.log, room.log[-3000:]
     assert not room.ask("answer = hasattr(bpy.types.Scene, 'radiosity')")
-    assert "Traceback" not in room.log
