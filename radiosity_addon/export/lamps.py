@@ -15,14 +15,13 @@ SMALLEST_SIZE = 1e-4  # metres, of an area lamp without extent
 SMALLEST_CONE = np.radians(1.0)  # Blender's own limit of the cone angle
 
 
-def read_lamp(thing, matrix: np.ndarray, color, warnings: list[str]) -> Lamp | None:
+def read_lamp(thing, matrix: np.ndarray, warnings: list[str]) -> Lamp | None:
     """The lamp of an evaluated light object; None when it gives no light.
 
-    ``matrix`` (4, 4) is its world transform, ``color`` (3,) what its node tree multiplies the
-    light by. What had to be changed is added to ``warnings``.
+    ``matrix`` (4, 4) is its world transform. What had to be changed is added to ``warnings``.
     """
     light = thing.data
-    power = _power(thing.name, light, warnings) * np.asarray(color, np.float64)
+    power = _power(thing.name, light, warnings)
     if not np.any(power > 0.0):
         return None
     return READERS[light.type](thing.name, light, matrix, power, warnings)
@@ -94,7 +93,7 @@ def _area(name, light, matrix, power, warnings) -> AreaLamp:
         radiance = radiance / area
     return AreaLamp(
         name, matrix[:3, 3].copy(), u, v, _unit(-matrix[:3, 2]), radiance,
-        ellipse=ellipse, spread=float(light.spread),
+        ellipse=ellipse, spread=min(float(light.spread), np.pi),
     )  # fmt: skip
 
 

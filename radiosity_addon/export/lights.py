@@ -1,73 +1,152 @@
-"""Lights: every light object that the render sees. Depends on bpy objects given to it and NumPy."""
+"""Lights: every light object that the render sees, and whom it lights. Depends on bpy and NumPy.
+
+A light hidden from diffuse rays lights nothing that is baked, as in Cycles; a portal gives no
+light of its own.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..solver.scene import Lamp
-from .colors import NotSimple
+from ..solver.scene import AreaLamp, Lamp, PointLamp, SunLamp
+from .colors import NotSimple, multiply
 from .images import working_space_is_rec709
 from .lamps import read_lamp
 from .sockets import Reader, source
 
+STRENGTH = {PointLamp: "intensity", SunLamp: "irradiance", AreaLamp: "radiance"}
+
 
 @dataclass(frozen=True)
 class Light:
-    """A lamp; ``linked`` names the collection of objects it lights, None when it lights all."""
+    """A lamp, and the names of the Blender object and of its light data ("" for a sky's sun)."""
 
     lamp: Lamp
-    linked: str | None = None
+    object: str = ""
+    data: str = ""
 
 
 def read_lights(depsgraph, warnings: list[str]) -> list[Light]:
     """The lamps of an evaluated scene, instanced ones too; those that give no light left out."""
-    reader = Reader(working_space_is_rec709())
     lights = []
     for entry in depsgraph.object_instances:
         thing = entry.object
-        if thing.type != "LIGHT" or not entry.show_self or not _lights_diffuse(thing):
+        if thing.type != "LIGHT" or not entry.show_self or not thing.visible_diffuse:
             continue
-        matrix = np.array(entry.matrix_world, np.float64)
-        color = node_color(thing, reader, warnings)
-        lamp = read_lamp(thing, matrix, color, warnings)
+        if thing.data.type == "AREA" and getattr(thing.data.cycles, "is_portal", False):
+            continue
+        lamp = read_lamp(thing, np.array(entry.matrix_world, np.float64), warnings)
         if lamp is not None:
-            lights.append(Light(lamp, _receiver_collection(thing)))
+            lights.append(Light(lamp, thing.name, thing.data.name))
+            _warn_unmodelled(thing, warnings)
     return lights
 
 
-def _lights_diffuse(thing) -> bool:
-    """A light hidden from diffuse rays lights no diffuse surface in Cycles."""
-    return bool(thing.visible_diffuse)
-
-
-def _receiver_collection(thing) -> str | None:
+def _warn_unmodelled(thing, warnings: list[str]) -> None:
+    if not getattr(thing.data, "use_shadow", True):
+        warnings.append(f'lamp "{thing.name}" casts no shadow in Blender; in the bake it does')
     linking = getattr(thing, "light_linking", None)
-    collection = linking.receiver_collection if linking is not None else None
-    return collection.name if collection is not None else None
+    if linking is not None and linking.blocker_collection is not None:
+        warnings.append(f'lamp "{thing.name}": shadow linking is not modelled; everything blocks it')
 
 
-def node_color(thing, reader: Reader, warnings: list[str]) -> np.ndarray:
+def with_node_colors(lights: list[Light], warnings: list[str]) -> list[Light]:
+    """The lamps times what their node trees make of them. Call inside ``traceless()``."""
+    import bpy
+
+    reader, result = Reader(working_space_is_rec709()), []
+    for light in lights:
+        data = bpy.data.lights.get(light.data)
+        color = np.ones(3) if data is None else node_color(light.object, data, reader, warnings)
+        name = STRENGTH[type(light.lamp)]
+        strength = getattr(light.lamp, name) * color
+        if np.any(strength > 0.0):
+            result.append(replace(light, lamp=replace(light.lamp, **{name: strength})))
+    return result
+
+
+def node_color(name: str, data, reader: Reader, warnings: list[str]) -> np.ndarray:
     """(3,) colour × strength of the light's Emission node; 1 without a node tree."""
-    tree = thing.data.node_tree
-    if tree is None or not getattr(thing.data, "use_nodes", True):
+    tree = data.node_tree
+    if tree is None or not getattr(data, "use_nodes", True):
         return np.ones(3)
     output = tree.get_output_node("CYCLES")
     origin = source(output.inputs["Surface"]) if output is not None else None
     if origin is None:
         return np.zeros(3)
-    node = origin[0]
     try:
-        if node.bl_idname != "ShaderNodeEmission" or node.mute:
-            raise NotSimple(f"node {node.name}")
-        color, strength = (reader.color(node.inputs[name]) for name in ("Color", "Strength"))
-        if not (color.is_constant and strength.is_constant):
-            raise NotSimple("varies with direction or place")
+        color = _emission(origin[0], reader)
     except NotSimple as reason:
         warnings.append(
-            f'lamp "{thing.name}": its node tree is more than constants ({reason}); '
+            f'lamp "{name}": its node tree is more than constants ({reason}); '
             "the lamp's own colour and energy are used"
         )
         return np.ones(3)
-    return color.factor * strength.factor
+    if not np.all(np.isfinite(color)) or np.any(color < 0.0):
+        warnings.append(f'lamp "{name}": its node tree gives negative light, which is taken as 0')
+    return np.maximum(np.nan_to_num(color, posinf=0.0, neginf=0.0), 0.0)
+
+
+def _emission(node, reader: Reader) -> np.ndarray:
+    if node.bl_idname != "ShaderNodeEmission" or node.mute:
+        raise NotSimple(f"node {node.name}")
+    strength = reader.color(node.inputs["Strength"])
+    origin = source(node.inputs["Color"])
+    if origin is not None and origin[0].bl_idname == "ShaderNodeBlackbody":
+        temperature = reader.number(origin[0].inputs["Temperature"])
+        return blackbody(temperature) * _constant(strength)
+    return _constant(multiply(reader.color(node.inputs["Color"]), strength))
+
+
+def _constant(color) -> np.ndarray:
+    if not color.is_constant:
+        raise NotSimple("it varies with direction or place")
+    return color.factor
+
+
+def blackbody(temperature: float) -> np.ndarray:
+    """(3,) colour of this temperature [K] in the working space, as Blender's lamps have it."""
+    import bpy
+
+    probe = bpy.data.lights.new("Radiosity temporary", "POINT")
+    try:
+        if not hasattr(probe, "temperature_color"):
+            raise NotSimple("a Blackbody node")
+        probe.temperature = temperature
+        return np.array(probe.temperature_color, np.float64)
+    finally:
+        bpy.data.lights.remove(probe)
+
+
+def lit_objects(lights: list[Light], parts) -> tuple[np.ndarray | None, ...] | None:
+    """For each lamp the indices of the parts it lights, None for all; None when no lamp is linked.
+
+    As in Cycles: when a collection includes anything, only that is lit; otherwise everything but
+    what it excludes.
+    """
+    import bpy
+
+    result = []
+    for light in lights:
+        thing = bpy.data.objects.get(light.object) if light.object else None
+        linking = getattr(thing, "light_linking", None)
+        collection = linking.receiver_collection if linking is not None else None
+        if collection is None:
+            result.append(None)
+            continue
+        include, exclude = _linked(collection)
+        lit = [bool(include & p.owners) if include else not exclude & p.owners for p in parts]
+        result.append(np.flatnonzero(lit).astype(np.int32))
+    return None if all(entry is None for entry in result) else tuple(result)
+
+
+def _linked(collection) -> tuple[set[str], set[str]]:
+    """Names of the objects that a light linking collection includes and excludes."""
+    sets = {"INCLUDE": set(), "EXCLUDE": set()}
+    for child, entry in zip(collection.children, collection.collection_children):
+        sets[entry.light_linking.link_state] |= {thing.name for thing in child.all_objects}
+    for thing, entry in zip(collection.objects, collection.collection_objects):
+        sets[entry.light_linking.link_state].add(thing.name)
+    return sets["INCLUDE"], sets["EXCLUDE"]

@@ -22,6 +22,7 @@ class Part:
     instance: bool  # made by an instancer; not an object of its own
     casts_shadow: bool
     visible: bool  # to diffuse rays
+    owners: frozenset[str] = frozenset()  # names of the object and of the one that instances it
 
 
 def material_key(material) -> str | None:
@@ -76,6 +77,7 @@ def _part(entry, thing, mesh: MeshArrays, override: str | None) -> Part:
         instance=bool(entry.is_instance),
         casts_shadow=bool(thing.visible_shadow and shown.visible_shadow),
         visible=bool(thing.visible_diffuse and shown.visible_diffuse),
+        owners=frozenset((thing.name, shown.name)),
     )
 
 

@@ -14,7 +14,7 @@ from .evaluated import ATLAS, evaluate_difficult
 from .evaluate import with_render_depsgraph
 from .exported import Exported, ExportedObject
 from .images import working_space_is_rec709
-from .lights import Light, read_lights
+from .lights import Light, lit_objects, read_lights, with_node_colors
 from .materials import read_materials, scene_materials
 from .meshes import bulk
 from .parts import read_parts
@@ -42,7 +42,7 @@ def run(scene, view_layer, settings, progress) -> Exported:
         evaluate_difficult(parts, palette, scene, progress)
         progress(0.7)
         sky, suns = read_world(scene, Reader(working_space_is_rec709()), warnings)
-        lights += [Light(sun) for sun in suns]
+        lights = with_node_colors(lights, warnings) + [Light(sun) for sun in suns]
         progress(0.8)
         objects = _objects(receivers, geometry, traces, settings, skipped)
     warnings += palette.warnings
@@ -145,6 +145,7 @@ def _exported(geometry: Geometry, palette, lights, sky, objects, skipped, warnin
         sky=sky,
         casts_shadow=np.array([part.casts_shadow for part in parts]),
         visible=np.array([part.visible for part in parts]),
+        lamp_objects=lit_objects(lights, parts),
         warnings=tuple(warnings),
     )
     return Exported(scene, tuple(objects), tuple(skipped), tuple(dict.fromkeys(warnings)))
