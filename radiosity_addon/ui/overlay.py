@@ -63,8 +63,7 @@ def clear() -> None:
     _spaces.clear()
     if _handle is not None:
         bpy.types.SpaceView3D.draw_handler_remove(_handle, "WINDOW")
-        NEARER = 2e-6  # of the depth range: above float32's rounding, below a centimetre at ten metres
-_handle = None
+        _handle = None
 
 
 def _draw() -> None:
