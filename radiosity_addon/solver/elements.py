@@ -86,8 +86,8 @@ def _cell_in_grid(n: np.ndarray, u: np.ndarray, v: np.ndarray):
     Row i holds 2(n−i)−1 cells, upright and inverted ones in turn.
     """
     x, y = u * n.astype(np.float32), v * n.astype(np.float32)
-    i = np.minimum(x.astype(np.int32), n - 1)
-    j = np.minimum(y.astype(np.int32), n - 1 - i)
+    i = np.clip(x.astype(np.int32), 0, n - 1)  # thin triangles may give u, v beyond [0, 1]
+    j = np.clip(y.astype(np.int32), 0, n - 1 - i)
     x -= i
     y -= j
     inverted = (x + y > 1) & (j < n - 1 - i)
@@ -165,7 +165,8 @@ def refine(elements: Elements, chosen: np.ndarray) -> Elements:
     its own. The numbers of divided elements are not used again."""
     divided = np.zeros(elements.count, bool)
     divided[chosen] = True
-    leaf = np.flatnonzero((elements.element >= 0) & divided[elements.element])
+    leaf = np.flatnonzero(elements.element >= 0)
+    leaf = leaf[divided[elements.element[leaf]]]
     fresh = np.arange(len(leaf))
     element = elements.element.copy()
     element[leaf] = INSIDE - (len(elements.grid) + fresh)
