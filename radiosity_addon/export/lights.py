@@ -14,7 +14,7 @@ from ..solver.scene import AreaLamp, Lamp, PointLamp, SunLamp
 from .colors import NotSimple, multiply
 from .images import working_space_is_rec709
 from .lamps import read_lamp
-from .sockets import Reader, source
+from .sockets import Reader, source, uses_nodes
 
 STRENGTH = {PointLamp: "intensity", SunLamp: "irradiance", AreaLamp: "radiance"}
 
@@ -69,10 +69,9 @@ def with_node_colors(lights: list[Light], warnings: list[str]) -> list[Light]:
 
 def node_color(name: str, data, reader: Reader, warnings: list[str]) -> np.ndarray:
     """(3,) colour × strength of the light's Emission node; 1 without a node tree."""
-    tree = data.node_tree
-    if tree is None or not getattr(data, "use_nodes", True):
+    if not uses_nodes(data):
         return np.ones(3)
-    output = tree.get_output_node("CYCLES")
+    output = data.node_tree.get_output_node("CYCLES")
     origin = source(output.inputs["Surface"]) if output is not None else None
     if origin is None:
         return np.zeros(3)

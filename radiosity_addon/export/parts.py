@@ -33,15 +33,16 @@ def material_key(material) -> str | None:
     return material.name if library is None else f"{material.name} [{library.filepath}]"
 
 
-def read_parts(depsgraph, progress, copies=()) -> tuple[list[Part], list[str]]:
-    """All parts of an evaluated scene in Blender's order, and warnings on what has no surface.
+def read_parts(depsgraph, progress, copies=()) -> tuple[list[Part], set[str], list[str]]:
+    """All parts of an evaluated scene in Blender's order, the names of all objects that render,
+    and warnings on what has no surface.
 
     ``copies`` are names of temporary objects that take no part. ``progress(0)`` may raise.
 
     Curves, texts, metaballs and surfaces arrive as meshes that Blender itself instances.
     """
     meshes: dict[int, MeshArrays] = {}
-    parts, warnings = [], {}
+    parts, seen, warnings = [], set(), {}
     override = material_key(depsgraph.view_layer.material_override)
     for count, entry in enumerate(depsgraph.object_instances):
         thing = entry.object
@@ -49,6 +50,8 @@ def read_parts(depsgraph, progress, copies=()) -> tuple[list[Part], list[str]]:
             progress(0.0)
         if thing.name in copies or (entry.parent is not None and entry.parent.name in copies):
             continue
+        if not entry.is_instance:
+            seen.add(thing.name)
         if thing.type in NOT_MODELLED and thing.type not in warnings:
             warnings[thing.type] = (
                 f'object "{thing.name}" is a {NOT_MODELLED[thing.type]}, which neither lights nor '
@@ -58,10 +61,20 @@ def read_parts(depsgraph, progress, copies=()) -> tuple[list[Part], list[str]]:
             continue
         key = thing.data.as_pointer()
         if key not in meshes:
-            meshes[key] = read_mesh(thing.data)
+            meshes[key] = _read(thing, depsgraph)
         if len(meshes[key].triangles):
             parts.append(_part(entry, thing, meshes[key], override))
-    return parts, list(warnings.values())
+    return parts, seen, list(warnings.values())
+
+
+def _read(thing, depsgraph) -> MeshArrays:
+    """The mesh of an evaluated object; one in edit mode has to be converted first."""
+    if not thing.data.is_editmode:
+        return read_mesh(thing.data)
+    try:
+        return read_mesh(thing.to_mesh(preserve_all_data_layers=True, depsgraph=depsgraph))
+    finally:
+        thing.to_mesh_clear()
 
 
 def _part(entry, thing, mesh: MeshArrays, override: str | None) -> Part:
@@ -88,7 +101,8 @@ def _instance_name(entry, thing) -> str:
 
 def world_vertices(part: Part) -> np.ndarray:
     """(n_vertices, 3) float64 world positions."""
-    return part.mesh.vertices @ part.matrix[:3, :3].T + part.matrix[:3, 3]
+    with np.errstate(invalid="ignore"):  # unfinite vertices are found and left out later
+        return part.mesh.vertices @ part.matrix[:3, :3].T + part.matrix[:3, 3]
 
 
 def is_mirrored(part: Part) -> bool:

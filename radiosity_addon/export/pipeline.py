@@ -32,9 +32,11 @@ def run(scene, view_layer, settings, progress) -> Exported:
     chosen = choose_objects(view_layer, settings.objects)
     _flush_edit_mode(view_layer)
     with traceless():
-        parts, lights, traces, warnings = _evaluate(scene, view_layer, chosen, settings, progress)
+        parts, seen, lights, traces, warnings = _evaluate(
+            scene, view_layer, chosen, settings, progress
+        )
         progress(0.3)
-        receivers, skipped = sort_out(chosen, parts, settings, bool(settings.objects))
+        receivers, skipped = sort_out(chosen, parts, seen, settings)
         parts = _receivers_first(parts, receivers)
         geometry = assemble(parts, warnings)
         progress(0.5)
@@ -57,7 +59,7 @@ def _flush_edit_mode(view_layer) -> None:
 
 
 def _evaluate(scene, view_layer, chosen, settings, progress):
-    """Parts, lights, {object name: Trace} and warnings from the scene as a render sees it."""
+    """Parts, names of rendered objects, lights, {object name: Trace} and warnings."""
     copies: dict[str, str] = {}
 
     def prepare(temporary):
@@ -66,14 +68,14 @@ def _evaluate(scene, view_layer, chosen, settings, progress):
             copies.update(add_copies(temporary, changed))
 
     def read(depsgraph):
-        parts, warnings = read_parts(depsgraph, progress, copies)
+        parts, seen, warnings = read_parts(depsgraph, progress, copies)
         lights = read_lights(depsgraph, warnings)
         traces = {
             copies[entry.object.name]: read_trace(entry.object.data)
             for entry in depsgraph.object_instances
             if not entry.is_instance and entry.object.name in copies
         }
-        return parts, lights, traces, warnings
+        return parts, seen, lights, traces, warnings
 
     return with_render_depsgraph(scene, view_layer, read, prepare)
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from .colors import ONE, ZERO, Color, NotSimple, add, complement, constant, mix, multiply
 from .principled import diffuse_share
-from .sockets import Reader, source
+from .sockets import Reader, source, uses_nodes
 
 
 @dataclass(frozen=True)
@@ -28,10 +28,9 @@ class Surface:
 
 def read_surface(material, reader: Reader) -> Surface:
     """The surface of a bpy material. Raises NotSimple when Cycles has to evaluate it."""
-    tree = material.node_tree
-    if tree is None or not getattr(material, "use_nodes", True):
+    if not uses_nodes(material):
         return Surface(reflectance=constant(material.diffuse_color[:3]))
-    output = tree.get_output_node("CYCLES")
+    output = material.node_tree.get_output_node("CYCLES")
     if output is None:
         return Surface()
     origin = source(output.inputs["Surface"])
@@ -47,8 +46,6 @@ def _shader(node, reader: Reader, depth: int) -> Surface:
         raise NotSimple(f"node {node.name}")
     if depth > 32:
         raise NotSimple("more than 32 shaders in a row")
-    if any(s.name == "Normal" and s.is_linked for s in node.inputs) and depth > 32:
-        raise NotSimple("normal")
     return SHADERS[node.bl_idname](node, reader, depth)
 
 

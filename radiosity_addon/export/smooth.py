@@ -29,12 +29,11 @@ def polygon_normals(vertices, loop_vertex, start, count) -> np.ndarray:
     """(n_polygons, 3) unit normals, 0 where there is no area (Newell 1972)."""
     polygon = np.repeat(np.arange(len(start)), count)
     follow = _next_loop(start, count)
-    here, there = vertices[loop_vertex], vertices[loop_vertex[follow]]
-    here, there = here - vertices[loop_vertex[start]][polygon], there - vertices[
-        loop_vertex[start]
-    ][polygon]
+    vertices = np.where(np.isfinite(vertices), vertices, 0.0)
+    first = vertices[loop_vertex[start]][polygon]
+    here, there = vertices[loop_vertex] - first, vertices[loop_vertex[follow]] - first
     total = np.zeros((len(start), 3))
-    np.add.at(total, polygon, np.nan_to_num(np.cross(here, there)))
+    np.add.at(total, polygon, np.cross(here, there))
     length = np.linalg.norm(total, axis=1, keepdims=True)
     return np.divide(total, length, out=np.zeros_like(total), where=length > 0.0)
 

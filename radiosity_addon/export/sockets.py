@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 
 from .colors import Color, Mapping, NotSimple, constant
@@ -21,6 +23,15 @@ def source(socket):
             return node, output
         socket = node.inputs[0]
     return None
+
+
+def uses_nodes(block) -> bool:
+    """Whether a material, light or world is described by its node tree."""
+    if block.node_tree is None:
+        return False
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # always true in later Blenders
+        return bool(getattr(block, "use_nodes", True))
 
 
 class Reader:

@@ -45,18 +45,18 @@ def own_parts(parts: list[Part]) -> dict[str, int]:
     return found
 
 
-def sort_out(things, parts: list[Part], settings, named: bool):
+def sort_out(things, parts: list[Part], seen: set[str], settings):
     """Split the chosen objects into receivers (list) and skipped [(name, reason)].
 
-    Objects that nobody named and that renders do not show are left out silently. Raises
-    ValueError when an object lacks the UV map to bake to.
+    ``seen`` names the objects that renders show; others are left out silently when the settings
+    do not name them. Raises ValueError when an object lacks the UV map to bake to.
     """
     own, users = own_parts(parts), {}
     receivers, skipped = [], []
     for thing in things:
-        if thing.name not in own and not named and not _rendered(thing):
+        if thing.name not in seen and not settings.objects:
             continue
-        reason = _refusal(thing, own, settings)
+        reason = _refusal(thing, own, seen, settings)
         if reason is None and settings.target == "vertex":
             first = users.setdefault(thing.data.as_pointer(), thing.name)
             reason = None if first == thing.name else SHARED.format(first=first)
@@ -69,24 +69,14 @@ def sort_out(things, parts: list[Part], settings, named: bool):
     return receivers, skipped
 
 
-def _rendered(thing) -> bool:
-    return not thing.hide_render and len(thing.data.polygons) > 0
-
-
-def _refusal(thing, own, settings) -> str | None:
+def _refusal(thing, own, seen, settings) -> str | None:
     if thing.type != "MESH":
         return NOT_MESH.format(kind=thing.type.lower())
     if thing.name not in own:
-        return NO_FACES if _rendered(thing) and len(thing.users_collection) and not _hidden(
-            thing
-        ) else NOT_RENDERED  # fmt: skip
+        return NO_FACES if thing.name in seen else NOT_RENDERED
     if settings.target == "vertex" and (thing.data.library or thing.data.override_library):
         return LINKED
     return None
-
-
-def _hidden(thing) -> bool:
-    return all(collection.hide_render for collection in thing.users_collection)
 
 
 def uv_map_name(thing, settings) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 from ..solver.scene import Sky, SunLamp
 from .colors import NotSimple
 from .panorama import close_up, panorama, world_scene
-from .sockets import Reader, source
+from .sockets import Reader, source, uses_nodes
 
 SMOOTH_WIDTH, SMOOTH_SAMPLES = 512, 8  # of skies made by formulas
 IMAGE_WIDTH, IMAGE_SAMPLES = 2048, 4  # the widest of those that show images
@@ -43,7 +43,7 @@ def _lights_diffuse(world) -> bool:
 
 def constant_radiance(world, reader: Reader) -> np.ndarray:
     """(3,) radiance. Raises NotSimple when it varies with direction or Cycles must evaluate it."""
-    if world.node_tree is None or not getattr(world, "use_nodes", True):
+    if not uses_nodes(world):
         return np.array(world.color, np.float64)
     output = world.node_tree.get_output_node("CYCLES")
     origin = source(output.inputs["Surface"]) if output is not None else None

@@ -1,0 +1,207 @@
+"""Geometry: what a render sees, in world space, wound the right way, without unsound faces."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.export.stage import add_object, add_plane, diffuse
+
+
+def normals(scene):
+    corners = scene.vertices[scene.triangles]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return cross / np.linalg.norm(cross, axis=1, keepdims=True)
+
+
+def test_render_settings_of_modifiers_count(blender, export):
+    plane = add_plane(blender)
+    levels = plane.modifiers.new("Levels", "SUBSURF")
+    levels.subdivision_type, levels.levels, levels.render_levels = "SIMPLE", 0, 2
+    plane.modifiers.new("Viewport only", "ARRAY").show_render = False
+    render_only = plane.modifiers.new("Render only", "ARRAY")
+    render_only.show_viewport, render_only.count = False, 3
+    # 4² quads of two triangles, three times.
+    assert len(export().scene.triangles) == 4**2 * 2 * 3
+
+
+def test_vertices_stay_shared(blender, export):
+    add_plane(blender).modifiers.new("Levels", "SUBSURF").render_levels = 2
+    assert len(export().scene.vertices) == 5**2
+
+
+@pytest.mark.parametrize("scale", [(2, 3, 4), (-2, 3, 4), (2, -3, -4), (-2, -3, -4)])
+def test_front_stays_front_under_mirroring(blender, export, scale):
+    plane = add_plane(blender)
+    plane.scale = scale
+    scene = export().scene
+    # The normal is a direction of its own: scaled by sz alone it points to sign(sz) z.
+    np.testing.assert_allclose(normals(scene), [(0, 0, np.sign(scale[2]))] * 2, atol=1e-6)
+    extent = np.ptp(scene.vertices, axis=0)
+    np.testing.assert_allclose(extent, (2 * abs(scale[0]), 2 * abs(scale[1]), 0), atol=1e-5)
+
+
+def test_mirrored_corners_keep_their_uv(blender, export):
+    plane = add_plane(blender, uv="Radiosity")
+    plane.scale = (-1, 1, 1)
+    exported = export(target="image")
+    uv = exported.objects[0].uv.reshape(-1, 2)
+    places = exported.scene.vertices[exported.scene.triangles].reshape(-1, 3)
+    # On the square of edge 2 the map is u = (x_local + 1) / 2, v = (y + 1) / 2; x_local = -x.
+    np.testing.assert_allclose(uv, (places[:, :2] * (-1, 1) + 1) / 2, atol=1e-6)
+
+
+def test_hidden_objects(blender, export):
+    scene = blender.context.scene
+    add_plane(blender, "Shown")
+    add_plane(blender, "No render").hide_render = True
+    add_plane(blender, "No viewport").hide_viewport = True
+    hidden = blender.data.collections.new("Hidden")
+    scene.collection.children.link(hidden)
+    hidden.hide_render = True
+    hidden.objects.link(blender.data.objects.new("In hidden", blender.data.meshes["Shown"]))
+    away = blender.data.collections.new("Excluded")
+    scene.collection.children.link(away)
+    away.objects.link(blender.data.objects.new("Away", blender.data.meshes["Shown"]))
+    blender.context.view_layer.layer_collection.children["Excluded"].exclude = True
+    exported = export(target="vertex")
+    assert exported.scene.objects == ("No viewport", "Shown")
+    assert exported.skipped == ()
+
+
+def test_named_but_hidden_object_says_why(blender, export):
+    add_plane(blender, "Shown")
+    add_plane(blender, "Hidden").hide_render = True
+    exported = export(objects=("Shown", "Hidden"))
+    assert exported.skipped == (("Hidden", "is not visible in renders"),)
+
+
+def test_others_still_take_part(blender, export):
+    add_plane(blender, "A")
+    add_plane(blender, "B")
+    exported = export(objects=("B",))
+    assert [o.name for o in exported.objects] == ["B"]
+    assert exported.scene.objects == ("B", "A")
+    assert (exported.objects[0].start, exported.objects[0].stop) == (0, 2)
+
+
+def test_instances_take_part_but_are_not_baked(blender, export):
+    add_plane(blender, "Floor")
+    kept = blender.data.collections.new("Kept")
+    add_plane(blender, "Instanced")
+    thing = blender.data.objects["Instanced"]
+    blender.context.scene.collection.objects.unlink(thing)
+    kept.objects.link(thing)
+    empty = add_object(blender, "Empty", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", kept
+    empty.location = (0, 0, 5)
+    exported = export()
+    assert exported.scene.objects == ("Floor", "Empty: Instanced")
+    assert [o.name for o in exported.objects] == ["Floor"]
+    triangles = exported.scene.triangles[exported.scene.object == 1]
+    np.testing.assert_allclose(exported.scene.vertices[triangles][..., 2], 5.0)
+
+
+def test_curves_and_texts_take_part(blender, export):
+    add_plane(blender, "Floor")
+    text = blender.data.curves.new("Text", "FONT")
+    text.body = "l"
+    add_object(blender, "Text", text)
+    exported = export()
+    assert exported.scene.objects == ("Floor", "Text")
+    assert np.sum(exported.scene.object == 1) > 0
+    with pytest.raises(ValueError, match="no mesh to bake.*Text.*font"):
+        export(objects=("Text",))
+
+
+def test_unsound_faces_are_left_out_with_a_warning(blender, export):
+    mesh = blender.data.meshes.new("Broken")
+    points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (float("nan"), 0, 0), (0, float("inf"), 0), (2, 0, 0)]
+    mesh.from_pydata(points, [], [(0, 1, 2), (0, 1, 3), (0, 2, 4), (0, 1, 5)])
+    add_object(blender, "Broken", mesh)
+    exported = export()
+    assert len(exported.scene.triangles) == 1
+    assert np.all(np.isfinite(exported.scene.vertices))
+    assert 'object "Broken": 2 triangles with NaN or infinite vertices left out' in exported.warnings
+    assert 'object "Broken": 1 triangles without area left out' in exported.warnings
+
+
+def test_mesh_in_edit_mode_is_up_to_date(blender, export):
+    plane = add_plane(blender)
+    blender.context.view_layer.objects.active = plane
+    blender.ops.object.mode_set(mode="EDIT")
+    blender.ops.mesh.select_all(action="SELECT")
+    blender.ops.transform.translate(value=(0, 0, 3))
+    scene = export().scene
+    np.testing.assert_allclose(scene.vertices[:, 2], 3.0)
+    assert plane.mode == "EDIT"
+
+
+def test_no_mesh(blender, export):
+    with pytest.raises(ValueError, match="no mesh to bake"):
+        export()
+    add_plane(blender).hide_render = True
+    with pytest.raises(ValueError, match="no mesh to bake"):
+        export()
+
+
+def test_unknown_name(blender, export):
+    add_plane(blender, "Floor")
+    with pytest.raises(ValueError, match="'Flor'"):
+        export(objects=("Flor",))
+
+
+def test_missing_uv_map(blender, export):
+    add_plane(blender, "Floor")
+    with pytest.raises(ValueError, match='"Floor" has no UV map named \'Radiosity\''):
+        export(target="image")
+    assert export(target="image", uv_map="UV").objects[0].uv.shape == (2, 3, 2)
+
+
+def test_shared_mesh(blender, export):
+    first = add_plane(blender, "A", uv="Radiosity")
+    add_object(blender, "B", first.data)
+    exported = export(target="vertex")
+    assert [o.name for o in exported.objects] == ["A"]
+    assert exported.skipped[0][0] == "B" and "'A'" in exported.skipped[0][1]
+    assert [o.name for o in export(target="image").objects] == ["A", "B"]
+
+
+def test_linked_mesh_lights_but_is_not_baked(blender, export, tmp_path):
+    add_plane(blender, "Linked", material=diffuse(blender, (0.1, 0.2, 0.3)))
+    path = str(tmp_path / "library.blend")
+    blender.ops.wm.save_as_mainfile(filepath=path)
+    blender.ops.wm.read_factory_settings(use_empty=True)
+    with blender.data.libraries.load(path, link=True) as (_, wanted):
+        wanted.objects = ["Linked"]
+    blender.context.scene.collection.objects.link(wanted.objects[0])
+    add_plane(blender, "Local")
+    exported = export()
+    assert exported.scene.objects == ("Local", "Linked")
+    assert exported.skipped[0][0] == "Linked" and "library" in exported.skipped[0][1]
+    material = exported.scene.materials[exported.scene.material[-1]]
+    np.testing.assert_allclose(material.reflectance.value, (0.1, 0.2, 0.3), rtol=1e-6)
+
+
+def test_ray_visibility(blender, export):
+    add_plane(blender, "A").visible_shadow = False
+    add_plane(blender, "B").visible_diffuse = False
+    scene = export().scene
+    assert scene.casts_shadow.tolist() == [False, True]
+    assert scene.visible.tolist() == [True, False]
+
+
+def test_cancelling_passes_through_and_leaves_nothing(blender):
+    from radiosity_addon.export import export_scene
+    from radiosity_addon.settings import Settings
+
+    class Cancelled(Exception):
+        pass
+
+    def progress(fraction):
+        raise Cancelled
+
+    add_plane(blender)
+    with pytest.raises(Cancelled):
+        export_scene(blender.context, Settings(), progress)
+    assert len(blender.data.scenes) == len(blender.data.objects) == 1
