@@ -14,9 +14,6 @@ from ..solver.receivers import Receivers
 from ..solver.solution import Solution, compose
 from .job import Job, Result
 
-MOST_FITTED = 100_000  # receivers whose colours are fitted to judge the error
-
-
 def run(job: Job, progress: Progress = silent) -> Result:
     """Solve the scene and turn the light into each target's colours. Imports no bpy.
 
@@ -44,10 +41,9 @@ def run(job: Job, progress: Progress = silent) -> Result:
 def _where_judged(job: Job):
     """Light at all receivers → the colours whose error counts; None: the receivers themselves.
 
-    A vertex colour is a mean over many receivers, and its error less than theirs. Of a mesh with
-    so many faces that a fit costs more than rays, the receivers' own error is taken.
+    A vertex colour is a mean over many receivers, and its error less than theirs.
     """
-    if job.settings.target == "image" or job.receivers.count > MOST_FITTED:
+    if job.settings.target == "image":
         return None
     return lambda light: np.concatenate([_corners(job, i, light) for i in range(len(job.targets))])
 
