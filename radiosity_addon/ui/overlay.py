@@ -8,13 +8,24 @@ meshes are read once, when the overlay is added: adding it again shows later edi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import bpy
 
 from .results import has_result, image_of, uv_map_of
 
-IMAGE_SHADER = "IMAGE_SCENE_LINEAR_TO_REC709_SRGB"  # Blender's own: linear in, display out
-PLAIN_SHADER = "UNIFORM_COLOR"
+VERTEX = """
+void main() {
+  place = uv;
+  gl_Position = ModelViewProjectionMatrix * vec4(pos, 1.0);
+}
+"""
+# The frame buffer encodes for the display. The alpha is not looked at: it is 0 in the margin.
+FRAGMENT = """
+void main() {
+  shown = vec4(max(texture(image, place).rgb, vec3(0.0)), 1.0);
+}
+"""
 GREY = (0.35, 0.35, 0.35, 1.0)  # of meshes without a bake, as displayed
 _handle = None
 _spaces: dict[int, list] = {}  # by the space's address: what is drawn there
@@ -64,6 +75,7 @@ def clear() -> None:
     if _handle is not None:
         bpy.types.SpaceView3D.draw_handler_remove(_handle, "WINDOW")
         _handle = None
+    _image_shader.cache_clear()
 
 
 def _draw() -> None:
@@ -90,38 +102,64 @@ def _draw_piece(piece: Piece) -> None:
     if item is None or not item.visible_get():
         return
     image = bpy.data.images.get(piece.image_name) if piece.image_name else None
-    shader = gpu.shader.from_builtin(IMAGE_SHADER if image else PLAIN_SHADER)
+    shader = _image_shader() if image else _plain_shader()
     with gpu.matrix.push_pop():
         gpu.matrix.multiply_matrix(item.matrix_world)
         shader.bind()
         if image:
+            matrix = gpu.matrix.get_projection_matrix() @ gpu.matrix.get_model_view_matrix()
+            shader.uniform_float("ModelViewProjectionMatrix", matrix)
             shader.uniform_sampler("image", gpu.texture.from_image(image))
         else:
             shader.uniform_float("color", GREY)
         piece.batch.draw(shader)
 
 
+def _plain_shader():
+    import gpu
+
+    return gpu.shader.from_builtin("UNIFORM_COLOR")
+
+
+@lru_cache(maxsize=1)
+def _image_shader():
+    """Draws an image of linear colours."""
+    import gpu
+
+    between = gpu.types.GPUStageInterfaceInfo("radiosity_interface")
+    between.smooth("VEC2", "place")
+    info = gpu.types.GPUShaderCreateInfo()
+    info.push_constant("MAT4", "ModelViewProjectionMatrix")
+    info.sampler(0, "FLOAT_2D", "image")
+    info.vertex_in(0, "VEC3", "pos")
+    info.vertex_in(1, "VEC2", "uv")
+    info.vertex_out(between)
+    info.fragment_out(0, "VEC4", "shown")
+    info.vertex_source(VERTEX)
+    info.fragment_source(FRAGMENT)
+    return gpu.shader.create_from_info(info)
+
+
 def _batch(item, depsgraph, uv_map: str | None):
     """The evaluated triangles, with UV coordinates if a map is named; None without triangles."""
-    import gpu
     import numpy as np
     from gpu_extras.batch import batch_for_shader
 
     evaluated = item.evaluated_get(depsgraph)
     mesh = evaluated.to_mesh()
     count = len(mesh.loop_triangles)
-    content, shader = {}, PLAIN_SHADER
+    content, shader = {}, _plain_shader
     if count:
         points = _values(mesh.vertices, "co", 3, np.float32)
         content["pos"] = points[_values(mesh.loop_triangles, "vertices", 3, np.int32).ravel()]
     if count and uv_map and uv_map in mesh.uv_layers:
         uv = _values(mesh.uv_layers[uv_map].uv, "vector", 2, np.float32)
-        content["texCoord"] = uv[_values(mesh.loop_triangles, "loops", 3, np.int32).ravel()]
-        shader = IMAGE_SHADER
+        content["uv"] = uv[_values(mesh.loop_triangles, "loops", 3, np.int32).ravel()]
+        shader = _image_shader
     evaluated.to_mesh_clear()
     if not content:
         return None
-    return batch_for_shader(gpu.shader.from_builtin(shader), "TRIS", content)
+    return batch_for_shader(shader(), "TRIS", content)
 
 
 def _values(collection, name: str, width: int, kind):
