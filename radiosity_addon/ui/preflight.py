@@ -19,7 +19,7 @@ FIRST_SECONDS = 0.4  # start of the solver's process
 RATE = 20_000.0  # receivers a second at 3 % error
 POWER = 1.2  # time grows like error to this power
 BYTES_FIXED = 300e6
-BYTES_PER_RECEIVER = 400.0
+BYTES_PER_RECEIVER = 1500.0
 BYTES_PER_TRIANGLE = 600.0
 
 
