@@ -95,14 +95,18 @@ def mix(weight: Color, a: Color, b: Color) -> Color:
     return add(multiply(complement(weight), a), multiply(weight, b))
 
 
-def to_field(color: Color, uv_of, corners_of) -> Field:
-    """The solver's field; ``uv_of(name)`` and ``corners_of(name)`` give the arrays of the scene."""
+def to_field(color: Color, uv_of, corners_of, limit: float) -> Field:
+    """The solver's field; ``uv_of(name)`` and ``corners_of(name)`` give the arrays of the scene.
+
+    Colour attributes are clamped to [0, limit] here; everything else was before.
+    """
     if color.is_constant:
         return Constant(color.factor)
     if color.attribute is not None:
         values = corners_of(color.attribute)
         values = values[..., 3:4] if color.channel == 3 else values[..., :3]
-        return CornerColors((values * color.factor).astype(np.float32))
+        values = np.nan_to_num(values * color.factor, nan=0.0, posinf=0.0, neginf=0.0)
+        return CornerColors(np.clip(values, 0.0, limit).astype(np.float32))
     mapping = color.mapping
     pixels = np.ascontiguousarray(color.pixels, np.float32)
     return Texture(

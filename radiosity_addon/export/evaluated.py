@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from .atlas import Atlas, atlas_texels, make_atlas
-from .colors import Color, Mapping, constant
-from .materials import Palette, slot_keys
+from .colors import ZERO, Color, Mapping, constant
+from .materials import Palette, checked, slot_keys
 from .panorama import set_up_cycles
 from .parts import Part, material_key, world_vertices
 from .shaders import Surface
@@ -61,11 +61,9 @@ def _evaluate_part(part: Part, keys, palette: Palette, like):
     for key in keys:
         same = np.array([name == key for name in part.materials])[slot_keys(part)[chosen]]
         cells = atlas_texels(atlas, same)
-        colors = [_color(pixels, cells, mapping, limit)
-                  for pixels, limit in ((reflectance, 1.0), (emission, np.inf))]  # fmt: skip
-        if clear[key]:
-            colors.append(_color(through, cells, mapping, 1.0))
-        found[key] = palette.add(key, Surface(*colors))
+        pictures = (reflectance, emission, through if clear[key] else None)
+        colors = [ZERO if p is None else _color(p, cells, mapping) for p in pictures]
+        found[key] = palette.add(key, checked(Surface(*colors), key, palette.warnings))
     _remove(stage, thing, materials, image)
     return found, (chosen, atlas.lookup)
 
@@ -167,13 +165,12 @@ def _bake(stage, thing, image, kind: str, passes: set) -> np.ndarray:
     return values.reshape(image.size[1], image.size[0], 4)[..., :3].copy()
 
 
-def _color(pixels: np.ndarray, cells, mapping: Mapping, limit: float) -> Color:
-    """A picture as a colour in [0, limit]; a constant when it varies by less than FLAT."""
-    pixels = np.clip(np.nan_to_num(pixels, nan=0.0, posinf=0.0, neginf=0.0), 0.0, limit)
+def _color(pixels: np.ndarray, cells, mapping: Mapping) -> Color:
+    """A picture as a colour; a constant when it varies by less than FLAT."""
     inside = [pixels[rows, columns].reshape(-1, 3) for rows, columns in cells]
     low = np.min([values.min(axis=0) for values in inside], axis=0)
     high = np.max([values.max(axis=0) for values in inside], axis=0)
-    if np.max(high - low) <= FLAT * np.max(high):
+    if np.max(high - low) <= FLAT * np.max(np.abs(high)):
         return constant(0.5 * (low + high))
     return Color(np.ones(3), pixels=pixels, mapping=mapping)
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..solver.scene import Material
-from .colors import Color, NotSimple, constant
+from .colors import Color, NotSimple, constant, to_field
 from .images import working_space_is_rec709
 from .parts import material_key
 from .shaders import Surface, read_surface
@@ -51,7 +51,7 @@ def read_materials(parts) -> Palette:
             continue
         reader.owner = material.name
         try:
-            surface = _checked(read_surface(material, reader), material.name, palette.warnings)
+            surface = checked(read_surface(material, reader), material.name, palette.warnings)
         except NotSimple as reason:
             palette.index[key] = None
             palette.difficult[key] = str(reason)
@@ -76,7 +76,7 @@ def _used(parts) -> list:
     return list(keys)
 
 
-def _checked(surface: Surface, name: str, warnings: list[str]) -> Surface:
+def checked(surface: Surface, name: str, warnings: list[str]) -> Surface:
     """Reflectance and transmittance clamped to [0, 1], emission to [0, inf); with warnings."""
     return Surface(
         _clamped(surface.reflectance, 1.0, name, "reflectance", warnings),
@@ -115,15 +115,10 @@ def _warn_glossy(palette: Palette) -> None:
 
 def scene_materials(palette: Palette, uv_of, corners_of) -> tuple[Material, ...]:
     """The solver's materials; see ``colors.to_field`` for the two functions."""
-    from .colors import to_field
 
-    return tuple(
-        Material(
-            name,
-            *(
-                to_field(color, uv_of, corners_of)
-                for color in (surface.reflectance, surface.emission, surface.transmittance)
-            ),
-        )
-        for name, surface in palette.surfaces
-    )
+    def fields(surface: Surface):
+        yield to_field(surface.reflectance, uv_of, corners_of, 1.0)
+        yield to_field(surface.emission, uv_of, corners_of, np.inf)
+        yield to_field(surface.transmittance, uv_of, corners_of, 1.0)
+
+    return tuple(Material(name, *fields(surface)) for name, surface in palette.surfaces)

@@ -69,7 +69,7 @@ def _rendered(scene, warnings: list[str]) -> tuple[Sky | None, list[SunLamp]]:
         node.sun_disc = False
         for link in list(node.inputs["Vector"].links):  # which a sky with a disc ignores
             node.id_data.links.remove(link)
-    _warn_missing(world, warnings)
+    _warn_missing(scene.world.name, world, warnings)
     pixels = panorama(stage, *_resolution(world.node_tree))
     pixels = np.nan_to_num(np.maximum(pixels, 0.0), nan=0.0, posinf=0.0)
     if pixels.max() == pixels.min() or np.ptp(pixels, axis=(0, 1)).max() < 1e-5 * pixels.max():
@@ -107,15 +107,13 @@ def _resolution(tree) -> tuple[int, int]:
     return int(np.clip(max(widths), SMOOTH_WIDTH, IMAGE_WIDTH)) // 2 * 2, IMAGE_SAMPLES
 
 
-def _warn_missing(world, warnings: list[str]) -> None:
+def _warn_missing(owner: str, world, warnings: list[str]) -> None:
     for node in _nodes(world.node_tree):
         if node.bl_idname not in ("ShaderNodeTexEnvironment", "ShaderNodeTexImage"):
             continue
         if node.image is None or (not node.image.has_data and len(node.image.pixels) == 0):
             name = node.image.name if node.image is not None else "(none)"
-            warnings.append(
-                f'image "{name}" of world "{world.name}" is missing; Cycles\' pink is used'
-            )
+            warnings.append(f'image "{name}" of world "{owner}" is missing; Cycles\' pink is used')
 
 
 def _sun_lamp(stage, node, name: str, sky: np.ndarray) -> list[SunLamp]:

@@ -1,0 +1,105 @@
+"""Evaluated materials: what Cycles bakes for a node tree lands at the right place of the surface."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from radiosity_addon.export.atlas import make_atlas
+from tests.export.stage import add_material, add_plane, diffuse, surface, value_at
+
+
+def ramp_material(bpy):
+    """Object coordinates as colour, mixed with Transparent by u: only Cycles can read it."""
+    material, nodes, link = add_material(bpy, "Ramp")
+    mix, matte = nodes.new("ShaderNodeMixShader"), nodes.new("ShaderNodeBsdfDiffuse")
+    glow, add = nodes.new("ShaderNodeEmission"), nodes.new("ShaderNodeAddShader")
+    clear, place = nodes.new("ShaderNodeBsdfTransparent"), nodes.new("ShaderNodeTexCoord")
+    split, shift = nodes.new("ShaderNodeSeparateXYZ"), nodes.new("ShaderNodeVectorMath")
+    shift.operation, shift.inputs[1].default_value = "ADD", (1, 1, 0.5)
+    link(place.outputs["Object"], shift.inputs[0])
+    link(shift.outputs[0], glow.inputs["Color"])
+    link(place.outputs["Generated"], matte.inputs["Color"])
+    link(place.outputs["UV"], split.inputs[0])
+    link(split.outputs["X"], mix.inputs[0])
+    link(matte.outputs[0], add.inputs[0])
+    link(glow.outputs[0], add.inputs[1])
+    link(add.outputs[0], mix.inputs[1])
+    link(clear.outputs[0], mix.inputs[2])
+    surface(material, mix)
+    return material
+
+
+@pytest.mark.parametrize("scale", [(1, 1, 1), (1, -3, 1)])
+def test_every_channel_lies_where_it_should(blender, export, scale):
+    add_plane(blender, material=ramp_material(blender)).scale = scale
+    scene = export().scene
+    material = scene.materials[scene.material[0]]
+    for triangle in (0, 1):
+        for u, v in ((0.1, 0.1), (0.3, 0.3), (0.8, 0.1), (0.1, 0.8), (0.02, 0.02)):
+            corners = scene.vertices[scene.triangles[triangle]]
+            x, y, _ = ((1 - u - v) * corners[0] + u * corners[1] + v * corners[2]) / scale
+            share = 1 - (x + 1) / 2  # what is not transparent; u = (x + 1) / 2
+            # The plane spans [-1, 1]², so generated coordinates are ((x+1)/2, (y+1)/2, ...).
+            expected = {
+                "reflectance": share * np.array([(x + 1) / 2, (y + 1) / 2]),
+                "emission": share * np.array([x + 1, y + 1, 0.5]),
+                "transmittance": np.repeat(1 - share, 3),
+            }
+            for name, values in expected.items():
+                got = value_at(getattr(material, name), triangle, u, v)[: len(values)]
+                # Half a texel of 1/256 of the edge, values change by at most 2 over it.
+                np.testing.assert_allclose(got, values, atol=4e-3, err_msg=name)
+
+
+def test_constant_results_are_constants(blender, export):
+    material, nodes, link = add_material(blender)
+    gamma, matte = nodes.new("ShaderNodeGamma"), nodes.new("ShaderNodeBsdfDiffuse")
+    gamma.inputs["Color"].default_value = (0.5, 0.25, 1.0, 1.0)
+    gamma.inputs["Gamma"].default_value = 2.0
+    link(gamma.outputs[0], matte.inputs["Color"])
+    surface(material, matte)
+    add_plane(blender, material=material)
+    ours = export().scene.materials[0]
+    np.testing.assert_allclose(ours.reflectance.value, (0.25, 0.0625, 1.0), rtol=1e-5)
+    assert not np.any(ours.emission.value) and not np.any(ours.transmittance.value)
+
+
+def test_other_slots_are_untouched(blender, export):
+    blender.ops.mesh.primitive_cube_add()
+    mesh = blender.context.object.data
+    mesh.materials.append(ramp_material(blender))
+    mesh.materials.append(diffuse(blender, (0.1, 0.2, 0.3)))
+    mesh.polygons.foreach_set("material_index", [0, 1, 0, 1, 1, 1])
+    scene = export().scene
+    names = [scene.materials[i].name for i in scene.material]
+    assert names == ["Ramp"] * 2 + ["Diffuse"] * 2 + ["Ramp"] * 2 + ["Diffuse"] * 6
+    plain = scene.materials[scene.material[2]]
+    np.testing.assert_allclose(plain.reflectance.value, (0.1, 0.2, 0.3), rtol=1e-6)
+
+
+def test_cyclic_node_tree_does_not_hang(blender, export):
+    material, nodes, link = add_material(blender)
+    a, b = nodes.new("ShaderNodeMixShader"), nodes.new("ShaderNodeMixShader")
+    link(a.outputs[0], b.inputs[1])
+    link(b.outputs[0], a.inputs[1])
+    surface(material, b)
+    add_plane(blender, material=material)
+    assert np.all(np.isfinite(value_at(export().scene.materials[0].reflectance, 0, 0.3, 0.3)))
+
+
+@pytest.mark.parametrize("count", [1, 2, 1000, 100_000])
+def test_atlas_cells_do_not_overlap(count):
+    area = np.random.default_rng(count).lognormal(0.0, 2.0, count)
+    atlas = make_atlas(area)
+    corner = np.floor(atlas.bake[:, 0] * atlas.size + 1e-6).astype(int)
+    reach = (atlas.bake[:, 1, 0] - atlas.bake[:, 0, 0]) * atlas.size
+    edge = np.where(reach < 1.5, 2, np.rint(reach + 2.9)).astype(int)
+    first = corner - np.where(edge > 2, 1, 0)[:, None]
+    taken = np.zeros((atlas.size, atlas.size), np.int32)
+    for size in np.unique(edge):
+        origin = first[edge == size]
+        for i in range(size) if size <= 8 else (0, size // 2, size - 1):
+            for j in range(size) if size <= 8 else (0, size // 2, size - 1):
+                np.add.at(taken, (origin[:, 1] + i, origin[:, 0] + j), 1)
+    assert taken.max() == 1
