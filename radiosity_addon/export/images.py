@@ -1,7 +1,7 @@
 """Images: pixels in the linear working space. Depends on bpy images given to it and NumPy.
 
 ``Image.pixels`` converts nothing: an 8-bit image hands out its encoded bytes, a float image is
-linear already. Cycles multiplies a straight image's colour by its alpha unless the node's Alpha
+linear already. Cycles multiplies an 8-bit image's colour by its alpha unless the node's Alpha
 output is in use; it paints a missing image (1, 0, 1).
 """
 
@@ -56,14 +56,17 @@ def read_pixels(image, alpha_used: bool, rec709: bool) -> tuple[np.ndarray, np.n
 
 
 def _associate(color, alpha, image, alpha_used: bool) -> np.ndarray:
-    """Alpha as Cycles' image node treats it, which is before 8-bit colours are decoded."""
-    if image.colorspace_settings.name in DATA_SPACES or np.all(alpha == 1.0):
+    """Alpha as Cycles' image node treats it, which is before 8-bit colours are decoded.
+
+    Raises NotSimple for transparent float and premultiplied images: what Cycles makes of these
+    depends on the file type, on packing and on the version.
+    """
+    data = image.colorspace_settings.name in DATA_SPACES
+    if data or image.alpha_mode == "CHANNEL_PACKED" or np.all(alpha == 1.0):
         return color
-    if image.alpha_mode == "STRAIGHT" and not alpha_used:
-        return color * alpha[..., None]
-    if image.alpha_mode == "PREMUL" and alpha_used:
-        return color / np.where(alpha > 0.0, alpha, 1.0)[..., None]
-    return color
+    if image.is_float or image.alpha_mode != "STRAIGHT":
+        raise NotSimple("a transparent image that is no plain 8-bit one")
+    return color if alpha_used else color * alpha[..., None]
 
 
 def _linear(values: np.ndarray, image, rec709: bool) -> np.ndarray:

@@ -14,7 +14,7 @@ from .colors import NotSimple
 from .panorama import close_up, panorama, world_scene
 from .sockets import Reader, source, uses_nodes
 
-SMOOTH_WIDTH, SMOOTH_SAMPLES = 512, 8  # of skies made by formulas
+SMOOTH_WIDTH, SMOOTH_SAMPLES = 512, 4  # of skies made by formulas
 IMAGE_WIDTH, IMAGE_SAMPLES = 2048, 4  # the widest of those that show images
 CLOSE_UP, DISC_SAMPLES = 64, 4  # pixels across twice the sun's disc
 
