@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.sparse import csr_matrix
 
 from ..solver.scene import Scene
+
+if TYPE_CHECKING:  # SciPy is imported where a matrix is first made
+    from scipy.sparse import csr_matrix
 
 
 @dataclass(frozen=True)
