@@ -12,13 +12,13 @@ import numpy as np
 from scipy.stats import qmc
 
 from .embree import Tracer
-from .footprints import SHRINK
 from .geometry import OFFSET, Geometry, build_geometry
 from .parallel import map_chunks
 from .sampling import cosine_directions, tangent_frames
 from .scene import Scene
 
 BLOCK = 1 << 16  # rays traced at once
+SHRINK = 1e-4  # points keep this share of a triangle away from its edges, or walls there are crossed
 DIMENSIONS = 5  # which triangle, where in it (2), in which direction (2)
 
 
@@ -55,8 +55,8 @@ def patch_form_factors(
         number, replicate = chunk
         found = np.zeros(count + 1)
         for xi in _blocks(rays, (seed, 40, number, replicate)):
-            hits = tracer.intersect(*_rays(geometry, patches[number], xi))
-            found += np.bincount(labels[hits.triangle], minlength=count + 1)
+            met = _first_met(geometry, tracer, patches[number], xi)
+            found += np.bincount(labels[met], minlength=count + 1)
         return found[:count] / rays
 
     chunks = [(number, replicate) for number in range(count) for replicate in range(replicates)]
@@ -95,14 +95,33 @@ def _blocks(rays: int, key: tuple[int, ...]):
         yield engine.random(min(rays, BLOCK))
 
 
-def _rays(geometry: Geometry, patch: _Patch, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Origins and directions (n, 3) float32 from the fronts of a patch."""
-    place = np.minimum(np.searchsorted(patch.cumulative, xi[:, 0], "right"), len(patch.triangles) - 1)
-    triangle = patch.triangles[place]
-    root = np.sqrt(xi[:, 1])  # uniform in a triangle: Turk 1990, Generating Random Points
-    uv = np.stack([root * (1 - xi[:, 2]), root * xi[:, 2]], 1) * (1 - SHRINK) + SHRINK / 3
+def _first_met(geometry: Geometry, tracer: Tracer, patch: _Patch, xi: np.ndarray) -> np.ndarray:
+    """(n,) int: the triangles that rays from the front of a patch meet first, -1 for none."""
+    triangle, surface = _places(geometry, patch, xi)
     normal = geometry.normal[triangle]
-    origins = (geometry.at(triangle, uv) + OFFSET * normal).astype(np.float32)
+    lifted = surface + OFFSET * normal
+    origins = lifted.astype(np.float32)
     local = cosine_directions(xi[:, 3:])
     directions = np.einsum("nk,nkc->nc", local, tangent_frames(normal))
-    return origins, np.ascontiguousarray(directions, np.float32)
+    met = tracer.intersect(origins, np.ascontiguousarray(directions, np.float32)).triangle
+    below = tracer.intersect(origins, (-normal).astype(np.float32))
+    near = (below.triangle >= 0) & (below.triangle != triangle) & (below.distance < 2 * OFFSET)
+    crossed = near & _between(geometry, below.triangle, surface, lifted)
+    return np.where(crossed, below.triangle, met)
+
+
+def _between(geometry: Geometry, other, surface: np.ndarray, lifted: np.ndarray) -> np.ndarray:
+    """(n,) bool: the plane of triangle ``other`` passes between the surface and where its ray
+    starts, above it: in a narrow wedge or gap that triangle is all the point sees."""
+    normal, corner = geometry.normal[other], geometry.p0[other]
+    height = np.einsum("nc,nc->n", surface - corner, normal)
+    return (np.abs(height) > 1e-12) & (height * np.einsum("nc,nc->n", lifted - corner, normal) < 0)
+
+
+def _places(geometry: Geometry, patch: _Patch, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles (n,) int and positions (n, 3) float64 uniform over a patch."""
+    place = np.searchsorted(patch.cumulative, xi[:, 0], "right")
+    triangle = patch.triangles[np.minimum(place, len(patch.triangles) - 1)]
+    root = np.sqrt(xi[:, 1])  # uniform in a triangle: Turk 1990, Generating Random Points
+    uv = np.stack([root * (1 - xi[:, 2]), root * xi[:, 2]], 1) * (1 - SHRINK) + SHRINK / 3
+    return triangle, geometry.at(triangle, uv)

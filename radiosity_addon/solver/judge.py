@@ -12,7 +12,8 @@ import numpy as np
 
 from .lighting import Lighting
 from .parallel import map_chunks
-from .smooth import Lattice, smooth, smooth_map
+from .sampling import uniform
+from .smooth import smooth, smooth_map, widest
 
 # Smoothing that trades bias for noise as well as it can leaves a squared bias of half the squared
 # noise (h² against 1/h in two dimensions). Cross-validation sees less of it, because levels are
@@ -38,6 +39,7 @@ class Verdict:
     error: float
     direct_square: np.ndarray  # (count,)
     gather_square: np.ndarray  # (count,)
+    common: float  # relative error that wide neighbourhoods share: that of the elements
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,7 @@ class Judge:
     """What the error is measured on. ``project``: see ``sequence.solve``."""
 
     surface: Surface
-    lattices: list[Lattice]
+    lattices: list  # of Lattice or Graph: who is whose neighbour
     passes: tuple[str, ...]
     threads: int
     project: object = None
@@ -79,16 +81,19 @@ class Judge:
             (shadow + half[:, :3], half[:, 3:])
             for shadow, half in ((shadows.a, gathered.a), (shadows.b, gathered.b))
         ]
+        halves = [self._radiance(*half) for half in light]
+        apart = bounced * (bounced_a - bounced_b) / 2
         if self.project is None:
             square = float(gather_square.mean() + direct_square.mean())
         else:
-            square = self._projected([self._radiance(*half) for half in light])
+            square = self._projected(halves)
         return Verdict(
             direct=(light[0][0] + light[1][0]) / 2,
             indirect=(light[0][1] + light[1][1]) / 2,
             error=float(np.sqrt(max(square, 0.0))),
             direct_square=direct_square,
             gather_square=gather_square,
+            common=self._common(apart),
         )
 
     def mark(self, verdict: Verdict, goal: float) -> tuple:
@@ -107,6 +112,17 @@ class Judge:
                 continue
             result.append((np.flatnonzero(square > 0.3 * allowed), excess))
         return tuple(result)
+
+    def _common(self, apart: np.ndarray) -> float:
+        """Relative error that neighbours share, from the halves' differences (count, c).
+
+        Averaged widely, each receiver's own noise is nearly gone. What it leaves is measured by
+        giving every difference a sign at random, and taken off.
+        """
+        signs = np.where(uniform(apart.shape[:1], len(apart)) < 0.5, -1, 1)[:, None]
+        shared = (widest(self.lattices, apart) ** 2).mean()
+        own = (widest(self.lattices, signs * apart) ** 2).mean()
+        return float(np.sqrt(max(shared - 2 * own, 0.0)))
 
     def _smoothed(self, a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> _Part:
         """Halves (count, c) smoothed alike, and the mean's squared relative error (count,).

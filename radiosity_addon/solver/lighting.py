@@ -35,6 +35,11 @@ class Lighting:
         """Irradiances (count, 3): from explicit lights, bounced, and gathered first-hand."""
         return self.direct / self.points, self.bounced / self.rays, self.first / self.rays
 
+    def forget_gathered(self) -> None:
+        """Start the sums over rays anew: the radiosities they read have changed."""
+        for sums in (self.bounced, self.first, self.rays):
+            sums[:] = 0
+
 
 def no_light(count: int) -> Lighting:
     """Nothing summed yet."""

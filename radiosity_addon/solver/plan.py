@@ -6,7 +6,7 @@ corrects what they get wrong, so they decide on speed, not on truth.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 MANY_RECEIVERS = 400_000
 
@@ -22,19 +22,24 @@ class Plan:
     points: int  # of each receiver, for direct light
     rays: int  # of each receiver, for gathered light
 
+    def refined(self, excess: float) -> Plan:
+        """More elements, whose error is ``excess`` times what it may be (error² ~ 1 / elements)."""
+        elements = int(self.elements * min(max(excess**2, 2), 16))
+        return replace(self, elements=elements, row_rays=min(2 * self.row_rays, 512))
+
 
 def make_plan(error: float, receivers: int, smoothing: bool) -> Plan:
     """The first round for a relative ``error`` at ``receivers``; ``smoothing``: texels share."""
     elements = int(min(max(500 * (0.03 / error) ** 1.3, 200), 60_000))
-    rays = 16 if error < 0.02 or not smoothing else 8
+    rays = 16 if error < 0.015 or not smoothing else 8 if error < 0.025 else 4
     if receivers > MANY_RECEIVERS:
-        rays //= 2
+        rays = max(rays // 2, 4)
     return Plan(
-        goal=0.85 * error,
+        goal=0.75 * error,
         elements=elements,
         row_rays=64,
         row_points=8,
-        points=4,
+        points=4 if error < 0.06 else 2,
         rays=rays,
     )
 

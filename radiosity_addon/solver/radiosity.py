@@ -6,6 +6,7 @@ the direct light on them varies and receivers look: solve for what matters, wher
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,6 +41,7 @@ class Radiosity:
     solution: np.ndarray  # (n_rows, 3) reflected radiosity
     iterations: int
     residual: float
+    seconds: float  # of the linear solve
     energy: dict  # emitted, absorbed, escaped: see ``_energy``
 
 
@@ -141,7 +143,7 @@ def _solve(context: Context, elements: Elements, transport: Transport, tolerance
     source = sides.lit + sides.reflectance * transport.sky
     if emitted is not None:
         source = source + sides.reflectance * _emission_met(transport, emitted)
-    solution, iterations, residual = source, 0, 0.0
+    solution, iterations, residual, began = source, 0, 0.0, time.perf_counter()
     if len(source) and source.any():
         factors = form_factors(transport, elements)
         _check_steady(sides, transport, factors[0])
@@ -149,10 +151,13 @@ def _solve(context: Context, elements: Elements, transport: Transport, tolerance
             lambda x: sides.reflectance * transported(*factors, x), source, 0.03 * tolerance, 500
         )
         solution, iterations, residual = found.solution, found.iterations, found.residual
+    seconds = time.perf_counter() - began
     reflected = _fill_unknown(context, elements, sides, solution)
     table = elements.values_of_cells(reflected.astype(np.float32), np.float32(0))
     energy = _energy(context, elements, transport, source, solution)
-    return Radiosity(elements, table, emitted, transport, solution, iterations, residual, energy)
+    return Radiosity(
+        elements, table, emitted, transport, solution, iterations, residual, seconds, energy
+    )
 
 
 def _check_steady(sides: Sides, transport: Transport, matrix) -> None:

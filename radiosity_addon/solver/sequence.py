@@ -10,12 +10,15 @@ error asked for is met.
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 
 import numpy as np
 
 from .context import Context, build_context
 from .footprints import Footprints, build_footprints
-from .judge import Judge, Surface
+from .graph import build_graph
+from .judge import Judge, Surface, Verdict
+from .lattice import build_lattices
 from .lighting import add_direct, add_gathered, no_light, place_on
 from .plan import Plan, make_plan, power_of_two
 from .points import footprint_points
@@ -23,12 +26,15 @@ from .progress import Progress, silent
 from .radiosity import Radiosity, solve_radiosity
 from .receivers import Receivers
 from .scene import Scene
-from .smooth import build_lattices
 from .solution import Solution, Statistics
 
 SURFACE_POINTS = 8  # a receiver's reflectance and emission are means over these
 MAX_ROUNDS = 10
 MAX_SAMPLES = 1 << 14  # rays or points of a receiver in one round
+ELEMENTS_SHARE = 0.6  # of the goal: a larger error common to neighbours wants finer elements
+MOST_ELEMENTS = 200_000
+STALLED = 0.7  # of its square: gathered light's error after half as many rays again, at most
+HALVES = (0, 1)
 
 
 def solve(
@@ -46,11 +52,9 @@ def solve(
     judge = _judge(context, footprints, receivers, settings.passes, project)
     plan = make_plan(settings.target_error, receivers.count, bool(judge.lattices))
     clock.lap("elements")
-    radiosities = [_half(context, footprints, plan, settings.target_error, k) for k in (0, 1)]
-    clock.lap("transport")
     deadline = None if settings.time_limit is None else clock.start + settings.time_limit
-    verdict = _gather_rounds(context, footprints, radiosities, judge, plan, deadline)
-    clock.lap("gather")
+    bake = _Rounds(context, footprints, judge, settings.target_error, deadline, clock)
+    verdict, radiosities = bake.run(plan)
     return Solution(
         emission=judge.surface.emission * context.unit,
         direct=verdict.direct * context.unit,
@@ -64,7 +68,7 @@ def solve(
             target_error=settings.target_error,
             estimated_error=verdict.error,
             energy=radiosities[-1].energy,
-            warnings=tuple(_warnings(verdict, plan, settings, radiosities)),
+            warnings=tuple(_warnings(verdict, settings, radiosities)),
             seconds={**clock.laps, "embree": context.embree_seconds},
         ),
     )
@@ -83,11 +87,18 @@ class Clock:
         self.laps[stage] = self.laps.get(stage, 0.0) + now - self._last
         self._last = now
 
+    def move(self, stage: str, other: str, seconds: float) -> None:
+        """Book ``seconds`` of ``stage`` on ``other`` instead."""
+        self.laps[stage] -= seconds
+        self.laps[other] = self.laps.get(other, 0.0) + seconds
+
 
 def _judge(context: Context, footprints: Footprints, receivers: Receivers, passes, project):
-    lattices = []
+    position, normal = footprints.middle()
     if receivers.grid is not None:
-        lattices = build_lattices(receivers.grid, *footprints.middle())
+        lattices = build_lattices(receivers.grid, position, normal)
+    else:
+        lattices = build_graph(position, normal, footprints.area, context.threads)
     return Judge(_surface(context, footprints), lattices, passes, context.threads, project)
 
 
@@ -104,42 +115,90 @@ def _surface(context: Context, footprints: Footprints) -> Surface:
     )
 
 
-def _half(context: Context, footprints: Footprints, plan: Plan, error: float, half: int) -> Radiosity:
-    """One independent solve; the halves' elements differ in size, so that this shows too."""
-    key = (context.seed, 10, half)
-    place = place_on(footprints, np.arange(footprints.count), plan.row_points, *key)
-    elements = plan.elements if half else plan.elements // 2
-    return solve_radiosity(
-        context, footprints.count, place, elements, plan.row_rays, plan.row_points, error, key
-    )
+@dataclass(frozen=True)
+class _Rounds:
+    """The rounds of solving and gathering for one set of receivers."""
 
+    context: Context
+    footprints: Footprints
+    judge: Judge
+    error: float
+    deadline: float | None  # perf_counter seconds after which no round may end
+    clock: Clock
 
-def _gather_rounds(context: Context, footprints, radiosities, judge: Judge, plan: Plan, deadline):
-    """Light at the receivers: a first round for all, then more where the error is.
+    def run(self, plan: Plan) -> tuple[Verdict, list[Radiosity]]:
+        """A first round for all receivers, then more where the error is; finer elements first
+        where it is theirs."""
+        everyone = np.arange(self.footprints.count)
+        light = [no_light(len(everyone)) for _ in HALVES]
+        radiosities = self._solve(plan)
+        direct, gathered = (everyone, plan.points), (everyone, plan.rays)
+        before = np.inf  # what gathered light's squared error was, before the last rays
+        for step in range(MAX_ROUNDS):
+            began, work = time.perf_counter(), _samples(direct, gathered)
+            self._add(light, radiosities, direct, gathered, step)
+            verdict = self.judge.weigh(light)
+            self.clock.lap("gather")
+            if verdict.error <= plan.goal:
+                break
+            square = verdict.gather_square.mean()
+            excess = verdict.common / (ELEMENTS_SHARE * plan.goal)
+            if square > STALLED * before:
+                excess = max(excess, 2.0)
+            if excess > 1 and plan.elements < MOST_ELEMENTS:
+                plan, before = plan.refined(excess), np.inf
+                if not self._time_for(2 * (self.clock.laps["transport"] + self.clock.laps["gather"])):
+                    break
+                radiosities = self._solve(plan)
+                for half in light:
+                    half.forget_gathered()
+                direct, gathered = (everyone[:0], plan.points), (everyone, plan.rays)
+                continue
+            direct, gathered = self._more(verdict, plan, light)
+            grown = len(gathered[0]) * gathered[1] > light[0].rays.sum() / 2
+            before = square if grown else np.inf
+            ahead = _samples(direct, gathered)
+            if ahead == 0:
+                break
+            if not self._time_for((time.perf_counter() - began) * ahead / max(work, 1)):
+                break
+        return verdict, radiosities
 
-    No round starts that would end after ``deadline`` (perf_counter seconds, or None).
-    """
-    everyone = np.arange(footprints.count)
-    light = [no_light(footprints.count) for _ in radiosities]
-    direct, gathered = (everyone, plan.points), (everyone, plan.rays)
-    for step in range(MAX_ROUNDS):
-        began, work = time.perf_counter(), _samples(direct, gathered)
-        for half, radiosity in enumerate(radiosities):
-            add_direct(context, footprints, light[half], *direct, step, half)
-            add_gathered(context, footprints, light[half], radiosity, *gathered, step, half)
-        verdict = judge.weigh(light)
-        if verdict.error <= plan.goal:
-            break
-        marked = judge.mark(verdict, plan.goal)
-        direct, gathered = (
-            (owners, power_of_two(had * min(factor - 1, 3), 4, MAX_SAMPLES))
-            for (owners, factor), had in zip(marked, (_most(light[0].points), _most(light[0].rays)))
-        )
-        ahead = _samples(direct, gathered)
-        seconds = (time.perf_counter() - began) * ahead / max(work, 1)
-        if ahead == 0 or (deadline and time.perf_counter() + seconds > deadline):
-            break
-    return verdict
+    def _time_for(self, seconds: float) -> bool:
+        return self.deadline is None or time.perf_counter() + seconds <= self.deadline
+
+    def _solve(self, plan: Plan) -> list[Radiosity]:
+        """Two independent solves; their elements differ in size, so that this shows too."""
+        radiosities = []
+        for half in HALVES:
+            key = (self.context.seed, 10, half, plan.elements)
+            everyone = np.arange(self.footprints.count)
+            place = place_on(self.footprints, everyone, plan.row_points, *key)
+            radiosities.append(
+                solve_radiosity(
+                    self.context, len(everyone), place,
+                    plan.elements if half else plan.elements // 2,
+                    plan.row_rays, plan.row_points, self.error, key,
+                )
+            )
+        self.clock.lap("transport")
+        self.clock.move("transport", "solve", sum(r.seconds for r in radiosities))
+        return radiosities
+
+    def _add(self, light, radiosities, direct, gathered, step: int) -> None:
+        for half in HALVES:
+            add_direct(self.context, self.footprints, light[half], *direct, step, half)
+            add_gathered(
+                self.context, self.footprints, light[half], radiosities[half], *gathered, step, half
+            )
+
+    def _more(self, verdict: Verdict, plan: Plan, light):
+        """(owners, samples of each) to add, of points for direct light and of rays."""
+        numbers = (light[0].points, light[0].rays)
+        return [
+            (owners, power_of_two(had.max() * min(factor - 1, 7), 4, MAX_SAMPLES))
+            for (owners, factor), had in zip(self.judge.mark(verdict, plan.goal), numbers)
+        ]
 
 
 def _samples(*rounds) -> int:
@@ -147,7 +206,7 @@ def _samples(*rounds) -> int:
     return sum(len(owners) * samples for owners, samples in rounds)
 
 
-def _warnings(verdict, plan: Plan, settings, radiosities):
+def _warnings(verdict: Verdict, settings, radiosities):
     """What the user should know of the numbers."""
     if verdict.error > settings.target_error:
         reason = "within the time limit" if settings.time_limit else f"in {MAX_ROUNDS} rounds"
@@ -161,7 +220,3 @@ def _warnings(verdict, plan: Plan, settings, radiosities):
             f"the linear system was solved to a residual of {residual:.2g} only; "
             "reflectances this close to 1 need a scene that light can leave"
         )
-
-
-def _most(numbers: np.ndarray) -> float:
-    return float(numbers.max(initial=1))

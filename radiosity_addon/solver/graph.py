@@ -1,0 +1,68 @@
+"""Graph: receivers anywhere as neighbours of each other, for meshes without an image.
+
+Depends on NumPy and SciPy. A receiver's neighbours are the nearest that face the same way and lie
+in its plane, or nearly; a kernel averages over them by area, and kernels of growing width are that
+one applied 1, 2, 4, ... times.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+LEVELS = 5  # kernels are applied 1, 2, 4, 8, 16 times
+NEAREST = 9  # with the receiver itself
+LEAST = 16  # receivers; among fewer, none are neighbours
+FACING = 0.8  # cosine between the normals of neighbours, at least
+SLOPE = 0.4  # height of a neighbour over the receiver's plane, of its distance, at most
+
+
+@dataclass(frozen=True)
+class Graph:
+    """``kernel`` (n, n) CSR float32: rows >= 0 that add up to 1. Same words as a Lattice's."""
+
+    kernel: csr_matrix
+    levels: int = LEVELS
+
+    @property
+    def index(self) -> slice:
+        """All receivers."""
+        return slice(None)
+
+    def spread(self, values: np.ndarray) -> np.ndarray:
+        """(n, c) float32."""
+        return values.astype(np.float32)
+
+    def read(self, picture: np.ndarray) -> np.ndarray:
+        """(n, c)."""
+        return picture
+
+    def step(self, picture: np.ndarray, level: int) -> np.ndarray:
+        """The kernel of a level applied to (n, c) values."""
+        for _ in range(1 << level):
+            picture = self.kernel @ picture
+        return picture
+
+
+def build_graph(position, normal, area, threads: int) -> list[Graph]:
+    """One graph of all receivers: ``position``, ``normal`` (n, 3), ``area`` (n,); [] for a few."""
+    if len(position) < LEAST:
+        return []
+    from scipy.spatial import cKDTree
+
+    distance, near = cKDTree(position).query(position, NEAREST, workers=threads or -1)
+    step = position[near] - position[:, None]
+    length = np.linalg.norm(normal, axis=1)
+    unit = normal / np.where(length > 0, length, 1)[:, None]
+    facing = np.einsum("nkc,nc->nk", unit[near], unit)
+    height = np.abs(np.einsum("nkc,nc->nk", step, unit))
+    weight = np.where((facing > FACING) & (height <= SLOPE * distance), area[near], 0.0)
+    weight[:, 0] = np.maximum(area[near[:, 0]], 1e-300)
+    weight /= weight.sum(axis=1, keepdims=True)
+    n = len(position)
+    starts = np.arange(0, n * NEAREST + 1, NEAREST)
+    kernel = csr_matrix((weight.ravel().astype(np.float32), near.ravel(), starts), shape=(n, n))
+    kernel.eliminate_zeros()
+    return [Graph(kernel)]
