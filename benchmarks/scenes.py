@@ -164,13 +164,19 @@ def build(scene: StudyScene):
     return obj
 
 
+def scene_file(name: str) -> Path:
+    """Where the file ``name`` of other people's lies. Raises SceneMissing."""
+    path = Path(os.environ.get("RADIOSITY_SCENES", FOLDER)) / name
+    if not path.exists():
+        raise SceneMissing(f"{path} does not exist; name its folder in RADIOSITY_SCENES")
+    return path
+
+
 def _from_file(name: str) -> list:
     """The meshes of a file, appended, modifiers applied, every material a matte one."""
     import bpy
 
-    path = Path(os.environ.get("RADIOSITY_SCENES", FOLDER)) / name
-    if not path.exists():
-        raise SceneMissing(f"{path} does not exist; name its folder in RADIOSITY_SCENES")
+    path = scene_file(name)
     with bpy.data.libraries.load(str(path)) as (there, here):
         here.objects = there.objects
     objects = [obj for obj in here.objects if obj and obj.type == "MESH"]
