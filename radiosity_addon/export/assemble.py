@@ -67,7 +67,9 @@ def assemble(parts: list[Part], warnings: list[str]) -> Geometry:
 
 def _report_unsound(name: str, unfinite: int, empty: int, warnings: list[str]) -> None:
     if unfinite:
-        warnings.append(f'object "{name}": {unfinite} triangles with NaN or infinite vertices left out')
+        warnings.append(
+            f'object "{name}": {unfinite} triangles with NaN or infinite vertices left out'
+        )
     if empty:
         warnings.append(f'object "{name}": {empty} triangles without area left out')
 
@@ -114,7 +116,7 @@ def scatter_atlas(geometry: Geometry, atlases: dict) -> np.ndarray:
 
 
 def scatter_colors(geometry: Geometry, name: str) -> np.ndarray:
-    """(n_triangles, 3, 4) float32 of the colour attribute ``name`` ("": the default); 0 elsewhere."""
+    """(n_triangles, 3, 4) float32 of the colour attribute ``name`` ("": the default), else 0."""
     result = np.zeros((len(geometry.triangles), 3, 4), np.float32)
     for placed in geometry.placed:
         mesh = placed.part.mesh

@@ -49,7 +49,7 @@ def _warn_unmodelled(thing, warnings: list[str]) -> None:
         warnings.append(f'lamp "{thing.name}" casts no shadow in Blender; in the bake it does')
     linking = getattr(thing, "light_linking", None)
     if linking is not None and linking.blocker_collection is not None:
-        warnings.append(f'lamp "{thing.name}": shadow linking is not modelled; everything blocks it')
+        warnings.append(f'lamp "{thing.name}": shadow linking is not modelled; all block it')
 
 
 def with_node_colors(lights: list[Light], warnings: list[str]) -> list[Light]:

@@ -129,7 +129,7 @@ def _uvs(geometry: Geometry, name: str, atlases) -> np.ndarray:
 def _exported(geometry: Geometry, palette, lights, sky, objects, skipped, warnings) -> Exported:
     if not objects:
         reasons = "; ".join(f"{name} {reason}" for name, reason in skipped)
-        raise ValueError(f"no mesh to bake{': ' + reasons if reasons else '; add a mesh with faces'}")
+        raise ValueError(f"no mesh to bake: {reasons or 'add one that renders and has faces'}")
     parts = [placed.part for placed in geometry.placed]
     uvs = functools.cache(lambda name: _uvs(geometry, name, palette.atlases))
     scene = Scene(

@@ -52,7 +52,8 @@ def temporary_camera(scene):
     """A camera object linked to ``scene``; its data-blocks end with ``traceless``."""
     import bpy
 
-    camera = bpy.data.objects.new("Radiosity temporary", bpy.data.cameras.new("Radiosity temporary"))
+    name = "Radiosity temporary"
+    camera = bpy.data.objects.new(name, bpy.data.cameras.new(name))
     scene.collection.objects.link(camera)
     return camera
 
@@ -63,7 +64,8 @@ def _blocks():
 
     for prop in bpy.data.bl_rna.properties:
         if prop.type == "COLLECTION":
-            yield from (b for b in getattr(bpy.data, prop.identifier) if isinstance(b, bpy.types.ID))
+            blocks = getattr(bpy.data, prop.identifier)
+            yield from (block for block in blocks if isinstance(block, bpy.types.ID))
 
 
 def _key(block) -> int:

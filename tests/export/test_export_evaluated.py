@@ -1,4 +1,4 @@
-"""Evaluated materials: what Cycles bakes for a node tree lands at the right place of the surface."""
+"""Evaluated materials: what Cycles bakes for a node tree lands where it belongs."""
 
 from __future__ import annotations
 

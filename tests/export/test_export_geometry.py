@@ -102,6 +102,31 @@ def test_instances_take_part_but_are_not_baked(blender, export):
     np.testing.assert_allclose(exported.scene.vertices[triangles][..., 2], 5.0)
 
 
+def test_particles_and_geometry_nodes_instances(blender, export):
+    floor = add_plane(blender, "Floor")
+    leaf = add_plane(blender, "Leaf", size=0.1)
+    leaf.hide_render = True
+    emitter = floor.modifiers.new("Particles", "PARTICLE_SYSTEM").particle_system.settings
+    emitter.render_type, emitter.instance_object = "OBJECT", leaf
+    emitter.count, emitter.frame_start, emitter.frame_end = 3, 0, 0
+    scatter = add_plane(blender, "Scatter")
+    tree = blender.data.node_groups.new("Scatter", "GeometryNodeTree")
+    for way in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+    start, end = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
+    copies, info = (tree.nodes.new(f"GeometryNode{n}") for n in ("InstanceOnPoints", "ObjectInfo"))
+    info.inputs["Object"].default_value = leaf
+    tree.links.new(start.outputs[0], copies.inputs["Points"])
+    tree.links.new(info.outputs["Geometry"], copies.inputs["Instance"])
+    tree.links.new(copies.outputs[0], end.inputs[0])
+    scatter.modifiers.new("Nodes", "NODES").node_group = tree
+    exported = export()
+    # The floor; three particles; a leaf on each of the four corners in place of the plane itself.
+    assert len(exported.scene.objects) == 1 + 3 + 4
+    assert [o.name for o in exported.objects] == ["Floor"]
+    assert exported.skipped == (("Scatter", "has no faces with area when it is rendered"),)
+
+
 def test_curves_and_texts_take_part(blender, export):
     add_plane(blender, "Floor")
     text = blender.data.curves.new("Text", "FONT")
@@ -116,14 +141,16 @@ def test_curves_and_texts_take_part(blender, export):
 
 def test_unsound_faces_are_left_out_with_a_warning(blender, export):
     mesh = blender.data.meshes.new("Broken")
-    points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (float("nan"), 0, 0), (0, float("inf"), 0), (2, 0, 0)]
+    points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (np.nan, 0, 0), (0, np.inf, 0), (2, 0, 0)]
     mesh.from_pydata(points, [], [(0, 1, 2), (0, 1, 3), (0, 2, 4), (0, 1, 5)])
     add_object(blender, "Broken", mesh)
     exported = export()
     assert len(exported.scene.triangles) == 1
     assert np.all(np.isfinite(exported.scene.vertices))
-    assert 'object "Broken": 2 triangles with NaN or infinite vertices left out' in exported.warnings
-    assert 'object "Broken": 1 triangles without area left out' in exported.warnings
+    assert exported.warnings == (
+        'object "Broken": 2 triangles with NaN or infinite vertices left out',
+        'object "Broken": 1 triangles without area left out',
+    )
 
 
 def test_mesh_in_edit_mode_is_up_to_date(blender, export):

@@ -82,7 +82,9 @@ def test_shaders_and_their_mixtures(blender, export):
     np.testing.assert_allclose(ours.transmittance.value, (0.125, 0.25, 0.25), rtol=1e-6)
 
 
-def image_material(bpy, image, uv=None, alpha=False, shader="ShaderNodeEmission", extension="REPEAT"):
+def image_material(
+    bpy, image, uv=None, alpha=False, shader="ShaderNodeEmission", extension="REPEAT"
+):
     material, nodes, link = add_material(bpy)
     node = surface(material, nodes.new(shader))
     texture = nodes.new("ShaderNodeTexImage")

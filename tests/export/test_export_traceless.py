@@ -52,7 +52,8 @@ def values(block, depth=0):
                 result[prop.identifier] = values(value, depth + 1)
         elif prop.type == "COLLECTION" and depth < 3:
             items = list(value)[:200]
-            result[prop.identifier] = [values(i, depth + 1) for i in items] if depth < 2 else len(items)
+            deep = depth < 2
+            result[prop.identifier] = [values(i, depth + 1) for i in items] if deep else len(items)
     return result
 
 

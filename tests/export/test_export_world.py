@@ -26,9 +26,7 @@ def irradiance(scene, normal):
     """(3,) [W/m²] of the exported sky and suns on an unshadowed plane."""
     total = np.zeros(3)
     if scene.sky is not None:
-        pixels = np.broadcast_to(scene.sky.pixels, (64, 128, 3)) if scene.sky.pixels.size == 3 else (
-            scene.sky.pixels
-        )  # fmt: skip
+        pixels = scene.sky.pixels
         rays, angle = directions(*pixels.shape[:2])
         total += np.einsum("ij,ijc->c", np.maximum(rays @ normal, 0) * angle, pixels)
     for sun in scene.lamps:
