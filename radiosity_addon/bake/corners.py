@@ -72,7 +72,10 @@ def _check(target, receivers, values, weights) -> None:
         )
     bad = int((~np.isfinite(values).all(1)).sum() + (~np.isfinite(weights) | (weights < 0)).sum())
     if bad:
-        raise ValueError(f"{bad} receivers of {target.name!r} have light or area that is not finite")
+        raise ValueError(
+            f"{bad} receivers of {target.name!r} have light or area that is not finite; look for "
+            "infinite values among the lamps, the sky and the emission strengths"
+        )
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,9 @@ def item_count(mesh, domain: str) -> int:
     if not mesh.is_editmode:
         return len(mesh.loops if domain == "corner" else mesh.vertices)
     edited = _bmesh(mesh)
-    return sum(len(face.verts) for face in edited.faces) if domain == "corner" else len(edited.verts)
+    if domain == "point":
+        return len(edited.verts)
+    return sum(len(face.verts) for face in edited.faces)
 
 
 def write_attribute(mesh, name: str, values: np.ndarray) -> None:

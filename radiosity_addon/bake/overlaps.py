@@ -19,8 +19,9 @@ def overlap_layers(
 ) -> np.ndarray:
     """(n_faces,) int: 0 for faces that may stay, 1, 2, … for those to be taken apart.
 
-    ``uv`` (n, 3, 2) of the triangles, ``face`` (n,) which of ``count`` faces each is of, ``corners`` (n, 3)
-    their vertices: among many faces in a texel those that share one are taken to be neighbours.
+    ``uv`` (n, 3, 2) of the triangles, ``face`` (n,) which of ``count`` faces each is of,
+    ``corners`` (n, 3) their vertices: among many faces in a texel those that share one are
+    taken to be neighbours. ``resolution`` is that of the search for overlaps, in texels.
     """
     from scipy.sparse import csr_matrix
 
