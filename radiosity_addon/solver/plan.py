@@ -15,7 +15,8 @@ MANY_RECEIVERS = 400_000
 class Plan:
     """Numbers are per half; rays and points are powers of two, as Sobol sets want."""
 
-    goal: float  # estimated relative error at which to stop
+    goal: float  # estimated relative error that more samples are sized for
+    enough: float  # estimated relative error at which to stop
     elements: int
     row_rays: int
     row_points: int
@@ -30,12 +31,13 @@ class Plan:
 
 def make_plan(error: float, receivers: int, smoothing: bool) -> Plan:
     """The first round for a relative ``error`` at ``receivers``; ``smoothing``: texels share."""
-    elements = int(min(max(500 * (0.03 / error) ** 1.3, 200), 60_000))
+    elements = int(min(max(1000 * (0.03 / error) ** 1.3, 200), 60_000))
     rays = 16 if error < 0.015 or not smoothing else 8 if error < 0.025 else 4
     if receivers > MANY_RECEIVERS:
         rays = max(rays // 2, 4)
     return Plan(
         goal=0.75 * error,
+        enough=0.85 * error,
         elements=elements,
         row_rays=64,
         row_points=8,

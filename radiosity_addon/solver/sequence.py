@@ -31,7 +31,7 @@ from .solution import Solution, Statistics
 SURFACE_POINTS = 8  # a receiver's reflectance and emission are means over these
 MAX_ROUNDS = 10
 MAX_SAMPLES = 1 << 14  # rays or points of a receiver in one round
-ELEMENTS_SHARE = 0.6  # of the goal: a larger error common to neighbours wants finer elements
+ELEMENTS_SHARE = 0.8  # of the goal: a larger error common to neighbours wants finer elements
 MOST_ELEMENTS = 200_000
 STALLED = 0.7  # of its square: gathered light's error after half as many rays again, at most
 HALVES = (0, 1)
@@ -139,7 +139,7 @@ class _Rounds:
             self._add(light, radiosities, direct, gathered, step)
             verdict = self.judge.weigh(light)
             self.clock.lap("gather")
-            if verdict.error <= plan.goal:
+            if verdict.error <= plan.enough:
                 break
             square = verdict.gather_square.mean()
             excess = verdict.common / (ELEMENTS_SHARE * plan.goal)
