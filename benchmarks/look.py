@@ -68,7 +68,9 @@ def picture(name: str, path: Path, width: int = 960, exposure: float = 0.0) -> N
     scene.cycles.use_denoising = False
     scene.view_settings.view_transform, scene.view_settings.exposure = "Standard", exposure
     scene.render.resolution_x, scene.render.resolution_y = width, width * 5 // 8
-    scene.render.image_settings.file_format = "PNG"
+    settings = scene.render.image_settings
+    settings.file_format = "JPEG" if path.suffix == ".jpg" else "PNG"
+    settings.quality = 92  # of a JPEG
     scene.render.filepath = str(path.resolve())
     bpy.ops.render.render(write_still=True)
 

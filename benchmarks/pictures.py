@@ -110,7 +110,7 @@ def make(name: str, folder: Path) -> dict:
         report = bake(chosen, source, output)
         bpy.ops.wm.open_mainfile(filepath=str(output))
         show_baked(chosen.target)
-        picture(chosen.scene, folder / f"{name}.png", exposure=chosen.exposure)
+        picture(chosen.scene, folder / f"{name}.jpg", exposure=chosen.exposure)
     return report
 
 
