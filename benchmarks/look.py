@@ -71,6 +71,7 @@ def picture(name: str, path: Path, width: int = 960, exposure: float = 0.0) -> N
     settings = scene.render.image_settings
     settings.file_format = "JPEG" if path.suffix == ".jpg" else "PNG"
     settings.quality = 92  # of a JPEG
+    scene.render.use_stamp_filename = False  # or the file would name this machine's folders
     scene.render.filepath = str(path.resolve())
     bpy.ops.render.render(write_still=True)
 
