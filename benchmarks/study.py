@@ -2,6 +2,7 @@
 
     python -m benchmarks.study [--quick] [--scenes cornell street] [--errors 0.03 0.01]
                                [--seeds 0 1 2 3 4] [--samples 4 16 64 256] [--budget 3600]
+                               [--reference 512]
 
 Measures against two independent Cycles references, or the exact solution where there is one;
 Open Image Denoise is a rival where ``pyoidn`` is installed. Writes study.csv into the output
@@ -154,7 +155,8 @@ def read_csv(path: Path) -> list[Row]:
 
 def _plan(chosen) -> Plan:
     names = chosen.scenes or (QUICK_SCENES if chosen.quick else tuple(SCENES))
-    scenes = tuple(SCENES[name] for name in names)
+    most = chosen.reference or max(SCENES[name].reference for name in names)
+    scenes = tuple(replace(SCENES[n], reference=min(SCENES[n].reference, most)) for n in names)
     if chosen.quick:
         scenes = tuple(replace(s, size=QUICK_SIZE, reference=QUICK_REFERENCE) for s in scenes)
         chosen.errors, chosen.seeds, chosen.samples = QUICK.values()
@@ -175,6 +177,7 @@ def main(arguments=None) -> None:
     parser.add_argument("--errors", nargs="+", type=float, default=[0.1, 0.03, 0.01, 0.003])
     parser.add_argument("--seeds", nargs="+", type=int, default=[0, 1, 2, 3, 4])
     parser.add_argument("--samples", nargs="*", type=int, default=[4, 16, 64, 256])
+    parser.add_argument("--reference", type=int, help="at most so many samples of a reference")
     parser.add_argument("--budget", type=float, default=float("inf"), help="seconds in all")
     parser.add_argument("--output", type=Path, default=DOCS, help="folder of trade.md")
     chosen = parser.parse_args(arguments)

@@ -38,6 +38,14 @@ class Context:
     progress: Progress
 
     @property
+    def varies(self) -> bool:
+        """Reflectance or emission varies within a triangle somewhere."""
+        return not all(
+            isinstance(material.reflectance, Constant) and isinstance(material.emission, Constant)
+            for material in self.scene.materials
+        )
+
+    @property
     def rays(self) -> int:
         """Traced so far."""
         return sum(tracer.rays for tracer in self._distinct())

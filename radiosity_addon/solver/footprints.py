@@ -37,18 +37,19 @@ class Footprints:
         """(count,) float64 normalised."""
         return np.diff(self.cumulative[self.start])
 
+    def mean_of_cells(self, values: np.ndarray) -> np.ndarray:
+        """(count, 3) means over each footprint, by area, of values (n_cells, 3) of its cells."""
+        if self.count == len(values):
+            return values
+        weight = np.diff(self.cumulative)
+        sums = np.add.reduceat(weight[:, None] * values, self.start[:-1], axis=0)
+        return sums / self.area[:, None]
+
     def middle(self) -> tuple[np.ndarray, np.ndarray]:
         """(count, 3) mean position and (count, 3) mean normal (not unit) over each footprint."""
-        weight = np.diff(self.cumulative)
         half = np.where(self.square, 0.5, 1 / 3)[:, None]
         center = self.origin + half * (self.u + self.v)
-        owner = np.repeat(np.arange(self.count), np.diff(self.start))
-        total = np.bincount(owner, weight, self.count)
-        mean = [
-            np.stack([np.bincount(owner, weight * a[:, k], self.count) / total for k in range(3)], 1)
-            for a in (center, self.normal)
-        ]
-        return mean[0], mean[1]
+        return self.mean_of_cells(center), self.mean_of_cells(self.normal)
 
 
 def build_footprints(geometry: Geometry, receivers: Receivers) -> Footprints:

@@ -1,15 +1,17 @@
 """Lattice: the texels of an image as neighbours of each other on the surface.
 
-Depends on NumPy only. An à-trous kernel (Holschneider et al. 1989) averages texels at distances
+Depends on NumPy and ``parallel``. An à-trous kernel (Holschneider et al. 1989) averages texels at distances
 1, 2, 4, ...; neighbours are used in opposite pairs only, f(x+d) + f(x−d) − 2 f(x), so that light
 that varies linearly stays as it is, at the edge of a wall too.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+
+from .parallel import map_chunks
 
 LEVELS = 5  # kernels reach 1, 3, 7, 15, 31 texels
 DIRECTIONS = ((0, 1, 1 / 8), (1, 0, 1 / 8), (1, 1, 1 / 16), (1, -1, 1 / 16))  # row, column, weight
@@ -55,7 +57,7 @@ class Lattice:
         return result
 
 
-def build_lattices(grid, position, normal, levels: int = LEVELS) -> list[Lattice]:
+def build_lattices(grid, position, normal, threads: int = 1, levels: int = LEVELS) -> list[Lattice]:
     """One lattice an image. ``grid`` (count, 3) image, row, column; ``position`` (count, 3);
     ``normal`` (count, 3) unit."""
     lattices = []
@@ -67,38 +69,41 @@ def build_lattices(grid, position, normal, levels: int = LEVELS) -> list[Lattice
         row, column = (grid[index, 1:] - low + pad).T
         shape = tuple((high - low + 1 + 2 * pad).tolist())
         lattice = Lattice(index, row, column, shape, ())
-        lattices.append(_with_weights(lattice, position, normal, levels))
+        lattices.append(replace(lattice, weights=_weights(lattice, position, normal, levels, threads)))
     return lattices
 
 
-def _with_weights(lattice: Lattice, position, normal, levels: int) -> Lattice:
-    place = lattice.spread(position)
-    facing = lattice.spread(normal)
+def _weights(lattice: Lattice, position, normal, levels: int, threads: int) -> tuple:
+    place, facing = lattice.spread(position), lattice.spread(normal)
     covered = np.zeros(lattice.shape, bool)
     covered[lattice.row, lattice.column] = True
-    weights = []
-    span = None
-    for level in range(levels):
-        row = []
-        for dy, dx, weight in DIRECTIONS:
-            dy, dx = dy << level, dx << level
-            plus, minus = _shifted(place, dy, dx), _shifted(place, -dy, -dx)
-            both = covered & _shifted(covered, dy, dx) & _shifted(covered, -dy, -dx)
-            width = np.linalg.norm(plus - minus, axis=2)
-            flat = np.linalg.norm(plus + minus - 2 * place, axis=2) <= FLAT * width
-            bend = _shifted(facing, dy, dx) + _shifted(facing, -dy, -dx)
-            flat &= np.einsum("ijk,ijk->ij", bend, facing) > 1.98
-            row.append((both & flat, width / np.hypot(dy, dx)))
-        if span is None:  # the usual width of a step, from the nearest pairs
-            steps = np.stack([np.where(ok, width, np.inf) for ok, width in row])
-            span = steps.min(axis=0)
-        weights.append(
-            [
-                (weight * (ok & (width <= STRETCH * span)))[..., None].astype(np.float32)
-                for (ok, width), (_, _, weight) in zip(row, DIRECTIONS)
-            ]
-        )
-    return Lattice(lattice.index, lattice.row, lattice.column, lattice.shape, tuple(weights))
+
+    def pairs(level: int) -> list:
+        return [_pairs(place, facing, covered, dy << level, dx << level) for dy, dx, _ in DIRECTIONS]
+
+    found = map_chunks(pairs, range(levels), threads, lambda fraction: None)
+    # The usual width of a step, from the nearest pairs.
+    span = np.stack([np.where(ok, width, np.inf) for ok, width in found[0]]).min(axis=0)
+    return tuple(
+        [
+            (weight * (ok & (width <= STRETCH * span)))[..., None].astype(np.float32)
+            for (ok, width), (_, _, weight) in zip(level, DIRECTIONS)
+        ]
+        for level in found
+    )
+
+
+def _pairs(place, facing, covered, dy: int, dx: int):
+    """Where the texels (dy, dx) to both sides lie in one plane with this one, (height, width)
+    bool, and how wide a step between them is."""
+    plus, minus = _shifted(place, dy, dx), _shifted(place, -dy, -dx)
+    ok = covered & _shifted(covered, dy, dx) & _shifted(covered, -dy, -dx)
+    apart, bent = plus - minus, plus + minus - 2 * place
+    width = np.einsum("ijk,ijk->ij", apart, apart)
+    ok &= np.einsum("ijk,ijk->ij", bent, bent) <= FLAT**2 * width
+    turned = _shifted(facing, dy, dx) + _shifted(facing, -dy, -dx)
+    ok &= np.einsum("ijk,ijk->ij", turned, facing) > 1.98
+    return ok, np.sqrt(width) / np.hypot(dy, dx).astype(np.float32)
 
 
 def _shifted(picture: np.ndarray, dy: int, dx: int) -> np.ndarray:

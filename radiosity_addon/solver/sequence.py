@@ -96,22 +96,28 @@ class Clock:
 def _judge(context: Context, footprints: Footprints, receivers: Receivers, passes, project):
     position, normal = footprints.middle()
     if receivers.grid is not None:
-        lattices = build_lattices(receivers.grid, position, normal)
+        lattices = build_lattices(receivers.grid, position, normal, context.threads)
     else:
         lattices = build_graph(position, normal, footprints.area, context.threads)
     return Judge(_surface(context, footprints), lattices, passes, context.threads, project)
 
 
 def _surface(context: Context, footprints: Footprints) -> Surface:
-    """Reflectance and emission, averaged over each footprint."""
-    owners = np.arange(footprints.count)
-    turn = np.zeros((len(owners), 3), np.float32)
-    points = footprint_points(footprints, owners, turn, SURFACE_POINTS, context.seed, 30)
-    triangle, uv = points.triangle.ravel(), points.uv.reshape(-1, 2)
-    shape = (SURFACE_POINTS, -1, 3)
+    """Reflectance and emission, averaged over each footprint: cell by cell, or at points where
+    they vary within a triangle."""
+    if context.varies:
+        owners = np.arange(footprints.count)
+        turn = np.zeros((len(owners), 3), np.float32)
+        points = footprint_points(footprints, owners, turn, SURFACE_POINTS, context.seed, 30)
+        triangle, uv = points.triangle.ravel(), points.uv.reshape(-1, 2)
+
+        def mean(values: np.ndarray) -> np.ndarray:
+            return values.reshape(SURFACE_POINTS, -1, 3).mean(axis=0)
+    else:
+        triangle, uv = footprints.triangle, np.zeros((len(footprints.triangle), 2))
+        mean = footprints.mean_of_cells
     return Surface(
-        context.reflectance(triangle, uv).reshape(shape).mean(axis=0),
-        context.emission(triangle, uv).reshape(shape).mean(axis=0),
+        mean(context.reflectance(triangle, uv)), mean(context.emission(triangle, uv))
     )
 
 
