@@ -154,12 +154,17 @@ class Spheres:
         return self.position, self.radius
 
     def sample(self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray) -> Sample:
-        """Sample the disc that faces the point; the whole sphere's irradiance is I cosθ / r²."""
+        """Sample the disc of the lamp's radius r that faces the point, as Cycles' soft lamps do.
+
+        Seen whole from a distance d it brings I cosθ / (d² + r²): a uniform disc's irradiance
+        vector on its axis.
+        """
         toward = self.position[which] - position
         distance = np.sqrt(np.maximum(np.einsum("ij,ij->i", toward, toward), 1e-30))
         unit = toward / distance[:, None]
         cosine = np.maximum(np.einsum("ij,ij->i", unit, normal), 0)
-        irradiance = cosine / distance**2 * self._beam(which, unit)
+        irradiance = cosine / (distance**2 + self.radius[which] ** 2)
+        irradiance = irradiance * self._beam(which, unit)
         segment = toward
         if np.any(self.radius[which] > 0):
             segment = toward + _disc(unit, xi) * np.reshape(self.radius[which], (-1, 1))

@@ -34,7 +34,9 @@ class Material:
 
 @dataclass(frozen=True)
 class PointLamp:
-    """A sphere of ``radius`` with radiant intensity ``intensity`` (3,) [W/sr] (P/4π for P watts).
+    """A disc of ``radius`` that faces every point it lights, as in Cycles.
+
+    ``intensity`` (3,) is its radiant intensity [W/sr] (P/4π for P watts).
 
     A spot has ``axis`` (3,) unit, the direction it shines in; ``cone`` the full cone angle
     [rad] and ``blend`` in [0, 1]; for a point lamp ``axis`` is None.
