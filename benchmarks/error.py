@@ -1,6 +1,6 @@
 """The relative error of a bake, against the truth or against two noisy references. NumPy only.
 
-docs/theory.md section 6 derives both. Colours are (n, channels); a reference may hold NaN nowhere.
+docs/theory.md section 8 derives both. Colours are (n, channels); a reference may hold NaN nowhere.
 """
 
 from __future__ import annotations
