@@ -1,0 +1,168 @@
+"""Parity with Cycles: each kind of lamp, world, material and geometry, baked by both.
+
+    python -m benchmarks.parity [NAME ...] [--error 0.01] [--size 64] [--samples 128] [--list]
+
+Names are groups or cases; cases measured anew replace their lines in docs/parity.md. The error is
+the relative error of our bake against two independent Cycles bakes (error.py). Depends on bpy.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass
+from pathlib import Path
+
+from . import parity_geometry, parity_lamps, parity_materials, parity_passes, parity_worlds
+from .bake import our_bake, warm_up
+from .cycles import cycles_bake
+from .error import Measured, comparable_texels, reference_noise, relative_error, triangle_uvs
+from .machine import machine
+from .parity_stage import Case
+from .references import SEEDS
+
+GROUPS = {
+    "lamps": parity_lamps.CASES,
+    "worlds": parity_worlds.CASES,
+    "materials": parity_materials.CASES,
+    "geometry": parity_geometry.CASES,
+    "passes": parity_passes.CASES,
+}
+BOUND = 0.02
+SIZE, SAMPLES, ERROR = 64, 128, 0.01
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "parity.md"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One case measured. ``noise``: the relative error of one reference; ``ratio``: the mean of
+    our radiance over theirs."""
+
+    group: str
+    case: Case
+    error: Measured
+    noise: float
+    ratio: float
+    seconds: float
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def verdict(self) -> str:
+        """Agrees when the error less two standard errors is within the bound."""
+        if self.case.design:
+            return f"by design: {self.case.design}"
+        return "agrees" if self.error.error - 2 * self.error.uncertainty <= BOUND else "DIFFERS"
+
+
+def measure(group: str, case: Case, error=ERROR, size=SIZE, samples=SAMPLES) -> Row:
+    """Build the case in an empty file, bake it with both, and compare."""
+    obj = prepared(case, size)
+    passes, count = case.passes, max(samples, case.samples * samples // SAMPLES)
+    ours = our_bake(obj, size, error, passes=passes)
+    (a, mask, _), (b, _, _) = (cycles_bake(obj, size, count, seed, passes) for seed in SEEDS)
+    both = comparable_texels(triangle_uvs(obj), size) & mask & ours.mask
+    x, a, b = ours.pixels[both], a[both], b[both]
+    ratio = 2 * x.mean() / (a + b).mean()
+    found = relative_error(x, a, b)
+    return Row(group, case, found, reference_noise(a, b), float(ratio), ours.seconds)
+
+
+def prepared(case: Case, size: int):
+    """The object to bake, alone with its case in an empty file, with the UV map "Radiosity"."""
+    import bpy
+
+    from radiosity_addon.bake.unwrap import ensure_uv_map
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    obj = case.build()
+    bpy.context.view_layer.update()
+    active = obj.data.uv_layers.active.name if obj.data.uv_layers else None
+    ensure_uv_map([obj], "Radiosity", size)
+    if active is not None:
+        obj.data.uv_layers.active = obj.data.uv_layers[active]
+    bpy.context.view_layer.update()
+    return obj
+
+
+def chosen(names) -> list[tuple[str, Case]]:
+    """(group, case) of every name, all for none. Raises ValueError naming an unknown one."""
+    every = [(group, case) for group, cases in GROUPS.items() for case in cases]
+    known = set(GROUPS) | {case.name for _, case in every}
+    unknown = sorted(set(names) - known)
+    if unknown:
+        raise ValueError(f"unknown case {unknown[0]!r}; --list prints the groups and cases")
+    return [(g, case) for g, case in every if not names or g in names or case.name in names]
+
+
+def line(row: Row) -> str:
+    """A line of the page's table."""
+    return (f"| {row.group} | {row.case.name} | {100 * row.error.error:.2f} % | "
+            f"{100 * row.error.uncertainty:.2f} % | {100 * (row.ratio - 1):+.2f} % | "
+            f"{100 * row.noise:.1f} % | {row.seconds:.2f} | {row.verdict} |")  # fmt: skip
+
+
+def run(cases, say=print, **effort) -> list[Row]:
+    """Measure the cases, saying each."""
+    warm_up()
+    rows = []
+    for group, case in cases:
+        rows.append(measure(group, case, **effort))
+        say(line(rows[-1]))
+    return rows
+
+
+def write_page(rows, path: Path, about: str) -> None:
+    """Replace the page's lines of the cases in ``rows``; other cases keep their old lines."""
+    kept = _old_lines(path)
+    kept.update({(row.group, row.case.name): line(row) for row in rows})
+    order = [(group, case.name) for group, cases in GROUPS.items() for case in cases]
+    lines = [kept[key] for key in order if key in kept]
+    path.write_text(HEAD.format(about=about) + "\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _old_lines(path: Path) -> dict[tuple[str, str], str]:
+    if not path.exists():
+        return {}
+    rows = [text for text in path.read_text(encoding="utf-8").splitlines() if text[:2] == "| "]
+    return {tuple(part.strip() for part in text.split("|")[1:3]): text for text in rows}
+
+
+HEAD = """# Agreement with Cycles
+
+Made by `python -m benchmarks.parity` on: {about}.
+
+Each case is a floor and two walls of 4 m under a hovering slab, to which it adds one kind of lamp,
+world, material or geometry. We bake it to an image at an asked error of 1 %; Cycles bakes it twice
+in the same Blender, with independent seeds, no clamping and no denoising. *Error* is the
+[relative error](theory.md) of our bake against the two, and *uncertainty* its standard error from
+their noise. *Mean* is how much brighter or darker our whole bake is than theirs; *noise* the error
+of one of the two references; *seconds* those of our whole bake. A case agrees when its error, less
+two standard errors, is within 2 %. Only texels that lie within one triangle are compared.
+
+| group | case | error | uncertainty | mean | noise | seconds | verdict |
+|---|---|---|---|---|---|---|---|
+"""
+
+
+def main(arguments=None) -> None:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.parity", description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)  # fmt: skip
+    parser.add_argument("names", nargs="*", help="groups or cases; none: all")
+    parser.add_argument("--error", type=float, default=ERROR)
+    parser.add_argument("--size", type=int, default=SIZE)
+    parser.add_argument("--samples", type=int, default=SAMPLES)
+    parser.add_argument("--page", type=Path, default=PAGE, help="where the table goes")
+    parser.add_argument("--list", action="store_true", help="print the cases and stop")
+    options = parser.parse_args(arguments)
+    try:
+        cases = chosen(options.names)
+    except ValueError as error:
+        parser.error(str(error))
+    if options.list:
+        print("\n".join(f"{group}: {case.name}" for group, case in cases))
+        return
+    effort = {"error": options.error, "size": options.size, "samples": options.samples}
+    write_page(run(cases, **effort), options.page, machine())
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,3 @@
+"""Parity cases of geometry. Depends on bpy."""
+
+CASES = ()

@@ -1,0 +1,3 @@
+"""Parity cases of materials. Depends on bpy."""
+
+CASES = ()

@@ -1,0 +1,34 @@
+"""Parity cases of passes: what each combination leaves in the bake. Depends on bpy."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from .materials import glowing, matte
+from .parity_stage import Case, stage
+
+BLACK, COLORED = (0.0, 0.0, 0.0), (0.7, 0.5, 0.2)
+
+
+def scene(reflectance=COLORED):
+    """The lit stage in a colour; the slab red."""
+    return stage(matte("Stage", reflectance), lit=True)
+
+
+def glowing_scene():
+    """The lit stage, itself reflecting and emitting."""
+    return stage(glowing("Stage", 0.4, 0.5), lit=True)
+
+
+CASES = (
+    Case("direct", scene, ("direct",)),
+    Case("indirect", scene, ("indirect",)),
+    Case("direct, indirect", scene, ("direct", "indirect")),
+    Case("direct, color", scene, ("direct", "color")),
+    Case("indirect, color", scene, ("indirect", "color")),
+    Case("color", scene, ("color",)),
+    Case("direct, reflectance 0", partial(scene, BLACK), ("direct",)),
+    Case("indirect, reflectance 0", partial(scene, BLACK), ("indirect",)),
+    Case("emit", glowing_scene, ("emit",)),
+    Case("all, the stage glows", glowing_scene),
+)
