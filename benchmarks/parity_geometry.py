@@ -1,3 +1,249 @@
-"""Parity cases of geometry. Depends on bpy."""
+"""Parity cases of geometry: how things come to stand in a scene. Depends on bpy and NumPy."""
 
-CASES = ()
+from __future__ import annotations
+
+from functools import partial
+
+from .materials import matte
+from .meshes import block, mesh_object
+from .parity_stage import Case, glow, lamp, stage
+
+GREEN, BLUE = (0.1, 0.6, 0.2), (0.1, 0.3, 0.8)
+PLACES = ((-1.3, 1.0, 0.4), (1.2, 1.2, 0.7), (1.2, -1.2, 0.3))
+SHADING = "Cycles shades by smooth normals; we by the true ones of the faces"
+SHADOW_LINKING = "shadow linking is not modelled; a warning says so"
+
+
+def cube(name="Cube", edge: float = 0.6, color=GREEN):
+    """A cube about its origin."""
+    half = edge / 2
+    faces = [(quad + 0.0, 0) for quad in block((-half, -half, -half), (half, half, half))]
+    low = [(-half, -half, -half), (-half, half, -half), (half, half, -half), (half, -half, -half)]
+    import numpy as np
+
+    if len(faces) < 6:
+        faces.append((np.array(low), 0))
+    return mesh_object(name, faces, [matte(name, color)])
+
+
+def collection_instances():
+    """A collection that is nowhere in the scene, instanced in three places."""
+    import bpy
+
+    thing, source = stage(lit=True), cube()
+    hidden = bpy.data.collections.new("Hidden")
+    bpy.context.scene.collection.objects.unlink(source)
+    hidden.objects.link(source)
+    for place in PLACES:
+        empty = bpy.data.objects.new("Instance", None)
+        empty.instance_type, empty.instance_collection = "COLLECTION", hidden
+        empty.location, empty.rotation_euler = place, (0.3, 0.5, place[0])
+        bpy.context.scene.collection.objects.link(empty)
+    return thing
+
+
+def node_instances():
+    """Geometry nodes put a cube on each vertex of a triangle."""
+    import bpy
+
+    thing, source = stage(lit=True), cube()
+    source.hide_render = True
+    mesh = bpy.data.meshes.new("Points")
+    mesh.from_pydata(PLACES, [], [])
+    carrier = bpy.data.objects.new("Points", mesh)
+    bpy.context.scene.collection.objects.link(carrier)
+    tree = bpy.data.node_groups.new("Instances", "GeometryNodeTree")
+    for way in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+    start, end = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
+    spread = tree.nodes.new("GeometryNodeInstanceOnPoints")
+    what = tree.nodes.new("GeometryNodeObjectInfo")
+    what.inputs["Object"].default_value = source
+    tree.links.new(start.outputs[0], spread.inputs["Points"])
+    tree.links.new(what.outputs["Geometry"], spread.inputs["Instance"])
+    tree.links.new(spread.outputs[0], end.inputs[0])
+    carrier.modifiers.new("Nodes", "NODES").node_group = tree
+    return thing
+
+
+def linked_duplicates():
+    """Three objects of one mesh; one has a material of its own on the object."""
+    import bpy
+
+    thing, source = stage(lit=True), cube()
+    for place in PLACES:
+        copy = source.copy()
+        copy.location = place
+        bpy.context.scene.collection.objects.link(copy)
+    copy.material_slots[0].link = "OBJECT"
+    copy.material_slots[0].material = matte("Own", BLUE)
+    bpy.data.objects.remove(source)
+    return thing
+
+
+def modifiers():
+    """A cube with a bevel, repeated by an array."""
+    thing, source = stage(lit=True), cube()
+    source.location = (-1.2, 1.2, 0.5)
+    source.modifiers.new("Bevel", "BEVEL").width = 0.1
+    source.modifiers.new("Array", "ARRAY").count = 3
+    return thing
+
+
+def modified_stage():
+    """The baked object itself, subdivided for the render only."""
+    thing = stage(lit=True)
+    modifier = thing.modifiers.new("Subdivision", "SUBSURF")
+    modifier.subdivision_type = "SIMPLE"
+    modifier.levels, modifier.render_levels = 0, 2
+    return thing
+
+
+def negative_scale():
+    """The stage mirrored and its faces turned to look inside; the slab mirrored as well."""
+    import bpy
+
+    thing = stage(lit=True)
+    thing.scale = (-1.0, 1.0, 1.0)
+    thing.location = (0.3, 0.0, 0.0)
+    bpy.data.objects["Slab"].scale = (1.0, 1.0, -1.2)
+    bpy.data.objects["Slab"].location = (0.0, 0.0, 1.6)
+    return thing
+
+
+def curve(emits: bool):
+    """A bent tube."""
+    import bpy
+
+    thing = stage(lit=not emits)
+    data = bpy.data.curves.new("Tube", "CURVE")
+    data.dimensions, data.bevel_depth = "3D", 0.15
+    spline = data.splines.new("BEZIER")
+    spline.bezier_points.add(1)
+    for point, place in zip(spline.bezier_points, ((-1.2, -1.2, 1.6), (1.2, 0.8, 2.0))):
+        point.co = place
+        point.handle_left_type = point.handle_right_type = "AUTO"
+    data.materials.append(glow(20.0) if emits else matte("Tube", GREEN))
+    bpy.context.scene.collection.objects.link(bpy.data.objects.new("Tube", data))
+    return thing
+
+
+def text(emits: bool):
+    """Thick letters lying above the floor."""
+    import bpy
+
+    thing = stage(lit=not emits)
+    data = bpy.data.curves.new("Letters", "FONT")
+    data.body, data.size, data.extrude = "LIGHT", 1.0, 0.05
+    data.materials.append(glow(20.0) if emits else matte("Letters", GREEN))
+    letters = bpy.data.objects.new("Letters", data)
+    letters.location, letters.rotation_euler = (-1.5, -1.0, 1.5), (0.4, 0.0, 0.0)
+    bpy.context.scene.collection.objects.link(letters)
+    return thing
+
+
+def metaball():
+    """A ball of two metaballs."""
+    import bpy
+
+    thing = stage(lit=True)
+    data = bpy.data.metaballs.new("Blob")
+    data.render_resolution = data.resolution = 0.15
+    for place in ((0.0, 0.0, 0.0), (0.5, 0.0, 0.2)):
+        data.elements.new(type="BALL").co = place
+    data.materials.append(matte("Blob", GREEN))
+    blob = bpy.data.objects.new("Blob", data)
+    blob.location = (0.9, -1.0, 0.9)
+    blob.scale = (0.6, 0.6, 0.6)
+    bpy.context.scene.collection.objects.link(blob)
+    return thing
+
+
+def extra(**settings):
+    """A cube between lamp and floor with these settings of the object."""
+    thing, box = stage(lit=True), cube()
+    box.location = (0.9, -0.6, 1.2)
+    for name, value in settings.items():
+        setattr(box, name, value)
+    return thing
+
+
+def instancer_hidden():
+    """A collection of two cubes excluded from the view layer."""
+    import bpy
+
+    thing = stage(lit=True)
+    collection = bpy.data.collections.new("Excluded")
+    bpy.context.scene.collection.children.link(collection)
+    box = cube()
+    box.location = (0.9, -0.6, 1.2)
+    bpy.context.scene.collection.objects.unlink(box)
+    collection.objects.link(box)
+    bpy.context.view_layer.layer_collection.children["Excluded"].exclude = True
+    return thing
+
+
+def light_linking(state: str):
+    """A second lamp that lights only the slab, or all but it."""
+    import bpy
+
+    thing = stage(lit=True)
+    lit = lamp("POINT", (-1.0, -1.5, 1.8), energy=150.0, shadow_soft_size=0.1)
+    collection = bpy.data.collections.new("Lit")
+    collection.objects.link(bpy.data.objects["Slab"])
+    lit.light_linking.receiver_collection = collection
+    collection.collection_objects[0].light_linking.link_state = state
+    return thing
+
+
+def shadow_linking():
+    """A second lamp for which the slab casts no shadow."""
+    import bpy
+
+    thing = stage()
+    lit = lamp("POINT", (-0.5, -0.5, 2.5), energy=150.0, shadow_soft_size=0.1)
+    collection = bpy.data.collections.new("Blockers")
+    collection.objects.link(bpy.data.objects["Slab"])
+    lit.light_linking.blocker_collection = collection
+    collection.collection_objects[0].light_linking.link_state = "EXCLUDE"
+    return thing
+
+
+def smooth_ball(baked: bool):
+    """A coarse ball shaded smooth, beside the stage or baked itself."""
+    import bpy
+
+    thing = stage(lit=True)
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=16, ring_count=8, radius=0.5,
+                                         location=(0.9, -0.9, 0.9))  # fmt: skip
+    ball = bpy.context.object
+    ball.data.materials.append(matte("Ball", GREEN))
+    ball.data.shade_smooth()
+    return ball if baked else thing
+
+
+CASES = (
+    Case("collection instances", collection_instances),
+    Case("geometry nodes instances", node_instances),
+    Case("linked duplicates", linked_duplicates),
+    Case("modifiers", modifiers),
+    Case("modifiers of the stage", modified_stage),
+    Case("negative scale", negative_scale),
+    Case("curve", partial(curve, False)),
+    Case("curve, emitting", partial(curve, True)),
+    Case("text", partial(text, False)),
+    Case("text, emitting", partial(text, True)),
+    Case("metaballs", metaball),
+    Case("hidden in renders", partial(extra, hide_render=True)),
+    Case("hidden from diffuse rays", partial(extra, visible_diffuse=False)),
+    Case("hidden from shadow rays", partial(extra, visible_shadow=False)),
+    Case("hidden from the camera", partial(extra, visible_camera=False)),
+    Case("hidden from transmission rays", partial(extra, visible_transmission=False)),
+    Case("holdout", partial(extra, is_holdout=True)),
+    Case("excluded collection", instancer_hidden),
+    Case("light linking, only the slab", partial(light_linking, "INCLUDE")),
+    Case("light linking, all but the slab", partial(light_linking, "EXCLUDE")),
+    Case("shadow linking", shadow_linking, design=SHADOW_LINKING),
+    Case("smooth ball beside the stage", partial(smooth_ball, False)),
+    Case("smooth ball, baked", partial(smooth_ball, True), design=SHADING),
+)
