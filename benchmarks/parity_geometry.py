@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
+import numpy as np
+
 from .materials import matte
 from .meshes import block, mesh_object
 from .parity_stage import Case, glow, lamp, stage
@@ -19,10 +21,7 @@ def cube(name="Cube", edge: float = 0.6, color=GREEN):
     half = edge / 2
     faces = [(quad + 0.0, 0) for quad in block((-half, -half, -half), (half, half, half))]
     low = [(-half, -half, -half), (-half, half, -half), (half, half, -half), (half, -half, -half)]
-    import numpy as np
-
-    if len(faces) < 6:
-        faces.append((np.array(low), 0))
+    faces.append((np.array(low), 0))  # ``block`` has no bottom below z = 0
     return mesh_object(name, faces, [matte(name, color)])
 
 

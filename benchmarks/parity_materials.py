@@ -12,7 +12,8 @@ import numpy as np
 from .materials import matte, sky
 from .parity_stage import Case, add_node, ceiling, glow, new_material, panel, picture, stage, surface
 
-SPECULAR = "a glossy coat over the stage reflects light that radiosity leaves out"
+SPECULAR = "mirror reflections between the stage's own faces are left out; direct light agrees"
+DIRECT = ("direct", "color")
 GLOSSY = "the slab's mirror reflections onto the stage are left out; a warning names it"
 GLASS = "light passes glass straight, tinted; Cycles refracts it and mirrors a part"
 PANE = [(-1.5, -1.0, 1.2), (0.5, -1.0, 1.2), (0.5, 0.8, 1.2), (-1.5, 0.8, 1.2)]
@@ -201,6 +202,9 @@ CASES = (
     Case("principled, default", partial(on_stage, Base_Color=BLUE), design=SPECULAR),
     Case("metallic 0.5 on the stage", partial(on_stage, Base_Color=BLUE, Metallic=0.5,
                                               Specular_IOR_Level=0.0), design=SPECULAR),
+    Case("principled, default, direct", partial(on_stage, Base_Color=BLUE), DIRECT),
+    Case("metallic 0.5 on the stage, direct", partial(on_stage, Base_Color=BLUE, Metallic=0.5,
+                                                      Specular_IOR_Level=0.0), DIRECT),
     Case("metallic slab, rough", partial(on_slab, Metallic=1.0, Roughness=0.8), design=GLOSSY),
     Case("glossy slab", partial(slab_of, "BsdfAnisotropic", Roughness=0.3), design=GLOSSY),
     Case("no material on the slab", bare_slab),

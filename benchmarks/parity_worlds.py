@@ -110,5 +110,5 @@ CASES = (
     Case("sky texture, low sun", partial(sky_texture, True, 0.15)),
     Case("noise", noise),
     Case("light path", light_path),
-    Case("hidden from diffuse rays", hidden),
+    Case("world hidden from diffuse rays", hidden),
 )
