@@ -160,25 +160,45 @@ def _clusters(geometry: Geometry, small: np.ndarray, group: np.ndarray, size: fl
     return labels.reshape(-1).astype(np.int32), int(labels.max()) + 1
 
 
-def refine(elements: Elements, chosen: np.ndarray) -> Elements:
-    """Divide the elements ``chosen`` (k,) int: every cell of theirs into four, each an element of
-    its own. The numbers of divided elements are not used again."""
+def refine(geometry: Geometry, elements: Elements, chosen: np.ndarray) -> Elements:
+    """Divide the elements ``chosen`` (k,) int: a single cell into four, several cells (a cluster
+    of small triangles) by the octants around their mean. The numbers of divided elements are not
+    used again."""
     divided = np.zeros(elements.count, bool)
     divided[chosen] = True
     leaf = np.flatnonzero(elements.element >= 0)
     leaf = leaf[divided[elements.element[leaf]]]
-    fresh = np.arange(len(leaf))
+    owner = elements.element[leaf]
+    several = np.bincount(owner, minlength=1)[owner] > 1
     element = elements.element.copy()
+    octants = _octants(geometry, elements.triangle[leaf[several]], owner[several])
+    element[leaf[several]] = elements.count + octants
+    count = elements.count + int(octants.max(initial=-1)) + 1
+    leaf = leaf[~several]
+    fresh = np.arange(len(leaf))
     element[leaf] = INSIDE - (len(elements.grid) + fresh)
-    parts = elements.count + np.arange(4 * len(leaf))
+    parts = count + np.arange(4 * len(leaf))
     return Elements(
         grid=np.concatenate([elements.grid, np.full(len(leaf), 2, np.int32)]),
         base=np.concatenate([elements.base, len(element) + 4 * fresh]).astype(np.int32),
         element=np.concatenate([element, parts]).astype(np.int32),
         triangle=np.concatenate([elements.triangle, np.repeat(elements.triangle[leaf], 4)]),
-        corners=np.concatenate([elements.corners, _quarters(elements.corners[leaf])]),
         area=np.concatenate([elements.area, np.repeat(elements.area[leaf] / 4, 4)]),
-        count=elements.count + 4 * len(leaf),
+        corners=np.concatenate([elements.corners, _quarters(elements.corners[leaf])]),
+        count=count + 4 * len(leaf),
         depth=elements.depth + 1,
         divided=elements.divided,
     )
+
+
+def _octants(geometry: Geometry, triangle: np.ndarray, owner: np.ndarray) -> np.ndarray:
+    """(n,) labels from 0: triangles of one ``owner`` (n,) in one octant around their mean."""
+    if len(triangle) == 0:
+        return np.zeros(0, np.int64)
+    center = geometry.p0[triangle] + (geometry.e1[triangle] + geometry.e2[triangle]) / 3
+    number = np.bincount(owner)
+    key = owner.astype(np.int64) * 8
+    for axis in range(3):
+        mean = np.bincount(owner, center[:, axis]) / np.maximum(number, 1)
+        key += (center[:, axis] > mean[owner]) << axis
+    return np.unique(key, return_inverse=True)[1].reshape(-1)

@@ -76,7 +76,7 @@ def _apart(context: Context, elements: Elements, target: int, tolerance: float) 
             break
         cut = fresh[_obstructed(context, elements, fresh)]
         start = len(elements.element)
-        elements = refine(elements, elements.element[cut])
+        elements = refine(context.geometry, elements, elements.element[cut])
         fresh = np.arange(start, len(elements.element))
     return elements
 
@@ -124,7 +124,7 @@ def _refined(context, elements, places: Places, per, target, tolerance, key):
         divided = np.unique(known.side[worth] // 2)
         if len(divided) == 0 or elements.count > MAX_GROWTH * target:
             break
-        elements = refine(elements, divided)
+        elements = refine(context.geometry, elements, divided)
         places = places.on(elements)
         known = known.take(np.flatnonzero(~np.isin(known.side // 2, divided)))
         side = elements.sides_of(places.side)
