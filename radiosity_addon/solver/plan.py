@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 MANY_RECEIVERS = 400_000
+MOST_ROW_RAYS = 10_000_000  # of all elements together: they are kept in memory
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,8 @@ class Plan:
     def refined(self, excess: float) -> Plan:
         """More elements, whose error is ``excess`` times what it may be (error² ~ 1 / elements)."""
         elements = int(self.elements * min(max(excess**2, 2), 16))
-        return replace(self, elements=elements, row_rays=min(2 * self.row_rays, 512))
+        rays = 2 * self.row_rays if 2 * self.row_rays * elements <= MOST_ROW_RAYS else self.row_rays
+        return replace(self, elements=elements, row_rays=rays)
 
 
 def make_plan(error: float, receivers: int, smoothing: bool) -> Plan:

@@ -146,14 +146,13 @@ def trace_transport(
         row[fresh.side] = total + np.arange(len(fresh.side))
         total += len(fresh.side)
         hits, later, sky, places = _trace_rows(
-            context, elements, fresh.points, rays, (*key, generation)
+            context, elements, fresh.points, row, rays, (*key, generation)
         )
         first = total - len(fresh.side)
         later = Later(later.row + first, later.side, later.weight)
         generations.append((fresh, hits, later, sky))
         side = elements.sides_of(places.side)
-        new = np.flatnonzero(row[side] == -1)
-        fresh = light_sides(context, places[new], side[new], per, (*key, generation))
+        fresh = light_sides(context, places, side, per, (*key, generation))
     sides, hits, later, sky = zip(*generations)
     return Transport(
         join_sides(sides), np.maximum(row, -1), np.concatenate(hits), join_later(later),
@@ -176,8 +175,9 @@ def join_sides(parts) -> Sides:
     return Sides(points=join_points([part.points for part in parts]), **arrays)
 
 
-def _trace_rows(context: Context, elements: Elements, points: Points, rays: int, key):
-    """Hits (R, rays), later hits, sky (R, 3) and the places of all hits, for R owners' points."""
+def _trace_rows(context: Context, elements: Elements, points: Points, row, rays: int, key):
+    """Hits (R, rays), later hits, sky (R, 3), and the places on sides whose ``row`` is -1, for R
+    owners' points."""
     count = points.shape[1]
     hits = np.empty((count, rays), np.int32)
     light = np.zeros((count, 3))
@@ -188,23 +188,27 @@ def _trace_rows(context: Context, elements: Elements, points: Points, rays: int,
     def work(chunk):
         group, chosen = chunk
         met, directions = shoot(context, points.take(chosen), rays, *key, group, 3)
-        arriving, sides = 0.0, []
+        arriving, sides, found = 0.0, [], []
         for part in met:
             sides.append(sides_hit(elements, part.hits))
             missed = sides[-1] == elements.miss
             arriving = arriving + sky_mean(context.sky, missed, part, directions)
-        return chosen, met, sides, arriving
+            some = places_hit(sides[-1], part.hits, elements.miss)
+            found.append(some[row[elements.sides_of(some.side)] == -1])
+        behind = [
+            Later(chosen[part.rays % len(chosen)], side, part.weight)
+            for side, part in zip(sides[1:], met[1:])
+        ]
+        return chosen, sides[0].reshape(rays, -1).T, arriving, found, behind
 
     chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // rays))
-    for chosen, met, sides, arriving in map_chunks(
+    for chosen, sides, arriving, found, behind in map_chunks(
         work, chunks, context.threads, context.tick(STAGE)
     ):
-        hits[chosen] = sides[0].reshape(rays, -1).T
+        hits[chosen] = sides
         light[chosen] = arriving
-        places += [places_hit(s, part.hits, elements.miss) for s, part in zip(sides, met)]
-        for s, part in zip(sides[1:], met[1:]):
-            owner = chosen[part.rays % len(chosen)]
-            later.append(Later(owner, s, part.weight))
+        places += found
+        later += behind
     return hits, join_later(later), light, join_places(places)
 
 
