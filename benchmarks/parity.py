@@ -55,10 +55,11 @@ class Row:
 
 def measure(group: str, case: Case, error=ERROR, size=SIZE, samples=SAMPLES) -> Row:
     """Build the case in an empty file, bake it with both, and compare."""
-    obj = prepared(case, size)
-    passes, count = case.passes, max(samples, case.samples * samples // SAMPLES)
-    ours = our_bake(obj, size, error, passes=passes)
-    (a, mask, _), (b, _, _) = (cycles_bake(obj, size, count, seed, passes) for seed in SEEDS)
+    obj = prepared(case.build, size)
+    ours = our_bake(obj, size, error, passes=case.passes)
+    if case.stand_in is not None:
+        obj = prepared(case.stand_in, size)
+    (a, mask, _), (b, _, _) = (cycles_bake(obj, size, samples, s, case.passes) for s in SEEDS)
     both = comparable_texels(triangle_uvs(obj), size) & mask & ours.mask
     x, a, b = ours.pixels[both], a[both], b[both]
     ratio = 2 * x.mean() / (a + b).mean()
@@ -66,14 +67,14 @@ def measure(group: str, case: Case, error=ERROR, size=SIZE, samples=SAMPLES) -> 
     return Row(group, case, found, reference_noise(a, b), float(ratio), ours.seconds)
 
 
-def prepared(case: Case, size: int):
-    """The object to bake, alone with its case in an empty file, with the UV map "Radiosity"."""
+def prepared(build, size: int):
+    """The object to bake, alone with what ``build()`` adds to it in an empty file, with the UV map "Radiosity"."""
     import bpy
 
     from radiosity_addon.bake.unwrap import ensure_uv_map
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    obj = case.build()
+    obj = build()
     bpy.context.view_layer.update()
     active = obj.data.uv_layers.active.name if obj.data.uv_layers else None
     ensure_uv_map([obj], "Radiosity", size)

@@ -16,6 +16,7 @@ SPECULAR = "mirror reflections between the stage's own faces are left out; direc
 DIRECT = ("direct", "color")
 GLOSSY = "the slab's mirror reflections onto the stage are left out; a warning names it"
 GLASS = "light passes glass straight, tinted; Cycles refracts it and mirrors a part"
+ONE_WAY = "one transmittance serves both sides of a surface"
 PANE = [(-1.5, -1.0, 1.2), (0.5, -1.0, 1.2), (0.5, 0.8, 1.2), (-1.5, 0.8, 1.2)]
 
 
@@ -154,7 +155,7 @@ def glass(lit_by_sky: bool):
 
 
 def glowing_panel(material=None, flipped: bool = False):
-    """A glowing panel under the sky of nothing; ``flipped`` shows the stage its back."""
+    """A glowing panel in the dark; ``flipped`` shows the stage its back."""
     thing = stage()
     panel_object = ceiling(material or glow())
     if flipped:
@@ -222,7 +223,7 @@ CASES = (
     Case("tinted transparent", tinted),
     Case("glass under a lamp", partial(glass, False), design=GLASS),
     Case("glass under a sky", partial(glass, True), design=GLASS),
-    Case("backfacing", backfacing),
+    Case("backfacing", backfacing, design=ONE_WAY),
     Case("emission panel", glowing_panel),
     Case("emission panel from behind", partial(glowing_panel, flipped=True)),
     Case("emission texture of a panel", glowing_picture),
