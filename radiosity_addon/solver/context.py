@@ -86,7 +86,7 @@ def build_context(scene: Scene, seed: int, threads: int, progress: Progress) -> 
     if scene.sky is not None and np.any(scene.sky.pixels > 0):
         pixels, suns = split_sky(scene.sky)
         sky = Skylight(pixels)
-    sources, explicit = build_sources(scene, geometry, suns)
+    sources, explicit = build_sources(scene, geometry, tracer, suns)
     unit = _brightest(scene, sources, sky)
     sources = sources.scaled(1 / unit)
     if sky is not None:

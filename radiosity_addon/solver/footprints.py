@@ -9,10 +9,6 @@ import numpy as np
 from .geometry import OFFSET, Geometry
 from .receivers import Receivers
 
-# Points keep this share of a triangle away from its edges, so that rounding to float32 never puts
-# a ray's origin behind the neighbouring wall.
-SHRINK = 1e-5
-
 
 @dataclass(frozen=True)
 class Footprints:
@@ -54,8 +50,9 @@ class Footprints:
 
 def build_footprints(geometry: Geometry, receivers: Receivers) -> Footprints:
     """Place receivers in space."""
-    corners = receivers.corners * (1 - SHRINK) + SHRINK / 3
     triangle = receivers.triangle
+    shrink = geometry.shrink[triangle][:, None, None]
+    corners = receivers.corners * (1 - shrink) + shrink / 3
     e1, e2 = geometry.e1[triangle], geometry.e2[triangle]
     edge_u, edge_v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     normal = geometry.normal[triangle]

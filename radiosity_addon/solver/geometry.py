@@ -1,6 +1,6 @@
 """Geometry: the triangles centred and scaled to a unit box, with normals and areas.
 
-Depends on NumPy only. Everything after this works in normalised lengths; radiosity does not
+Depends on ``sharp``. Everything after this works in normalised lengths; radiosity does not
 depend on the unit of length, and lamp intensities are rescaled where they enter (``lights``).
 """
 
@@ -10,9 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .sharp import edge_shrink
+
 # Ray origins leave the surface by this much [unit box]. Embree's own self-hits stop between 1e-7
 # and 5e-7; nearer gaps than this cannot be told apart in float32 anyway.
 OFFSET = 5e-7
+SMALLEST, LARGEST = 1e-100, 1e100  # extent of a scene; powers of it must be numbers too
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,7 @@ class Geometry:
     e2: np.ndarray  # (n, 3)
     normal: np.ndarray  # (n, 3) unit; zero where the area is
     area: np.ndarray  # (n,) normalised
+    shrink: np.ndarray  # (n,) share of it that points keep away from its edges
     scale: float  # scene length of one normalised unit
     center: np.ndarray  # (3,) scene position of the normalised origin
 
@@ -53,7 +57,12 @@ def build_geometry(vertices: np.ndarray, triangles: np.ndarray) -> Geometry:
         raise ValueError("a vertex is not finite; leave such faces out of the scene")
     low, high = used.min(axis=0), used.max(axis=0)
     center = low / 2 + high / 2
-    scale = float(max((high - low).max(), np.finfo(float).tiny * 1e16))
+    scale = float(max((high / 2 - low / 2).max() * 2, np.finfo(float).tiny * 1e16))
+    if len(triangles) and not SMALLEST < scale < LARGEST:
+        raise ValueError(
+            f"the scene is {scale:.3g} units across; that must lie between {SMALLEST:g} and "
+            f"{LARGEST:g}: apply a scale"
+        )
     inside = np.zeros(len(vertices), bool)
     inside[triangles.ravel()] = True
     unit = np.where(inside[:, None], (vertices - center) / scale, 0.0)
@@ -62,4 +71,5 @@ def build_geometry(vertices: np.ndarray, triangles: np.ndarray) -> Geometry:
     cross = np.cross(e1, e2)
     length = np.linalg.norm(cross, axis=1)
     normal = cross / np.where(length > 0, length, 1)[:, None]
-    return Geometry(unit, triangles, p0, e1, e2, normal, length / 2, scale, center)
+    shrink = edge_shrink(triangles, p0, e1, e2, OFFSET)
+    return Geometry(unit, triangles, p0, e1, e2, normal, length / 2, shrink, scale, center)

@@ -11,7 +11,7 @@ from typing import Callable
 
 import numpy as np
 
-from .footprints import SHRINK, Footprints
+from .footprints import Footprints
 from .geometry import OFFSET, Geometry
 from .sampling import GROUPS, sobol, tangent_frames
 
@@ -111,7 +111,8 @@ def _choose_cells(footprints: Footprints, chosen, level, turn) -> np.ndarray:
 
 def points_on(geometry: Geometry, triangle, u, v, front, turn) -> Points:
     """Points at barycentric (u, v) of triangles, (per, R) each, on the side ``front`` tells."""
-    uv = np.stack([u, v], -1).astype(float) * (1 - SHRINK) + SHRINK / 3
+    shrink = geometry.shrink[triangle][..., None]
+    uv = np.stack([u, v], -1).astype(float) * (1 - shrink) + shrink / 3
     normal = np.where(front[..., None], 1.0, -1.0) * geometry.normal[triangle]
     position = geometry.at(triangle, uv) + OFFSET * normal
     return Points(

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .check import check_scene
 from .context import Context, build_context
 from .footprints import Footprints, build_footprints
 from .graph import build_graph
@@ -47,6 +48,7 @@ def solve(
     raise to stop. Raises ValueError for a scene that cannot be solved.
     """
     clock = Clock()
+    check_scene(scene, receivers)
     context = build_context(scene, settings.seed, settings.threads, progress or silent)
     footprints = build_footprints(context.geometry, receivers)
     judge = _judge(context, footprints, receivers, settings.passes, project)

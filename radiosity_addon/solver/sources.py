@@ -11,6 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .coincident import exact_copies, overlapping
+from .embree import Tracer
 from .evaluate import evaluate_material
 from .fields import Constant
 from .geometry import Geometry
@@ -43,12 +45,17 @@ class Sources:
         return max((float(kind.color.max()) for kind in self.kinds), default=0.0)
 
 
-def build_sources(scene: Scene, geometry: Geometry, suns: list[SunLamp]) -> tuple[Sources, np.ndarray]:
+def build_sources(
+    scene: Scene, geometry: Geometry, tracer: Tracer, suns: list[SunLamp]
+) -> tuple[Sources, np.ndarray]:
     """Every light to sample, and (n_triangles,) bool: whose emission that covers."""
     explicit = emissive_triangles(scene, geometry)
+    copies = exact_copies(geometry, explicit)
+    if overlapping(geometry, tracer, explicit & ~copies).any():
+        explicit &= ~overlapping(geometry, tracer, explicit)
     lamps = [lamp for lamp in (*scene.lamps, *suns) if _shines(lamp)]
     linked = {id(l): objects for l, objects in zip(scene.lamps, scene.lamp_objects or ())}
-    rows = {Polygons: _emissive_polygons(scene, geometry, np.flatnonzero(explicit))}
+    rows = {Polygons: _emissive_polygons(scene, geometry, np.flatnonzero(explicit & ~copies))}
     objects = {Polygons: [None] * len(rows[Polygons]), Spheres: [], Suns: []}
     for lamp in lamps:
         kind, row = _lamp_row(lamp, geometry)

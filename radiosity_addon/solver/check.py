@@ -1,0 +1,53 @@
+"""Check: what the solver is given, at its border. Inside, everything is trusted.
+
+Depends on ``scene``, ``fields``, ``receivers``. Vertices are checked where they are normalised
+(``geometry``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields as members
+
+import numpy as np
+
+from .fields import Constant, CornerColors, Field
+from .receivers import Receivers
+from .scene import Scene
+
+QUANTITIES = ("reflectance", "emission", "transmittance")
+
+
+def check_scene(scene: Scene, receivers: Receivers) -> None:
+    """Raise ValueError naming the material, lamp or number that cannot be solved with."""
+    if receivers.count == 0 or len(scene.triangles) == 0:
+        raise ValueError("there is no surface to bake: no face with an area takes part")
+    if len(receivers.triangle) and not (
+        0 <= receivers.triangle.min() <= receivers.triangle.max() < len(scene.triangles)
+    ):
+        raise ValueError("receivers name triangles that do not exist")
+    if not 0 <= scene.material.min() <= scene.material.max() < len(scene.materials):
+        raise ValueError("triangles name materials that do not exist")
+    for material in scene.materials:
+        for quantity in QUANTITIES:
+            if not _finite(getattr(material, quantity)):
+                raise ValueError(
+                    f"the {quantity} of material {material.name!r} is not finite; give it numbers"
+                )
+    for lamp in scene.lamps:
+        for member in members(lamp):
+            value = getattr(lamp, member.name)
+            if member.name != "name" and value is not None and not np.isfinite(value).all():
+                raise ValueError(
+                    f"the {member.name} of lamp {lamp.name!r} is {value}; give it finite numbers"
+                )
+    if scene.sky is not None and not np.isfinite(scene.sky.pixels).all():
+        raise ValueError("the sky has pixels that are not finite; repair or replace its image")
+
+
+def _finite(field: Field) -> bool:
+    """Whether all the field's numbers are; UVs may be anything."""
+    if isinstance(field, Constant):
+        return bool(np.isfinite(field.value).all())
+    if isinstance(field, CornerColors):
+        return bool(np.isfinite(field.values).all())
+    return bool(np.isfinite(field.pixels).all() and np.isfinite(field.factor).all())
