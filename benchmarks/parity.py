@@ -154,8 +154,9 @@ KNOWN = """
 * **Emitting meshes of thousands of faces** (curves, texts) are slow to converge for the same reason.
 * **A picture clipped to black** on large surfaces: indirect light next to the black part comes out
   too bright. Direct light and the colour itself agree.
-* **Lighting without colour on black surfaces**: Cycles bakes black there, we the light. Those cases
-  are compared with Cycles' bake of a surface that reflects 0.0001.
+* **Lighting without colour on black surfaces**: Cycles bakes black there, we the light. The case
+  of direct light is compared with Cycles' bake of a surface that reflects 0.0001; for indirect light
+  such a bake is too noisy to compare with.
 * **Mirror reflections, refraction and translucency** are not modelled: radiosity is diffuse. The
   table gives their share in a scene that shows them.
 """

@@ -30,7 +30,7 @@ CASES = (
     Case("indirect, color", scene, ("indirect", "color")),
     Case("color", scene, ("color",)),
     Case("direct, reflectance 0", partial(scene, BLACK), ("direct",), stand_in=DARK),
-    Case("indirect, reflectance 0", partial(scene, BLACK), ("indirect",), stand_in=DARK),
+    Case("indirect, reflectance 0.2", partial(scene, (0.2,) * 3), ("indirect",)),
     Case("emit", glowing_scene, ("emit",)),
     Case("all, the stage glows", glowing_scene),
 )

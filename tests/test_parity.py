@@ -13,8 +13,8 @@ from benchmarks.parity import GROUPS, Row, chosen, line, measure, write_page
 from benchmarks.parity_stage import Case
 
 BOUND = 0.05
-FAST = ("spot, blend 0.5", "area, disc", "image with a small sun, turned", "image, sRGB",
-        "tinted transparent", "collection instances", "indirect, reflectance 0")  # fmt: skip
+FAST = ("point, radius 0.3", "area, disc", "image with a small sun, turned", "image, sRGB",
+        "tinted transparent", "collection instances", "direct, reflectance 0")  # fmt: skip
 
 
 @pytest.mark.parametrize("name", FAST)
