@@ -69,7 +69,8 @@ def measure(group: str, case: Case, error=ERROR, size=SIZE, samples=SAMPLES) -> 
 
 
 def prepared(build, size: int):
-    """The object to bake, alone with what ``build()`` adds to it in an empty file, with the UV map "Radiosity"."""
+    """The object to bake, alone with what ``build()`` adds, in an empty file, with the UV map
+    "Radiosity"."""
     import bpy
 
     from radiosity_addon.bake.unwrap import ensure_uv_map
@@ -134,8 +135,8 @@ HEAD = """# Agreement with Cycles
 Made by `python -m benchmarks.parity` on: {about}.
 
 Each case is a floor and two walls of 4 m under a hovering slab, to which it adds one kind of lamp,
-world, material or geometry. We bake it to an image at an asked error of 1 %, for 20 seconds at most; Cycles bakes it twice
-in the same Blender, with independent seeds, no clamping and no denoising. *Error* is the
+world, material or geometry. We bake it to an image at an asked error of 1 %, for 20 seconds at most; Cycles
+bakes it twice in the same Blender, with independent seeds, no clamping and no denoising. *Error* is the
 [relative error](theory.md) of our bake against the two, and *uncertainty* its standard error from
 their noise. *Mean* is how much brighter or darker our whole bake is than theirs; *noise* the error
 of one of the two references; *seconds* those of our whole bake. A case agrees when its error, less
@@ -154,8 +155,8 @@ KNOWN = """
 * **Emission from a picture or a node tree** is not sampled as a lamp is, but met by the rays that
   elements and texels send out. It is right on average; small bright screens converge slowly.
 * **Emitting meshes of thousands of faces** (curves, texts) are slow to converge for the same reason.
-* **A picture clipped to black** on large surfaces: indirect light next to the black part comes out
-  too bright. Direct light and the colour itself agree.
+* **A picture with large parts of exact black** (here by clipping): indirect light comes out too
+  bright, by half in this scene. Direct light and the colour itself agree.
 * **Lighting without colour on black surfaces**: Cycles bakes black there, we the light. The case
   of direct light is compared with Cycles' bake of a surface that reflects 0.0001; for indirect light
   such a bake is too noisy to compare with.

@@ -10,7 +10,9 @@ from functools import partial
 import numpy as np
 
 from .materials import matte, sky
-from .parity_stage import Case, add_node, ceiling, glow, new_material, panel, picture, stage, surface
+from .parity_stage import (
+    Case, add_node, ceiling, glow, new_material, panel, picture, stage, surface,
+)  # fmt: skip
 
 SPECULAR = "mirror reflections between the stage's own faces are left out; direct light agrees"
 DIRECT = ("direct", "color")
