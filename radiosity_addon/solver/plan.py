@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 MANY_RECEIVERS = 400_000
+FIRST_RAYS = 400_000  # of all receivers together in the first round, at least
 MOST_ROW_RAYS = 10_000_000  # of all elements together: they are kept in memory
 
 
@@ -37,13 +38,17 @@ def make_plan(error: float, receivers: int, smoothing: bool) -> Plan:
     rays = 16 if error < 0.015 or not smoothing else 8 if error < 0.025 else 4
     if receivers > MANY_RECEIVERS:
         rays = max(rays // 2, 4)
+    points = 4 if error < 0.06 else 2
+    # Few receivers cost next to nothing, and few samples of few receivers agree by chance.
+    rays = max(rays, power_of_two(FIRST_RAYS / max(receivers, 1), 4, 64))
+    points = max(points, power_of_two(FIRST_RAYS / 4 / max(receivers, 1), 2, 16))
     return Plan(
         goal=0.75 * error,
         enough=0.85 * error,
         elements=elements,
         row_rays=64,
         row_points=8,
-        points=4 if error < 0.06 else 2,
+        points=points,
         rays=rays,
     )
 
