@@ -18,6 +18,9 @@ import numpy as np
 from .geometry import Geometry
 
 MAX_GRID = 128  # cells along a triangle's edge, before refinement
+LONG = 4.0  # times an element's size: a small triangle is a sliver
+MAX_SLIVER_GRID = 32  # cells along a sliver
+SLIVER_CELLS = 500_000  # of all slivers together
 INSIDE = -1  # in ``Elements.element``: -1 - k means that grid k divides the cell further
 
 
@@ -121,36 +124,56 @@ def build_elements(geometry: Geometry, group: np.ndarray, target: int) -> Elemen
 
     Triangles above the mean element area are cut into 4^k cells. Smaller ones are joined with
     others of the same group whose centroids share a cube of that size and whose normals point
-    alike.
+    alike. Of small but long ones (slivers) the cells are joined so.
     """
     total = geometry.area.sum()
     size = np.sqrt(total / max(target, 1)) if total > 0 else 1.0
     level = np.rint(np.log2(np.maximum(np.sqrt(geometry.area) / size, 0.5)))
     grid = np.clip(2.0**level, 1, MAX_GRID).astype(np.int32)
+    large = grid > 1
+    grid = np.maximum(grid, _along_slivers(geometry, ~large, size))
     cells = grid.astype(np.int64) ** 2
     base = (np.cumsum(cells) - cells).astype(np.int32)
-    whole = np.repeat(grid > 1, cells)
-    element = np.empty(len(whole), np.int32)
-    element[whole] = np.arange(whole.sum())
-    small = np.flatnonzero(grid == 1)
-    labels, clusters = _clusters(geometry, small, group[small], size)
-    element[base[small]] = labels + whole.sum()
     triangle = np.repeat(np.arange(len(grid), dtype=np.int32), cells)
     area = (geometry.area / cells)[triangle]
-    corners = np.empty((len(whole), 3, 2), np.float32)
+    corners = np.empty((len(triangle), 3, 2), np.float32)
     for n in np.unique(grid):
         some = np.flatnonzero(grid == n)
         corners[base[some][:, None] + np.arange(int(n) ** 2)] = grid_cells(int(n))
-    return Elements(grid, base, element, triangle, area, corners, int(whole.sum()) + clusters, 1, bool(whole.any()))
+    whole = large[triangle]
+    element = np.empty(len(whole), np.int32)
+    element[whole] = np.arange(whole.sum())
+    small = np.flatnonzero(~whole)
+    center = _centers(geometry, triangle[small], corners[small])
+    labels, clusters = _clusters(geometry, triangle[small], center, group[triangle[small]], size)
+    element[small] = labels + whole.sum()
+    count = int(whole.sum()) + clusters
+    return Elements(grid, base, element, triangle, area, corners, count, 1, bool((grid > 1).any()))
 
 
-def _clusters(geometry: Geometry, small: np.ndarray, group: np.ndarray, size: float):
-    """Labels (len(small),) int and their number: by group, cube of centroid, and normal."""
-    if len(small) == 0:
+def _along_slivers(geometry: Geometry, small: np.ndarray, size: float) -> np.ndarray:
+    """(n_triangles,) int32: cells along the edges of ``small`` triangles much longer than ``size``,
+    so that cells are not; 1 elsewhere. Fewer where there are very many."""
+    third = geometry.e2 - geometry.e1
+    edges = np.stack([np.einsum("ij,ij->i", e, e) for e in (geometry.e1, geometry.e2, third)])
+    length = np.sqrt(edges.max(axis=0, initial=0))
+    long = small & (length > LONG * size)
+    most = np.clip(np.sqrt(SLIVER_CELLS / max(long.sum(), 1)), 1, MAX_SLIVER_GRID)
+    return np.where(long, np.minimum(np.ceil(length / size), np.floor(most)), 1).astype(np.int32)
+
+
+def _centers(geometry: Geometry, triangle: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """(n, 3) positions of the middles of cells (n, 3, 2) of triangles (n,)."""
+    return geometry.at(triangle, corners.mean(axis=1, dtype=float))
+
+
+def _clusters(geometry: Geometry, triangle, centroid, group: np.ndarray, size: float):
+    """Labels (n,) int and their number for cells of triangles (n,): by group (n,), cube of
+    ``centroid`` (n, 3), and normal."""
+    if len(triangle) == 0:
         return np.zeros(0, np.int32), 0
-    centroid = geometry.p0[small] + (geometry.e1[small] + geometry.e2[small]) / 3
     cube = np.floor((centroid + 0.5) / size).astype(np.int64)
-    direction = np.rint(geometry.normal[small] * 1.5).astype(np.int64) + 2
+    direction = np.rint(geometry.normal[triangle] * 1.5).astype(np.int64) + 2
     span = int(np.ceil(1 / size)) + 2
     key = group.astype(np.int64)
     for column, base in ((cube, span), (direction, 5)):
@@ -171,8 +194,10 @@ def refine(geometry: Geometry, elements: Elements, chosen: np.ndarray) -> Elemen
     owner = elements.element[leaf]
     several = np.bincount(owner, minlength=1)[owner] > 1
     element = elements.element.copy()
-    octants = _octants(geometry, elements.triangle[leaf[several]], owner[several])
-    element[leaf[several]] = elements.count + octants
+    joined = leaf[several]
+    center = _centers(geometry, elements.triangle[joined], elements.corners[joined])
+    octants = _octants(center, owner[several])
+    element[joined] = elements.count + octants
     count = elements.count + int(octants.max(initial=-1)) + 1
     leaf = leaf[~several]
     fresh = np.arange(len(leaf))
@@ -191,11 +216,11 @@ def refine(geometry: Geometry, elements: Elements, chosen: np.ndarray) -> Elemen
     )
 
 
-def _octants(geometry: Geometry, triangle: np.ndarray, owner: np.ndarray) -> np.ndarray:
-    """(n,) labels from 0: triangles of one ``owner`` (n,) in one octant around their mean."""
-    if len(triangle) == 0:
+def _octants(center: np.ndarray, owner: np.ndarray) -> np.ndarray:
+    """(n,) labels from 0: cells of one ``owner`` (n,) with ``center`` (n, 3) in one octant around
+    their mean."""
+    if len(center) == 0:
         return np.zeros(0, np.int64)
-    center = geometry.p0[triangle] + (geometry.e1[triangle] + geometry.e2[triangle]) / 3
     number = np.bincount(owner)
     key = owner.astype(np.int64) * 8
     for axis in range(3):

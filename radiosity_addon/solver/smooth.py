@@ -35,11 +35,12 @@ def smooth(lattices: list, a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> 
     out_a, out_b = a.copy(), b.copy()
     error = (a - b) ** 2 / 2
     touched = np.zeros(len(a), bool)
+    scale = float(weight.max(initial=0)) or 1.0  # pictures are float32: keep their squares in range
     for lattice in lattices:
-        one, two, gain, level = _smooth_picture(lattice, a, b, weight)
-        out_a[lattice.index] = lattice.read(one)
-        out_b[lattice.index] = lattice.read(two)
-        error[lattice.index] += lattice.read(gain)
+        one, two, gain, level = _smooth_picture(lattice, a * scale, b * scale, weight / scale)
+        out_a[lattice.index] = lattice.read(one).astype(float) / scale
+        out_b[lattice.index] = lattice.read(two).astype(float) / scale
+        error[lattice.index] += lattice.read(gain).astype(float) / scale**2
         touched[lattice.index] = lattice.read(level)[:, 0]
     return Smoothed(out_a, out_b, error, touched)
 
