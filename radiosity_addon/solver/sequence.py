@@ -34,6 +34,7 @@ MAX_ROUNDS = 10
 MAX_SAMPLES = 1 << 14  # rays or points of a receiver in one round
 ELEMENTS_SHARE = 0.8  # of the goal: a larger error common to neighbours wants finer elements
 MOST_ELEMENTS = 200_000
+LAST_RESTART = 4  # rounds: later, too much would be gathered anew
 STALLED = 0.7  # of its square: gathered light's error after half as many rays again, at most
 HALVES = (0, 1)
 
@@ -153,7 +154,7 @@ class _Rounds:
             excess = verdict.common / (ELEMENTS_SHARE * plan.goal)
             if square > STALLED * before:
                 excess = max(excess, 2.0)
-            if excess > 1 and plan.elements < MOST_ELEMENTS:
+            if excess > 1 and step < LAST_RESTART and plan.elements < MOST_ELEMENTS:
                 plan, before = plan.refined(excess), np.inf
                 if not self._time_for(2 * (self.clock.laps["transport"] + self.clock.laps["gather"])):
                     break
