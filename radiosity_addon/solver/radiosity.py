@@ -19,7 +19,7 @@ from .parallel import map_chunks, ranges
 from .points import Points
 from .second_kind import solve_second_kind
 from .transport import (
-    Places, Sides, Transport, form_factors, join_places, join_sides, light_sides, places_hit,
+    BLACK, Places, Sides, Transport, form_factors, join_places, join_sides, light_sides, places_hit,
     trace_transport, transported,
 )
 
@@ -53,7 +53,7 @@ def solve_radiosity(
     ``place(chosen, group)`` gives Points of the ``receivers``, whose rays find the elements.
     """
     scene = context.scene
-    group = scene.object.astype(np.int64) * len(scene.materials) + scene.material
+    group = _groups(scene)
     elements = build_elements(context.geometry, group, target)
     elements = _apart(context, elements, target, tolerance)
     places = _seeds(context, elements, receivers, place, target, key)
@@ -152,7 +152,7 @@ def _solve(context: Context, elements: Elements, transport: Transport, tolerance
         )
         solution, iterations, residual = found.solution, found.iterations, found.residual
     seconds = time.perf_counter() - began
-    reflected = _fill_unknown(context, elements, sides, solution)
+    reflected = _fill_unknown(context, elements, transport, solution)
     table = elements.values_of_cells(reflected.astype(np.float32), np.float32(0))
     energy = _energy(context, elements, transport, source, solution)
     return Radiosity(
@@ -201,11 +201,18 @@ def _emission_met(transport: Transport, emitted: np.ndarray) -> np.ndarray:
     return arriving
 
 
-def _fill_unknown(context, elements: Elements, sides: Sides, solution: np.ndarray) -> np.ndarray:
+def _groups(scene) -> np.ndarray:
+    """(n_triangles,) int64: the same number for the same object and material, without gaps: ten
+    thousand of either would make a table of all pairs too large."""
+    pair = scene.object.astype(np.int64) * len(scene.materials) + scene.material
+    return np.unique(pair, return_inverse=True)[1].reshape(-1)
+
+
+def _fill_unknown(context, elements: Elements, transport: Transport, solution) -> np.ndarray:
     """(2 n_elements, 3) reflected radiosity. A side that no row was traced for, though a later ray
     may meet it, gets the mean of the known sides of its object, material and facing."""
-    scene = context.scene
-    kind = scene.object.astype(np.int64) * len(scene.materials) + scene.material
+    scene, sides = context.scene, transport.sides
+    kind = _groups(scene)
     whose = np.zeros(elements.count, np.int64)
     whose[elements.element[elements.element >= 0]] = kind[elements.triangle[elements.element >= 0]]
     whose = np.stack([2 * whose, 2 * whose + 1], 1).ravel()
@@ -216,6 +223,7 @@ def _fill_unknown(context, elements: Elements, sides: Sides, solution: np.ndarra
             whose[sides.side], sides.share * solution[:, channel], len(number)
         )
         values[:, channel] = (total / np.where(number > 0, number, 1))[whose]
+    values[transport.row == BLACK] = 0
     values[sides.side] = solution
     return values
 

@@ -27,6 +27,7 @@ from .sampling import uniform
 
 MAX_GENERATIONS = 64  # of sides seen by sides seen by ... receivers
 STAGE = "transport"
+BLACK = -2
 
 
 @dataclass(frozen=True)
@@ -111,7 +112,7 @@ class Transport:
     """Rows of rays. Cell sides are 2·cell + back, element sides 2·element + back."""
 
     sides: Sides  # of each row
-    row: np.ndarray  # (2 n_elements,) int32: its row, or -1
+    row: np.ndarray  # (2 n_elements,) int32: its row, BLACK where it reflects nothing, else -1
     hits: np.ndarray  # (n_rows, rays) int32: cell side met first by each ray; the miss: none
     later: Later  # what rays met behind surfaces that transmit
     sky: np.ndarray  # (n_rows, 3): mean sky radiosity its escaping rays bring
@@ -139,7 +140,7 @@ def trace_transport(
     generations, total, fresh = [], 0, known
     for generation in range(MAX_GENERATIONS):
         reflecting = np.flatnonzero(fresh.reflectance.max(axis=1) > 0)
-        row[fresh.side] = -2  # looked at: needs no row, or gets one now
+        row[fresh.side] = BLACK  # looked at: needs no row, or gets one now
         fresh = fresh.take(reflecting)
         if len(fresh.side) == 0 and generations:
             break
@@ -155,7 +156,7 @@ def trace_transport(
         fresh = light_sides(context, places, side, per, (*key, generation))
     sides, hits, later, sky = zip(*generations)
     return Transport(
-        join_sides(sides), np.maximum(row, -1), np.concatenate(hits), join_later(later),
+        join_sides(sides), row, np.concatenate(hits), join_later(later),
         np.concatenate(sky),
     )
 
