@@ -52,8 +52,7 @@ def solve_radiosity(
 
     ``place(chosen, group)`` gives Points of the ``receivers``, whose rays find the elements.
     """
-    scene = context.scene
-    group = _groups(scene)
+    group = _groups(context.scene)
     elements = build_elements(context.geometry, group, target)
     elements = _apart(context, elements, target, tolerance)
     places = _seeds(context, elements, receivers, place, target, key)
