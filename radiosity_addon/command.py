@@ -10,8 +10,8 @@ from pathlib import Path
 
 from . import arguments, files, memory
 from .interrupt import INTERRUPTED, Interrupts
+from .meter import Meter
 from .terminal import Terminal, debugging
-from .ui.meter import Meter
 
 DONE, FAILED = 0, 1
 BLEND_MAGIC = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")  # plain, Zstandard, gzip

@@ -30,7 +30,7 @@ def main(folder: Path) -> int:
     _step_back()
     package = _load_package(Path(__file__).resolve().parents[1])
     payload = importlib.import_module(f"{package}.ui.payload")
-    meter = importlib.import_module(f"{package}.ui.meter")
+    meter = importlib.import_module(f"{package}.meter")
     work = importlib.import_module(f"{package}.job")
     try:
         with ProgressFile(folder / PROGRESS) as progress:

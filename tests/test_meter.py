@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from radiosity_addon.ui.meter import OTHER, SHARES, Meter
+from radiosity_addon.meter import OTHER, SHARES, Meter
 
 
 def told(calls) -> list[float]:
