@@ -1,6 +1,6 @@
 """Sources: which of a scene's lights are sampled explicitly, gathered into kinds.
 
-Depends on ``scene``, ``geometry``, ``lights``, ``evaluate``. Lamps always are. Emissive faces are
+Depends on ``scene``, ``geometry``, ``polygons``, ``spheres``, ``suns``, ``evaluate``. Lamps always are. Emissive faces are
 where they are small beside the scene; large ones (a glowing wall, a furnace) are met by enough
 rays anyway.
 """
@@ -16,8 +16,10 @@ from .embree import Tracer
 from .evaluate import evaluate_material
 from .fields import Constant
 from .geometry import Geometry
-from .lights import ELLIPSE, RECTANGLE, TRIANGLE, Polygons, Spheres, Suns
+from .polygons import ELLIPSE, RECTANGLE, TRIANGLE, Polygons
 from .scene import AreaLamp, Lamp, PointLamp, Scene, SunLamp
+from .spheres import Spheres
+from .suns import Suns
 
 MAX_EMISSIVE_TRIANGLES = 4096
 LARGEST_SHARE = 0.1  # of the scene's area: an object's emissive faces above it are left to rays

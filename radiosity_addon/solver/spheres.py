@@ -1,0 +1,97 @@
+"""Spheres: point and spot lamps, hard or soft.
+
+Depends on ``lights``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .lights import Sample, disc, length
+
+NODES = 24  # of the quadrature across a soft spot
+
+
+@dataclass(frozen=True)
+class Spheres:
+    """Point and spot lamps: ``color`` radiant intensity [W/sr] in normalised lengths."""
+
+    color: np.ndarray  # (k, 3)
+    position: np.ndarray  # (k, 3)
+    radius: np.ndarray  # (k,)
+    axis: np.ndarray  # (k, 3) direction a spot shines in
+    edge: np.ndarray  # (k,) cosine of the cone's half angle; -2 for a point lamp
+    smooth: np.ndarray  # (k,) width of the spot's blend, in cosines
+
+    def middle(self) -> tuple[np.ndarray, np.ndarray]:
+        """Centres (k, 3) and radii (k,)."""
+        return self.position, self.radius
+
+    def sample(self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray) -> Sample:
+        """Sample the disc of the lamp's radius r that faces the point, as Cycles' soft lamps do.
+
+        Seen whole from a distance d it brings I cosθ / (d² + r²): a uniform disc's irradiance
+        vector on its axis. A soft spot's beam is that of the sampled place; its mean over the disc
+        is known beforehand, so that only the shadows are sampled.
+        """
+        toward = self.position[which] - position
+        distance = np.sqrt(np.maximum(np.einsum("ij,ij->i", toward, toward), 1e-30))
+        unit = toward / distance[:, None]
+        cosine = np.maximum(np.einsum("ij,ij->i", unit, normal), 0)
+        irradiance = cosine / (distance**2 + self.radius[which] ** 2)
+        segment = toward
+        soft = np.broadcast_to(self.radius[which] > 0, distance.shape)
+        if np.any(soft):
+            segment = toward + disc(unit, xi) * np.reshape(self.radius[which], (-1, 1))
+        if np.ndim(which) > 0 or not soft[0] or self.edge[which] < -1:
+            irradiance = irradiance * self._beam(which, segment / length(segment)[:, None])
+            weight = (irradiance > 0) * 1.0
+            return Sample(irradiance, weight, segment.astype(np.float32), 1.0, False)
+        irradiance = irradiance * self._mean_beam(which, toward, distance)
+        weight = np.maximum(self._beam(which, segment / length(segment)[:, None]), 1e-3)
+        weight = np.where(irradiance > 0, weight, 0.0)
+        return Sample(irradiance, weight, segment.astype(np.float32), 1.0, True)
+
+    def _mean_beam(self, which: int, toward: np.ndarray, distance: np.ndarray) -> np.ndarray:
+        """(n,) a soft spot's beam averaged over its disc, for ``toward`` (n, 3) its centre.
+
+        The beam changes along one direction g across the disc only, in which the disc's points are
+        spread by 2/π √(1−x²): Gauss-Chebyshev quadrature of the second kind, nodes cos(kπ/(K+1)),
+        weights ∝ sin². Where the whole disc lies inside or outside the cone its centre suffices.
+        """
+        unit, radius = toward / distance[:, None], self.radius[which]
+        slack = radius / distance
+        result = self._beam(which, unit)
+        partly = self._beam(which, unit, slack) > self._beam(which, unit, -slack)
+        near = np.flatnonzero(partly)
+        along = unit[near] @ self.axis[which]
+        across = self.axis[which] - along[:, None] * unit[near]
+        across *= radius / np.maximum(length(across), 1e-9)[:, None]
+        angle = np.arange(1, NODES + 1) * np.pi / (NODES + 1)
+        share = np.sin(angle) ** 2 / np.sum(np.sin(angle) ** 2)
+        mean = np.zeros(len(near))
+        for x, part in zip(np.cos(angle), share):
+            place = toward[near] + x * across
+            mean += part * self._beam(which, place / length(place)[:, None])
+        result[near] = mean
+        return result
+
+    def _beam(self, which, unit: np.ndarray, slack=0.0) -> np.ndarray:
+        """Cycles' spot: a smoothstep between the cone's edge and its blended inside, for unit
+        directions to the sampled point; ``slack`` is added to the cosine with the axis."""
+        cosine = -np.einsum("...j,...j->...", unit, np.broadcast_to(self.axis[which], unit.shape))
+        cosine, edge = cosine + slack, self.edge[which]
+        t = np.clip((cosine - edge) / np.maximum(self.smooth[which], 1e-9), 0, 1)
+        return np.where(edge < -1, 1.0, t * t * (3 - 2 * t))
+
+    def strength(self, which, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
+        """(n,) rough irradiance of lights at points, above 0 wherever any may arrive."""
+        toward = self.position[which] - position
+        square = np.maximum(np.einsum("...j,...j->...", toward, toward), 1e-30)
+        distance = np.sqrt(square)
+        slack = np.minimum(self.radius[which] / distance, 1) + 1e-3
+        cosine = np.einsum("...j,...j->...", toward, normal) / distance + slack
+        beam = self._beam(which, toward / distance[..., None], slack)
+        return self.color.mean(axis=1)[which] * np.maximum(cosine, 0) * beam / square
