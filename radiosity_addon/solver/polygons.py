@@ -44,7 +44,7 @@ class Polygons:
 
     def sample(self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray) -> Sample:
         """Sample light ``which`` (an int, or (n,) of them) uniformly by area, for n points."""
-        s, t = self._place(which, xi)
+        s, t = self.place(which, xi)
         target = self.origin[which] + s[:, None] * self.u[which] + t[:, None] * self.v[which]
         side = np.einsum("ij,ij->i", position - target, np.broadcast_to(self.normal[which], target.shape))
         lift = np.where(side >= 0, OFFSET, -OFFSET)[:, None] * self.normal[which]
@@ -83,7 +83,7 @@ class Polygons:
         origin, u, v = self.origin[which], self.u[which], self.v[which]
         return [origin + s * u + t * v for s, t in places]
 
-    def _place(self, which, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def place(self, which, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(n,) s and t, uniform in the light's shape."""
         s, t, shape = xi[:, 0], xi[:, 1], self.shape[which]
         fold = (shape == TRIANGLE) & (s + t > 1)

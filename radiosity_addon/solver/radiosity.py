@@ -42,7 +42,6 @@ class Radiosity:
     iterations: int
     residual: float
     seconds: float  # of the linear solve
-    energy: dict  # emitted, absorbed, escaped: see ``_energy``
 
 
 def solve_radiosity(
@@ -58,7 +57,7 @@ def solve_radiosity(
     places = _seeds(context, elements, receivers, place, target, key)
     elements, known = _refined(context, elements, places, per, target, tolerance, key)
     transport = trace_transport(context, elements, known, rays, per, (*key, 12))
-    return _solve(context, elements, transport, tolerance)
+    return solve_rows(context, elements, transport, tolerance)
 
 
 def _apart(context: Context, elements: Elements, target: int, tolerance: float) -> Elements:
@@ -135,7 +134,9 @@ def _refined(context, elements, places: Places, per, target, tolerance, key):
     return elements, known
 
 
-def _solve(context: Context, elements: Elements, transport: Transport, tolerance: float):
+def solve_rows(
+    context: Context, elements: Elements, transport: Transport, tolerance: float
+) -> Radiosity:
     """The linear system of the rows, and the table that rays look up."""
     sides = transport.sides
     emitted = _gathered_emission(context, elements)
@@ -153,9 +154,8 @@ def _solve(context: Context, elements: Elements, transport: Transport, tolerance
     seconds = time.perf_counter() - began
     reflected = _fill_unknown(context, elements, transport, solution)
     table = elements.values_of_cells(reflected.astype(np.float32), np.float32(0))
-    energy = _energy(context, elements, transport, source, solution)
     return Radiosity(
-        elements, table, emitted, transport, solution, iterations, residual, seconds, energy
+        elements, table, emitted, transport, solution, iterations, residual, seconds
     )
 
 
@@ -167,29 +167,6 @@ def _check_steady(sides: Sides, transport: Transport, matrix) -> None:
             "every surface of this closed scene reflects all light (reflectance 1), so that light "
             "would grow without end; lower the reflectance of at least one material"
         )
-
-
-def _energy(context, elements: Elements, transport: Transport, source, solution) -> dict:
-    """Power [W], mean of the channels, of the surfaces that take part and reflect: light that
-    reaches them first-hand, what they and the black surfaces they light absorb, and what they
-    reflect out of the scene.
-
-    The first is the sum of the others up to the statistical error of the form factors.
-    """
-    sides = transport.sides
-    area = elements.areas()[sides.side // 2][:, None]
-    unit = context.unit * context.geometry.scale**2
-    reflectance = np.where(sides.reflectance > 0, sides.reflectance, np.inf)
-    missed = transport.hits == elements.miss
-    escaping = missed.mean(axis=1)[:, None]
-    rows = elements.values_of_cells(transport.row, -1)
-    blackened = ((rows[transport.hits] < 0) & ~missed).mean(axis=1)[:, None]  # met no reflector
-    power = {
-        "emitted": area * source / reflectance,
-        "absorbed": area * (solution / reflectance - solution + solution * blackened),
-        "escaped": area * solution * escaping,
-    }
-    return {name: float(unit * value.sum() / 3) for name, value in power.items()}
 
 
 def _emission_met(transport: Transport, emitted: np.ndarray) -> np.ndarray:

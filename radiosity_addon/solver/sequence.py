@@ -16,9 +16,11 @@ import numpy as np
 
 from .check import check_scene
 from .context import Context, build_context
+from .energy import energy_balance
 from .footprints import Footprints, build_footprints
 from .graph import build_graph
 from .judge import Judge, Surface, Verdict
+from .keep import Kept
 from .lattice import build_lattices
 from .lighting import add_direct, add_gathered, no_light, place_on
 from .plan import Plan, make_plan, power_of_two
@@ -40,13 +42,15 @@ HALVES = (0, 1)
 
 
 def solve(
-    scene: Scene, receivers: Receivers, settings, progress: Progress | None = None, project=None
+    scene: Scene, receivers: Receivers, settings, progress: Progress | None = None, project=None,
+    kept: Kept | None = None,
 ) -> Solution:
     """Light at the receivers, to the relative error ``settings.target_error``.
 
     ``project`` maps values at receivers (count, c) to where the error is judged (m, c), for
     colours that are means over receivers; None judges the receivers themselves. ``progress`` may
-    raise to stop. Raises ValueError for a scene that cannot be solved.
+    raise to stop. ``kept`` has solves to use again and takes those made. Raises ValueError for a
+    scene that cannot be solved.
     """
     clock = Clock()
     check_scene(scene, receivers)
@@ -54,10 +58,14 @@ def solve(
     footprints = build_footprints(context.geometry, receivers)
     judge = _judge(context, footprints, receivers, settings.passes, project)
     plan = make_plan(settings.target_error, receivers.count, bool(judge.lattices))
+    if kept is not None:
+        kept.expect(scene, receivers, settings.seed)
     clock.lap("elements")
     deadline = None if settings.time_limit is None else clock.start + settings.time_limit
-    bake = _Rounds(context, footprints, judge, settings.target_error, deadline, clock)
+    bake = _Rounds(context, footprints, judge, settings.target_error, deadline, clock, kept)
     verdict, radiosities = bake.run(plan)
+    energy = energy_balance(context)
+    clock.lap("transport")
     return Solution(
         emission=judge.surface.emission * context.unit,
         direct=verdict.direct * context.unit,
@@ -70,7 +78,7 @@ def solve(
             residual=max(r.residual for r in radiosities),
             target_error=settings.target_error,
             estimated_error=verdict.error,
-            energy=radiosities[-1].energy,
+            energy=energy,
             warnings=tuple(_warnings(verdict, settings, radiosities)),
             seconds={**clock.laps, "embree": context.embree_seconds},
         ),
@@ -134,13 +142,14 @@ class _Rounds:
     error: float
     deadline: float | None  # perf_counter seconds after which no round may end
     clock: Clock
+    kept: Kept | None
 
     def run(self, plan: Plan) -> tuple[Verdict, list[Radiosity]]:
         """A first round for all receivers, then more where the error is; finer elements first
         where it is theirs."""
         everyone = np.arange(self.footprints.count)
         light = [no_light(len(everyone)) for _ in HALVES]
-        radiosities = self._solve(plan)
+        plan, radiosities = self._solve(plan)
         direct, gathered = (everyone, plan.points), (everyone, plan.rays)
         before = np.inf  # what gathered light's squared error was, before the last rays
         for step in range(MAX_ROUNDS):
@@ -156,9 +165,10 @@ class _Rounds:
                 excess = max(excess, 2.0)
             if excess > 1 and step < LAST_RESTART and plan.elements < MOST_ELEMENTS:
                 plan, before = plan.refined(excess), np.inf
-                if not self._time_for(2 * (self.clock.laps["transport"] + self.clock.laps["gather"])):
+                laps = self.clock.laps
+                if not self._time_for(2 * (laps.get("transport", 0.0) + laps["gather"])):
                     break
-                radiosities = self._solve(plan)
+                plan, radiosities = self._solve(plan)
                 for half in light:
                     half.forget_gathered()
                 direct, gathered = (everyone[:0], plan.points), (everyone, plan.rays)
@@ -176,8 +186,13 @@ class _Rounds:
     def _time_for(self, seconds: float) -> bool:
         return self.deadline is None or time.perf_counter() + seconds <= self.deadline
 
-    def _solve(self, plan: Plan) -> list[Radiosity]:
-        """Two independent solves; their elements differ in size, so that this shows too."""
+    def _solve(self, plan: Plan) -> tuple[Plan, list[Radiosity]]:
+        """Two independent solves; their elements differ in size, so that this shows too. The plan
+        they were made for is finer than ``plan`` where such solves were kept."""
+        found = self.kept and self.kept.find(self.context, plan, self.error)
+        if found:
+            self.clock.lap("solve")
+            return found
         radiosities = []
         for half in HALVES:
             key = (self.context.seed, 10, half, plan.elements)
@@ -192,7 +207,9 @@ class _Rounds:
             )
         self.clock.lap("transport")
         self.clock.move("transport", "solve", sum(r.seconds for r in radiosities))
-        return radiosities
+        if self.kept is not None:
+            self.kept.add(self.context, plan, radiosities)
+        return plan, radiosities
 
     def _add(self, light, radiosities, direct, gathered, step: int) -> None:
         for half in HALVES:

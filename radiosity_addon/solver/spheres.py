@@ -46,11 +46,11 @@ class Spheres:
         if np.any(soft):
             segment = toward + disc(unit, xi) * np.reshape(self.radius[which], (-1, 1))
         if np.ndim(which) > 0 or not soft[0] or self.edge[which] < -1:
-            irradiance = irradiance * self._beam(which, segment / length(segment)[:, None])
+            irradiance = irradiance * self.beam(which, segment / length(segment)[:, None])
             weight = (irradiance > 0) * 1.0
             return Sample(irradiance, weight, segment.astype(np.float32), 1.0, False)
         irradiance = irradiance * self._mean_beam(which, toward, distance)
-        weight = np.maximum(self._beam(which, segment / length(segment)[:, None]), 1e-3)
+        weight = np.maximum(self.beam(which, segment / length(segment)[:, None]), 1e-3)
         weight = np.where(irradiance > 0, weight, 0.0)
         return Sample(irradiance, weight, segment.astype(np.float32), 1.0, True)
 
@@ -63,8 +63,8 @@ class Spheres:
         """
         unit, radius = toward / distance[:, None], self.radius[which]
         slack = radius / distance
-        result = self._beam(which, unit)
-        partly = self._beam(which, unit, slack) > self._beam(which, unit, -slack)
+        result = self.beam(which, unit)
+        partly = self.beam(which, unit, slack) > self.beam(which, unit, -slack)
         near = np.flatnonzero(partly)
         along = unit[near] @ self.axis[which]
         across = self.axis[which] - along[:, None] * unit[near]
@@ -74,11 +74,11 @@ class Spheres:
         mean = np.zeros(len(near))
         for x, part in zip(np.cos(angle), share):
             place = toward[near] + x * across
-            mean += part * self._beam(which, place / length(place)[:, None])
+            mean += part * self.beam(which, place / length(place)[:, None])
         result[near] = mean
         return result
 
-    def _beam(self, which, unit: np.ndarray, slack=0.0) -> np.ndarray:
+    def beam(self, which, unit: np.ndarray, slack=0.0) -> np.ndarray:
         """Cycles' spot: a smoothstep between the cone's edge and its blended inside, for unit
         directions to the sampled point; ``slack`` is added to the cosine with the axis."""
         cosine = -np.einsum("...j,...j->...", unit, np.broadcast_to(self.axis[which], unit.shape))
@@ -93,5 +93,5 @@ class Spheres:
         distance = np.sqrt(square)
         slack = np.minimum(self.radius[which] / distance, 1) + 1e-3
         cosine = np.einsum("...j,...j->...", toward, normal) / distance + slack
-        beam = self._beam(which, toward / distance[..., None], slack)
+        beam = self.beam(which, toward / distance[..., None], slack)
         return self.color.mean(axis=1)[which] * np.maximum(cosine, 0) * beam / square

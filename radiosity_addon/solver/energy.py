@@ -1,0 +1,221 @@
+"""Energy: where the light of a scene ends, followed from its lights.
+
+Depends on ``context``, ``points`` and the kinds of light; on no element and no linear system: it
+tells of the scene, whatever is baked and however finely. Particles start at the lights in
+proportion to their power and are reflected until nearly nothing is left (Shirley, Wade, Hubbard,
+Zareski, Walter, Greenberg 1995, Global illumination via density estimation).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .context import Context
+from .geometry import OFFSET
+from .points import points_on
+from .polygons import TRIANGLE, Polygons, spread_falloff
+from .sampling import cosine_directions, sobol, tangent_frames, uniform
+from .skylight import pixel_directions, solid_angles
+from .spheres import Spheres
+from .suns import Suns
+
+PARTICLES = 2048
+MAX_BOUNCES = 64
+FAINT = 0.01  # of all light: less under way is shared out as the rest was
+AROUND = 0.9  # radius of a sphere around the unit box
+
+
+@dataclass(frozen=True)
+class Particles:
+    """n particles of light on their way. ``weight`` is power in normalised lengths."""
+
+    origin: np.ndarray  # (n, 3) float32
+    direction: np.ndarray  # (n, 3) float32 unit
+    weight: np.ndarray  # (n, 3) float64
+
+    def take(self, chosen: np.ndarray) -> Particles:
+        """Some of them."""
+        return Particles(self.origin[chosen], self.direction[chosen], self.weight[chosen])
+
+
+def energy_balance(context: Context) -> dict:
+    """Power [W], mean of the channels: ``emitted`` by lamps and emissive faces (exact) and brought
+    onto surfaces by suns and sky; ``absorbed`` by surfaces; ``escaped``. The first is the sum of
+    the others, which are uncertain by about 1/√PARTICLES of it. Lamps' links to objects and
+    surfaces that cast no shadow are not looked at."""
+    inside = _from_lights(context)
+    outside = _from_afar(context)
+    met = context.tracer.intersect(outside.origin, outside.direction).triangle >= 0
+    particles = _join([inside, outside.take(np.flatnonzero(met))])
+    emitted = particles.weight.sum(axis=0)
+    absorbed, escaped = _follow(context, particles)
+    ended = absorbed + escaped
+    watts = context.unit * context.geometry.scale**2 / 3
+    share = np.divide(escaped, ended, out=np.zeros(3), where=ended > 0)
+    lost = float(watts * (emitted * share).sum())
+    total = float(watts * emitted.sum())
+    return {"emitted": total, "absorbed": total - lost, "escaped": lost}
+
+
+def _follow(context: Context, particles: Particles) -> tuple[np.ndarray, np.ndarray]:
+    """(3,) power absorbed and escaped. The little still under way at the end is in neither."""
+    absorbed, escaped = np.zeros(3), np.zeros(3)
+    everything = particles.weight.sum()
+    for bounce in range(MAX_BOUNCES):
+        if particles.weight.sum() <= FAINT * everything:
+            break
+        hits = context.tracer.intersect(particles.origin, particles.direction)
+        escaped += particles.weight[hits.triangle < 0].sum(axis=0)
+        met = np.flatnonzero(hits.triangle >= 0)
+        xi = uniform((len(met), 3), context.seed, 61, bounce)
+        particles, lost = _go_on(context, particles.take(met), hits, met, xi)
+        absorbed += lost
+    return absorbed, escaped
+
+
+def _go_on(context: Context, particles: Particles, hits, met, xi):
+    """The particles after they ``met`` (n,) the surface, reflected or let through by chance in
+    proportion to either share, and the power (3,) that stayed there."""
+    triangle, front = hits.triangle[met], hits.front[met]
+    uv = np.stack([hits.u[met], hits.v[met]], 1).astype(float)
+    back = particles.weight * context.reflectance(triangle, uv)
+    through = particles.weight * context.transmittance(triangle, uv)
+    lost = np.maximum(particles.weight - back - through, 0).sum(axis=0)
+    both = (back + through).mean(axis=1)
+    chance = np.divide(back.mean(axis=1), both, out=np.ones(len(met)), where=both > 0)
+    passes = xi[:, 0] >= chance
+    chance = np.where(passes, 1 - chance, chance)
+    weight = np.where(passes[:, None], through, back) / np.where(both > 0, chance, 1)[:, None]
+    front = (front ^ passes)[None]
+    points = points_on(context.geometry, triangle[None], uv[None, :, 0], uv[None, :, 1], front, xi)
+    frames = tangent_frames(points.normal[0])
+    reflected = np.einsum("ni,nij->nj", cosine_directions(xi[:, 1:]), frames)
+    direction = np.where(passes[:, None], particles.direction, reflected)
+    return _particles(points.position[0], direction, weight).take(both > 0), lost
+
+
+def _from_lights(context: Context) -> Particles:
+    """Particles of lamps and emissive faces; their weights add up to the lights' power."""
+    kinds = [kind for kind in context.sources.kinds if not isinstance(kind, Suns)]
+    kinds.append(_unsampled_faces(context))
+    powers = [_power(kind) for kind in kinds]
+    chosen, share, xi = _choose(np.concatenate(powers), context.seed, 62)
+    first, parts = 0, []
+    for kind, power in zip(kinds, powers):
+        mine = (chosen >= first) & (chosen < first + len(power))
+        which = chosen[mine] - first
+        leave = _leave_sphere if isinstance(kind, Spheres) else _leave_polygon
+        origin, direction, beam = leave(kind, which, xi[mine])
+        parts.append(_particles(origin, direction, power[which] * (beam / share[mine])[:, None]))
+        first += len(power)
+    particles = _join(parts)
+    reached = particles.weight.sum(axis=0)
+    exact = np.divide(sum(p.sum(axis=0) for p in powers), reached, where=reached > 0,
+                      out=np.zeros(3))
+    return replace(particles, weight=particles.weight * exact)
+
+
+def _from_afar(context: Context) -> Particles:
+    """Particles of suns and sky, spread over a disc that covers the scene."""
+    suns = [kind for kind in context.sources.kinds if isinstance(kind, Suns)]
+    toward = [kind.toward for kind in suns]
+    light = [kind.color for kind in suns]
+    if context.sky is not None:
+        pixels = context.sky.pixels
+        height, width = pixels.shape[:2]
+        toward.append(pixel_directions(height, width).reshape(-1, 3))
+        light.append((pixels / np.pi * solid_angles(height, width)[:, None]).reshape(-1, 3))
+    if not light:
+        return _join([])
+    power = np.pi * AROUND**2 * np.concatenate(light)
+    chosen, share, xi = _choose(power, context.seed, 63)
+    toward = np.concatenate(toward)[chosen]
+    if context.sky is not None and context.sky.constant:
+        z = 2 * xi[:, 3] - 1
+        turn, flat = 2 * np.pi * xi[:, 4], np.sqrt(1 - z**2)
+        anywhere = np.stack([flat * np.cos(turn), flat * np.sin(turn), z], 1)
+        toward = np.where((chosen == len(power) - 1)[:, None], anywhere, toward)
+    radius, turn = AROUND * np.sqrt(xi[:, 1]), 2 * np.pi * xi[:, 2]
+    disc = np.stack([radius * np.cos(turn), radius * np.sin(turn), 0 * turn + AROUND], 1)
+    origin = np.einsum("ni,nij->nj", disc, tangent_frames(toward))
+    return _particles(origin, -toward, power[chosen] / share[:, None])
+
+
+def _choose(power: np.ndarray, *key: int):
+    """Lights (n,) int in proportion to the mean of their ``power`` (k, 3), how many particles
+    each may expect, and numbers (n, 5) in [0, 1) of which the first is used up."""
+    level = np.cumsum(power.mean(axis=1))
+    if len(level) == 0 or level[-1] <= 0:
+        return np.zeros(0, int), np.zeros(0), np.zeros((0, 5))
+    xi = sobol(PARTICLES, 5, *key)
+    chosen = np.searchsorted(level, xi[:, 0] * level[-1], "right")
+    chosen = np.minimum(chosen, len(level) - 1)
+    return chosen, PARTICLES * power.mean(axis=1)[chosen] / level[-1], xi
+
+
+def _power(kind) -> np.ndarray:
+    """(k, 3) power of lights: π·radiance·area a side, 4π·intensity of a point lamp, and of a spot
+    the same with the integral of its beam, a smoothstep, over the directions."""
+    if isinstance(kind, Polygons):
+        return kind.color * (np.pi * kind.area * (1 + kind.two_sided))[:, None]
+    beam = np.where(kind.edge < -1, 2.0, 1 - kind.edge - kind.smooth / 2)
+    return kind.color * (2 * np.pi * beam)[:, None]
+
+
+def _leave_polygon(kind: Polygons, which, xi):
+    """Origins, directions and relative brightness of particles that leave flat lights."""
+    s, t = kind.place(which, xi[:, 1:3])
+    side = np.where(kind.two_sided[which] & (xi[:, 3] < 0.5), -1.0, 1.0)
+    level = np.where(kind.two_sided[which], 2 * xi[:, 3] % 1, xi[:, 3])
+    widest = np.sin(np.minimum(kind.spread[which], np.pi) / 2) ** 2
+    local = cosine_directions(np.stack([widest * level, xi[:, 4]], 1))
+    beam = widest * spread_falloff(local[:, 2], kind.spread[which])
+    normal = side[:, None] * kind.normal[which]
+    origin = kind.origin[which] + s[:, None] * kind.u[which] + t[:, None] * kind.v[which]
+    direction = np.einsum("ni,nij->nj", local, tangent_frames(normal))
+    return origin + 2 * OFFSET * normal, direction, beam
+
+
+def _leave_sphere(kind: Spheres, which, xi):
+    """The same for point and spot lamps."""
+    edge = np.maximum(kind.edge[which], -1)
+    z = 1 - (1 - edge) * xi[:, 3]
+    flat, turn = np.sqrt(np.maximum(1 - z**2, 0)), 2 * np.pi * xi[:, 4]
+    local = np.stack([flat * np.cos(turn), flat * np.sin(turn), z], 1)
+    direction = np.einsum("ni,nij->nj", local, tangent_frames(kind.axis[which]))
+    return kind.position[which], direction, kind.beam(which, -direction)
+
+
+def _unsampled_faces(context: Context) -> Polygons:
+    """The emissive triangles that rays must find, as lights of their mean radiance."""
+    scene, geometry = context.scene, context.geometry
+    shows = ~context.explicit
+    if scene.visible is not None:
+        shows &= scene.visible[scene.object]
+    triangles = np.flatnonzero(shows)
+    places = np.array([[1 / 6, 1 / 6], [4 / 6, 1 / 6], [1 / 6, 4 / 6], [1 / 3, 1 / 3]])
+    radiance = np.mean(
+        [context.emission(triangles, np.tile(place, (len(triangles), 1))) for place in places], 0
+    )
+    glowing = radiance.any(axis=1)
+    t, many = triangles[glowing], int(glowing.sum())
+    return Polygons(
+        radiance[glowing], np.full(many, TRIANGLE), geometry.p0[t], geometry.e1[t],
+        geometry.e2[t], geometry.normal[t], np.ones(many, bool), np.full(many, np.pi),
+    )  # fmt: skip
+
+
+def _particles(origin, direction, weight) -> Particles:
+    return Particles(
+        np.ascontiguousarray(origin, np.float32),
+        np.ascontiguousarray(direction, np.float32),
+        weight,
+    )
+
+
+def _join(parts: list[Particles]) -> Particles:
+    none = _particles(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3)))
+    arrays = ("origin", "direction", "weight")
+    return Particles(*(np.concatenate([getattr(p, a) for p in (none, *parts)]) for a in arrays))
