@@ -65,7 +65,7 @@ def solve(
     bake = _Rounds(context, footprints, judge, settings.target_error, deadline, clock, kept)
     verdict, radiosities = bake.run(plan)
     energy = energy_balance(context)
-    clock.lap("transport")
+    clock.lap("solve")
     return Solution(
         emission=judge.surface.emission * context.unit,
         direct=verdict.direct * context.unit,

@@ -91,20 +91,26 @@ def light_sides(context: Context, places: Places, side: np.ndarray, per: int, ke
     turn = uniform((len(sides), 3), *key, 7)
     front = (chosen.side & 1) == 0
     points = points_on(context.geometry, chosen.triangle, chosen.u, chosen.v, front, turn)
-    single = points.single()
-    direct = direct_light(
-        context, per * len(sides), 1, lambda c, g: single.take(c), (*key, 8), STAGE
-    ).irradiance
-    reflectance = context.reflectance(points.triangle.ravel(), points.uv.reshape(-1, 2))
-    lit = (reflectance * direct).reshape(per, -1, 3)
+    reflectance, lit = light_points(context, points, key)
     return Sides(
         sides,
         points,
-        reflectance.reshape(per, -1, 3).mean(axis=0),
+        reflectance.mean(axis=0),
         lit.mean(axis=0),
         lit.std(axis=0).mean(axis=1),
         number / max(len(side), 1),
     )
+
+
+def light_points(context: Context, points: Points, key) -> tuple[np.ndarray, np.ndarray]:
+    """Reflectance and reflectance × direct irradiance, (per, R, 3) each, at (per, R) points."""
+    per, count = points.shape
+    single = points.single()
+    direct = direct_light(
+        context, per * count, 1, lambda c, g: single.take(c), (*key, 8), STAGE
+    ).irradiance
+    reflectance = context.reflectance(points.triangle.ravel(), points.uv.reshape(-1, 2))
+    return reflectance.reshape(per, -1, 3), (reflectance * direct).reshape(per, -1, 3)
 
 
 @dataclass(frozen=True)

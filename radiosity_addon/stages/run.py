@@ -14,14 +14,16 @@ from ..solver.receivers import Receivers
 from ..solver.solution import Solution, compose
 from .job import Job, Result
 
-def run(job: Job, progress: Progress = silent) -> Result:
+
+def run(job: Job, progress: Progress = silent, kept=None) -> Result:
     """Solve the scene and turn the light into each target's colours. Imports no bpy.
 
+    ``kept`` (solver.keep.Kept) has solves of an earlier bake to use again, and takes this one's.
     Raises solver.progress.Cancelled (or whatever else ``progress`` raises) when told to stop.
     """
     from ..solver.sequence import solve
 
-    solution = solve(job.scene, job.receivers, job.settings, progress, _where_judged(job))
+    solution = solve(job.scene, job.receivers, job.settings, progress, _where_judged(job), kept)
     started = time.perf_counter()
     progress("Write", 0.0)
     light = compose(solution, job.settings.passes)
