@@ -32,18 +32,19 @@ class Graph:
         return slice(None)
 
     def spread(self, values: np.ndarray) -> np.ndarray:
-        """(n, c) float32."""
-        return values.astype(np.float32)
+        """(c, n) float32."""
+        return values.astype(np.float32).T
 
     def read(self, picture: np.ndarray) -> np.ndarray:
         """(n, c)."""
-        return picture
+        return picture.T
 
     def step(self, picture: np.ndarray, level: int) -> np.ndarray:
-        """The kernel of a level applied to (n, c) values."""
+        """The kernel of a level applied to (c, n) values."""
+        values = picture.T
         for _ in range(1 << level):
-            picture = self.kernel @ picture
-        return picture
+            values = self.kernel @ values
+        return values.T
 
 
 def build_graph(position, normal, area, threads: int) -> list[Graph]:

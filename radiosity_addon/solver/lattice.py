@@ -24,20 +24,20 @@ class Lattice:
     """The texels of one image inside a padded rectangle, and which pairs are neighbours."""
 
     index: np.ndarray  # (n,) receivers
-    row: np.ndarray  # (n,) in the padded rectangle
-    column: np.ndarray
+    cell: np.ndarray  # (n,) in the padded rectangle, row by row
     shape: tuple[int, int]
-    weights: tuple  # [level][direction]: (height, width, 1) float32; None where all are 0
+    pad: int  # empty rows and columns around
+    weights: tuple  # [level][direction]: (height, width) float32 without the padding
 
     def spread(self, values: np.ndarray) -> np.ndarray:
-        """(height, width, c) float32 picture of receivers' values (count, c)."""
-        picture = np.zeros(self.shape + values.shape[1:], np.float32)
-        picture[self.row, self.column] = values[self.index]
-        return picture
+        """(c, height, width) float32 picture of receivers' values (count, c)."""
+        picture = np.zeros((values.shape[1], self.shape[0] * self.shape[1]), np.float32)
+        picture[:, self.cell] = values[self.index].T
+        return picture.reshape(-1, *self.shape)
 
     def read(self, picture: np.ndarray) -> np.ndarray:
         """(n, c) values of the texels in a picture."""
-        return picture[self.row, self.column]
+        return picture.reshape(len(picture), -1)[:, self.cell].T
 
     @property
     def levels(self) -> int:
@@ -45,16 +45,24 @@ class Lattice:
         return len(self.weights)
 
     def step(self, picture: np.ndarray, level: int) -> np.ndarray:
-        """One à-trous kernel applied to a picture."""
+        """One à-trous kernel applied to a picture (c, height, width)."""
         result = picture.copy()
+        inner = self.inner(picture, 0, 0)
+        total = np.zeros_like(inner)
         for (dy, dx, _), weight in zip(DIRECTIONS, self.weights[level]):
             dy, dx = dy << level, dx << level
-            pair = _shifted(picture, dy, dx)
-            pair += _shifted(picture, -dy, -dx)
-            pair -= 2 * picture
+            pair = self.inner(picture, dy, dx) + self.inner(picture, -dy, -dx)
+            pair -= inner
+            pair -= inner
             pair *= weight
-            result += pair
+            total += pair
+        self.inner(result, 0, 0)[:] += total
         return result
+
+    def inner(self, picture: np.ndarray, dy: int, dx: int) -> np.ndarray:
+        """A view of (c, height, width) without the padding, moved by (dy, dx)."""
+        (height, width), pad = self.shape, self.pad
+        return picture[:, pad + dy : height - pad + dy, pad + dx : width - pad + dx]
 
 
 def build_lattices(grid, position, normal, threads: int = 1, levels: int = LEVELS) -> list[Lattice]:
@@ -68,45 +76,45 @@ def build_lattices(grid, position, normal, threads: int = 1, levels: int = LEVEL
         pad = 1 << (levels - 1)
         row, column = (grid[index, 1:] - low + pad).T
         shape = tuple((high - low + 1 + 2 * pad).tolist())
-        lattice = Lattice(index, row, column, shape, ())
+        lattice = Lattice(index, row * shape[1] + column, shape, pad, ())
         lattices.append(replace(lattice, weights=_weights(lattice, position, normal, levels, threads)))
     return lattices
 
 
 def _weights(lattice: Lattice, position, normal, levels: int, threads: int) -> tuple:
     place, facing = lattice.spread(position), lattice.spread(normal)
-    covered = np.zeros(lattice.shape, bool)
-    covered[lattice.row, lattice.column] = True
+    covered = lattice.spread(np.ones((len(position), 1))) > 0
 
     def pairs(level: int) -> list:
-        return [_pairs(place, facing, covered, dy << level, dx << level) for dy, dx, _ in DIRECTIONS]
+        return [
+            _pairs(lattice, place, facing, covered, dy << level, dx << level)
+            for dy, dx, _ in DIRECTIONS
+        ]
 
     found = map_chunks(pairs, range(levels), threads, lambda fraction: None)
     # The usual width of a step, from the nearest pairs.
     span = np.stack([np.where(ok, width, np.inf) for ok, width in found[0]]).min(axis=0)
     return tuple(
         [
-            (weight * (ok & (width <= STRETCH * span)))[..., None].astype(np.float32)
+            (weight * (ok & (width <= STRETCH * span))).astype(np.float32)
             for (ok, width), (_, _, weight) in zip(level, DIRECTIONS)
         ]
         for level in found
     )
 
 
-def _pairs(place, facing, covered, dy: int, dx: int):
+def _pairs(lattice: Lattice, place, facing, covered, dy: int, dx: int):
     """Where the texels (dy, dx) to both sides lie in one plane with this one, (height, width)
-    bool, and how wide a step between them is."""
-    plus, minus = _shifted(place, dy, dx), _shifted(place, -dy, -dx)
-    ok = covered & _shifted(covered, dy, dx) & _shifted(covered, -dy, -dx)
-    apart, bent = plus - minus, plus + minus - 2 * place
-    width = np.einsum("ijk,ijk->ij", apart, apart)
-    ok &= np.einsum("ijk,ijk->ij", bent, bent) <= FLAT**2 * width
-    turned = _shifted(facing, dy, dx) + _shifted(facing, -dy, -dx)
-    ok &= np.einsum("ijk,ijk->ij", turned, facing) > 1.98
+    bool, and how wide a step between them is; without the padding."""
+
+    def three(picture):
+        return (lattice.inner(picture, y, x) for y, x in ((0, 0), (dy, dx), (-dy, -dx)))
+
+    here, plus, minus = three(place)
+    apart, bent = plus - minus, plus + minus - 2 * here
+    width = np.einsum("kij,kij->ij", apart, apart)
+    ok = np.logical_and.reduce([part[0] for part in three(covered)])
+    ok &= np.einsum("kij,kij->ij", bent, bent) <= FLAT**2 * width
+    normal, one, other = three(facing)
+    ok &= np.einsum("kij,kij->ij", one + other, normal) > 1.98
     return ok, np.sqrt(width) / np.hypot(dy, dx).astype(np.float32)
-
-
-def _shifted(picture: np.ndarray, dy: int, dx: int) -> np.ndarray:
-    """The picture moved so that (y, x) shows what was at (y + dy, x + dx); edges wrap into the
-    padding, which is empty."""
-    return np.roll(picture, (-dy, -dx), axis=(0, 1))

@@ -11,15 +11,27 @@ from functools import lru_cache
 import numpy as np
 from scipy.stats import qmc
 
+SCRAMBLES = 16
 GROUPS = 8  # neighbouring receivers use different point sets, so that their errors are independent
 
 
-@lru_cache(maxsize=256)
 def sobol(count: int, dimensions: int, *key: int) -> np.ndarray:
-    """(count, dimensions) float64 in [0, 1): a scrambled Sobol set (Owen 1995) for this key."""
-    generator = np.random.default_rng(np.random.SeedSequence(key))
-    engine = qmc.Sobol(dimensions, scramble=True, rng=generator)
-    return engine.random_base2(max(0, int(np.ceil(np.log2(count)))))[:count]
+    """(count, dimensions) float64 in [0, 1): a Sobol set, shifted digitally for this key.
+
+    The shift is uniform, so that means over sets are unbiased (L'Ecuyer & Lemieux 2002, section
+    4.2); one of a few scrambled sets (Owen 1995) is shifted.
+    """
+    *shift, which = np.random.SeedSequence(key).generate_state(dimensions + 1)
+    exponent = max(0, int(np.ceil(np.log2(count))))
+    net = _scrambled(exponent, dimensions, int(which) % SCRAMBLES)
+    return (net[:count] ^ np.array(shift, np.uint32)) * 2.0**-32
+
+
+@lru_cache(maxsize=256)
+def _scrambled(exponent: int, dimensions: int, which: int) -> np.ndarray:
+    """(2^exponent, dimensions) uint32: the leading digits of a scrambled Sobol set."""
+    engine = qmc.Sobol(dimensions, scramble=True, rng=np.random.default_rng(which))
+    return (engine.random_base2(exponent) * 2.0**32).astype(np.uint32)
 
 
 def uniform(shape: tuple[int, ...], *key: int) -> np.ndarray:

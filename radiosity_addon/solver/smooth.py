@@ -76,7 +76,7 @@ def _smooth_picture(lattice, a, b, weight):
     raw = lattice.spread(a), lattice.spread(b)
     square = lattice.spread(weight) ** 2
     now, best = raw, raw
-    best_change = np.zeros_like(raw[0][..., :1])  # of the squared error
+    best_change = np.zeros_like(raw[0][:1])  # of the squared error
     gain, total = np.zeros_like(raw[0]), np.zeros_like(raw[0])
     for level in range(lattice.levels):
         after = tuple(lattice.step(picture, level) for picture in now)
@@ -84,7 +84,7 @@ def _smooth_picture(lattice, a, b, weight):
             (after[0] - now[0]) * (after[0] + now[0] - 2 * raw[1])
             + (after[1] - now[1]) * (after[1] + now[1] - 2 * raw[0])
         )
-        local = (total * square).mean(axis=-1, keepdims=True)
+        local = (total * square).mean(axis=0, keepdims=True)
         for k in range(min(level + 2, lattice.levels)):
             local = lattice.step(local, k)
         better = local < best_change
