@@ -89,8 +89,9 @@ def _cell_in_grid(n: np.ndarray, u: np.ndarray, v: np.ndarray):
     Row i holds 2(n−i)−1 cells, upright and inverted ones in turn.
     """
     x, y = u * n.astype(np.float32), v * n.astype(np.float32)
-    i = np.clip(x.astype(np.int32), 0, n - 1)  # thin triangles may give u, v beyond [0, 1]
-    j = np.clip(y.astype(np.int32), 0, n - 1 - i)
+    # Thin triangles may give u, v beyond [0, 1].
+    i = np.maximum(np.minimum(x.astype(np.int32), n - 1), 0)
+    j = np.maximum(np.minimum(y.astype(np.int32), n - 1 - i), 0)
     x -= i
     y -= j
     inverted = (x + y > 1) & (j < n - 1 - i)

@@ -93,10 +93,10 @@ def gather(
         bounced, first = 0.0, 0.0
         for part in met:
             sides = sides_hit(elements, part.hits)
-            bounced = bounced + mean_of_rays(reflected[sides], part, rays, len(chosen))
+            bounced = bounced + mean_of_rays(np.take(reflected, sides, axis=0), part, rays, len(chosen))
             first = first + sky_mean(context.sky, sides == elements.miss, part, directions)
             if emitted is not None:
-                first = first + mean_of_rays(emitted[sides], part, rays, len(chosen))
+                first = first + mean_of_rays(np.take(emitted, sides, axis=0), part, rays, len(chosen))
         return chosen, bounced, first
 
     chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // rays))

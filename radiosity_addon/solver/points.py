@@ -81,15 +81,17 @@ def footprint_points(
     if not square.all():
         fold = ~square & (place[..., 0] + place[..., 1] > 1)
         place = np.where(fold[..., None], 1 - place, place)
-    s, t = place[..., :1], place[..., 1:]
-    position = s * footprints.u[cell]
-    position += t * footprints.v[cell]
-    position += footprints.origin[cell]
+    s, t = place[..., 0], place[..., 1]
+    position = np.empty(s.shape + (3,), np.float32)
+    for axis in range(3):  # inner loops over owners, not over three numbers
+        along = s * footprints.u[cell, axis]
+        along += t * footprints.v[cell, axis]
+        np.add(along, footprints.origin[cell, axis], out=position[..., axis])
     return Points(
         position,
         np.broadcast_to(footprints.normal[cell], position.shape),
         np.broadcast_to(footprints.triangle[cell], position.shape[:2]),
-        lambda: _barycentric(footprints.corners[cell], s, t),
+        lambda: _barycentric(footprints.corners[cell], s[..., None], t[..., None]),
         turn,
     )
 

@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.stats import qmc
 
-SCRAMBLES = 16
+SCRAMBLES = 4
 GROUPS = 8  # neighbouring receivers use different point sets, so that their errors are independent
 
 
