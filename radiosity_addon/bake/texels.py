@@ -129,7 +129,7 @@ def _spans(triangles: np.ndarray, row: np.ndarray, resolution: int):
     for a, b in ((0, 1), (1, 2), (2, 0)):
         p, q = triangles[:, a], triangles[:, b]
         span = q[:, 1] - p[:, 1]
-        flat = span == 0
+        flat = np.abs(span) < 1e-200  # so that the slope is finite
         slope = (q[:, 0] - p[:, 0]) / np.where(flat, 1.0, span)
         bottom, top = np.minimum(p[:, 1], q[:, 1]), np.maximum(p[:, 1], q[:, 1])
         meets = (bottom <= high) & (top >= low)

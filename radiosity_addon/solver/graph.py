@@ -14,7 +14,7 @@ from scipy.sparse import csr_matrix
 
 LEVELS = 5  # kernels are applied 1, 2, 4, 8, 16 times
 NEAREST = 9  # with the receiver itself
-LEAST = 16  # receivers; among fewer, none are neighbours
+LEAST = 512  # receivers; fewer agree by chance, and have rays enough of their own
 FACING = 0.8  # cosine between the normals of neighbours, at least
 SLOPE = 0.4  # height of a neighbour over the receiver's plane, of its distance, at most
 

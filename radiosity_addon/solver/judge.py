@@ -125,18 +125,20 @@ class Judge:
         return float(np.sqrt(max(shared - 2 * own, 0.0)))
 
     def _smoothed(self, a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> _Part:
-        """Halves (count, c) smoothed alike, and the mean's squared relative error (count,).
+        """Halves (count, 3 k) of k parts smoothed alike, and the mean's squared relative error
+        (count,) of the parts' sum.
 
         Two halves of one receiver may agree by chance, so its error is taken from those around
         it too.
         """
         smoothed = smooth(self.lattices, a, b, weight)
-        noise = weight**2 * (smoothed.a - smoothed.b) ** 2 / 4
-        bias = weight**2 * smoothed.square_error - 2 * noise  # of a half: its error less its noise
-        least = BALANCE * noise * smoothed.touched[:, None]
+        apart = weight * (smoothed.a - smoothed.b) / 2
+        bias = (weight**2 * smoothed.square_error - 2 * apart**2).sum(axis=1)  # error less noise
+        noise = (apart.reshape(len(a), -1, 3).sum(axis=1) ** 2).sum(axis=1)  # parts share rays
+        least = BALANCE * noise * smoothed.touched
         if bias.mean() < least.mean():
             bias = least
-        square = smooth_map(self.lattices, (noise + bias).sum(axis=1) / 3)
+        square = smooth_map(self.lattices, (noise + bias) / 3)
         return _Part(smoothed.a, smoothed.b, square)
 
     def _gain(self) -> np.ndarray | float:

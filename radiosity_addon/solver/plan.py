@@ -40,7 +40,7 @@ def make_plan(error: float, receivers: int, smoothing: bool) -> Plan:
         rays = max(rays // 2, 4)
     points = 4 if error < 0.06 else 2
     # Few receivers cost next to nothing, and few samples of few receivers agree by chance.
-    rays = max(rays, power_of_two(FIRST_RAYS / max(receivers, 1), 4, 64))
+    rays = max(rays, power_of_two(FIRST_RAYS / max(receivers, 1), 4, 256))
     points = max(points, power_of_two(FIRST_RAYS / 4 / max(receivers, 1), 2, 16))
     return Plan(
         goal=0.75 * error,

@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from radiosity_addon.bake.clip import clip_squares, doubled_areas, fan
@@ -68,6 +68,7 @@ def test_axis_aligned_border_is_one_square_cell():
 
 
 @settings(max_examples=60, deadline=None)
+@example(points=[(0.0, 1.0), (0.0, 2.2250738585e-313), (1.0, 0.0)], resolution=1)
 @given(
     points=st.lists(st.tuples(*[st.floats(0, 1)] * 2), min_size=3, max_size=3),
     resolution=st.integers(1, 40),

@@ -43,7 +43,7 @@ def test_closed_sphere_with_eight_emissions_and_reflectances():
     for octant in range(8):
         mine = scene.object == octant
         power = found[mine] @ area[mine]
-        assert power == pytest.approx(expected[mine] @ area[mine], rel=1e-3)
+        assert power == pytest.approx(expected[mine] @ area[mine], rel=SHARP.error)
 
 
 def test_concentric_spheres():
