@@ -57,9 +57,7 @@ def _light_points(context: Context, points: Points, key) -> tuple[np.ndarray, np
         table = sobol(per, 2, *key, number, 1)
         shift = points.turn[:, [2, 0]].astype(float)
         xi = ((table[:, None] + shift) % 1.0).reshape(-1, 2)
-        for sample, color, rows in _samples(
-            context.sources, light, position, normal, xi, per
-        ):
+        for sample, color, rows in _samples(context.sources, light, position, normal, xi):
             dark = _unlinked(context, light, rows, points)
             if dark is not None:
                 sample.irradiance[dark] = 0
@@ -89,12 +87,12 @@ def _lights_for(context: Context, points: Points, position, normal, key):
     return [(choice.light, choice.factor) for choice in choices]
 
 
-def _samples(sources: Sources, light, position, normal, xi, per: int):
+def _samples(sources: Sources, light, position, normal, xi):
     """Yield (sample, colour, rows): of one light at all points (rows None), or of each kind at the
     points (k,) whose light is of that kind."""
     if np.ndim(light) == 0:
         kind, place = sources.kinds[sources.kind[light]], int(sources.place[light])
-        yield kind.sample(place, position, normal, xi, per), kind.color[place], None
+        yield kind.sample(place, position, normal, xi), kind.color[place], None
         return
     for number, kind in enumerate(sources.kinds):
         rows = np.flatnonzero(sources.kind[light] == number)

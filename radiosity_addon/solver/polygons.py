@@ -11,10 +11,9 @@ import numpy as np
 
 from .geometry import OFFSET
 from .lambert import polygon_form_factor
-from .lights import Sample, length
+from .lights import Sample
 
 TRIANGLE, RECTANGLE, ELLIPSE = range(3)
-FAR = 16  # times the reach of a footprint: a form factor's curvature across it is < 0.1 % there
 RIM = 48  # corners of the polygon that stands for an ellipse
 
 
@@ -39,15 +38,12 @@ class Polygons:
 
     def middle(self) -> tuple[np.ndarray, np.ndarray]:
         """Centres (k, 3) and radii (k,) of spheres around the lights."""
-        share = np.where(self.shape == TRIANGLE, 1 / 3, 0.5)
+        share = np.where(self.shape == TRIANGLE, 1 / 3, 0.5)[:, None]
         size = np.linalg.norm(self.u, axis=1) + np.linalg.norm(self.v, axis=1)
-        return self.origin + share[:, None] * (self.u + self.v), (1 - share) * size
+        return self.origin + share * (self.u + self.v), size
 
-    def sample(
-        self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray, per: int = 1
-    ) -> Sample:
-        """Sample light ``which`` (an int, or (n,) of them) uniformly by area, for n points, that
-        are ``per`` of each owner, point-major."""
+    def sample(self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray) -> Sample:
+        """Sample light ``which`` (an int, or (n,) of them) uniformly by area, for n points."""
         s, t = self.place(which, xi)
         target = self.origin[which] + s[:, None] * self.u[which] + t[:, None] * self.v[which]
         side = np.einsum("ij,ij->i", position - target, np.broadcast_to(self.normal[which], target.shape))
@@ -62,28 +58,8 @@ class Polygons:
             beam = spread_falloff(side / np.sqrt(square), self.spread[which])
             value = np.where(shines, weight * beam * self.area[which], 0)
             return Sample(value, (value > 0) * 1.0, segment, 1.0, False)
-        factor = np.where(shines, np.pi * self._mean_form_factor(which, position, normal, per), 0)
+        factor = np.where(shines, np.pi * self._form_factor(which, position, normal), 0)
         return Sample(factor, np.where(factor > 0, weight, 0), segment, 1.0, True)
-
-    def _mean_form_factor(self, which, position, normal, per: int) -> np.ndarray:
-        """(n,) the form factor at each point, or that at the middle of its owner's points where
-        these are so far from the light, and so close together, that it makes no difference."""
-        if per == 1:
-            return self._form_factor(which, position, normal)
-        places, facing = position.reshape(per, -1, 3), normal.reshape(per, -1, 3)
-        middle = places.mean(axis=0)
-        offset = places - middle
-        reach = np.sqrt(np.einsum("pij,pij->pi", offset, offset).max(axis=0))
-        center, size = (values[which] for values in self.middle())
-        flat = (np.abs(facing - facing[0]) < 1e-6).all(axis=(0, 2))
-        far = flat & (length(center - middle) - size > FAR * reach)
-        result = np.empty(places.shape[:2])
-        result[:, far] = self._form_factor(which, middle[far], facing[0, far])
-        near = np.flatnonzero(~far)
-        result[:, near] = self._form_factor(
-            which, places[:, near].reshape(-1, 3), facing[:, near].reshape(-1, 3)
-        ).reshape(per, -1)
-        return result.ravel()
 
     def _form_factor(self, which, position, normal) -> np.ndarray:
         """(n,) Lambert's formula, by shape: every point's light has as many corners."""

@@ -24,9 +24,7 @@ class Suns:
         """Far away: centres (k, 3) and radii (k,)."""
         return self.toward * 1e6, np.zeros(len(self.toward))
 
-    def sample(
-        self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray, per: int = 1
-    ) -> Sample:
+    def sample(self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray) -> Sample:
         """Sample a direction in the disc."""
         toward = np.broadcast_to(self.toward[which], position.shape)
         direction = toward + disc(toward, xi) * np.reshape(self.radius[which], (-1, 1))
