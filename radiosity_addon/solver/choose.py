@@ -1,9 +1,9 @@
 """Choose: which lights to sample at which points, where there are many.
 
-Depends on ``sources`` and SciPy's k-d tree. Every point takes a few lights with probability
-proportional to the light they would bring without obstacles, so that what is left to chance is
-only whether they are seen (Shirley, Wang & Zimmerman 1996, section 4). Among thousands, the
-nearest are always candidates and the others by their power.
+Depends on ``light_tree``. Every point takes a few lights with probability proportional to the
+light they would bring without obstacles, so that what is left to chance is only whether they are
+seen (Shirley, Wang & Zimmerman 1996, section 4). Among thousands, a tree leads to a handful.
+Distant lights are chosen apart from near ones: no distance compares them.
 """
 
 from __future__ import annotations
@@ -12,66 +12,70 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .sources import Sources
+from .light_tree import Emitters, LightTree, build_tree, pick
 
 FEW = 6  # lights up to here are all sampled at every point
 PER_POINT = 3  # lights sampled at a point where there are more
-ALL = 128  # lights up to here are all candidates
-NEAR = FAR = 32  # candidates among more
+ALL = 96  # lights up to here are all compared at every point
+TOP = 64  # nodes of the tree that are all compared at every point, where there are more
+BLOCK = 8  # lights that are compared where a way down the tree ends
 
 
 @dataclass(frozen=True)
 class Choice:
-    """For every point one light, and one over the probability with which it was taken."""
+    """For every point one light, and one over the probability with which it was taken; or one
+    light (an int) for all points, with factor None."""
 
-    light: np.ndarray  # (n,) int
-    factor: np.ndarray  # (n,) float64
+    light: np.ndarray | int  # (n,) int
+    factor: np.ndarray | None  # (n,) float64
 
 
-def choose_lights(sources: Sources, position, normal, xi: np.ndarray) -> list[Choice]:
-    """``PER_POINT`` choices for n points (n, 3); ``xi`` (n, PER_POINT) in [0, 1)."""
-    candidate, weight = _candidates(sources, position, xi[:, 0])
-    strength = np.zeros(candidate.shape)
-    for number, kind in enumerate(sources.kinds):
-        row, column = np.nonzero(sources.kind[candidate] == number)
-        place = sources.place[candidate[row, column]]
-        strength[row, column] = kind.strength(place, position[row], normal[row])
-    strength *= weight
-    cumulative = np.cumsum(strength, axis=1)
-    total = cumulative[:, -1:]
+@dataclass(frozen=True)
+class Pool:
+    """Lights to choose from. ``blocks`` (m, size) their numbers, filled up with −1; ``tree`` leads
+    to one of several blocks."""
+
+    blocks: np.ndarray
+    tree: LightTree | None
+
+
+def make_pool(lights: np.ndarray, emitters: Emitters) -> Pool:
+    """A pool of ``lights`` (n,) int, which shine as ``emitters``."""
+    if len(lights) <= ALL:
+        return Pool(lights[None], None)
+    tree = build_tree(emitters, TOP, BLOCK)
+    return Pool(np.where(tree.blocks >= 0, lights[tree.blocks], -1), tree)
+
+
+def choose_lights(sources, pool: Pool, position, normal, xi: np.ndarray) -> list[Choice]:
+    """Choices of a pool of ``sources`` for n points (n, 3): one for every column of ``xi``
+    (n, k) in [0, 1)."""
+    n, k = xi.shape
+    if pool.tree is None:
+        strength = _strengths(sources, np.broadcast_to(pool.blocks, (n, pool.blocks.shape[1])),
+                              position, normal)  # fmt: skip
+    else:
+        block, chance, xi = pool.tree.descend(position, normal, xi)
     choices = []
-    for k in range(xi.shape[1]):
-        level = (xi[:, k : k + 1] * total * (1 - 1e-12))
-        column = np.minimum((cumulative <= level).sum(axis=1), candidate.shape[1] - 1)
-        rows = np.arange(len(candidate))
-        taken = strength[rows, column]
-        factor = np.where(taken > 0, total[:, 0] / np.where(taken > 0, taken, 1), 0)
-        factor *= weight[rows, column] / xi.shape[1]
-        choices.append(Choice(candidate[rows, column], factor))
+    for i in range(k):
+        before, members = 1.0, pool.blocks
+        if pool.tree is not None:
+            before, members = chance[:, i], pool.blocks[block[:, i]]
+            strength = _strengths(sources, members, position, normal)
+        column, share, _ = pick(strength, xi[:, i])
+        share = share * before
+        light = np.broadcast_to(members, strength.shape)[np.arange(n), column]
+        factor = np.where(share > 0, 1 / np.where(share > 0, share, 1), 0) / k
+        choices.append(Choice(np.maximum(light, 0), factor))
     return choices
 
 
-def _candidates(sources: Sources, position: np.ndarray, xi: np.ndarray):
-    """(n, c) lights for each point, and (n, c) one over the chance that each was a candidate."""
-    n = len(position)
-    if sources.count <= ALL:
-        every = np.broadcast_to(np.arange(sources.count), (n, sources.count))
-        return every, np.ones(every.shape)
-    from scipy.spatial import cKDTree
-
-    center = np.concatenate([kind.middle()[0] for kind in sources.kinds])
-    power = np.concatenate([_power(kind) for kind in sources.kinds])
-    near = cKDTree(center).query(position, NEAR)[1]
-    cumulative = np.cumsum(power) / power.sum()
-    level = (np.arange(FAR) + xi[:, None]) / FAR
-    far = np.minimum(np.searchsorted(cumulative, level), sources.count - 1)
-    weight = power.sum() / (FAR * power[far])
-    for column in range(NEAR):
-        weight[far == near[:, column : column + 1]] = 0
-    return np.concatenate([near, far], axis=1), np.concatenate([np.ones(near.shape), weight], axis=1)
-
-
-def _power(kind) -> np.ndarray:
-    """(k,) relative power, by which far lights become candidates."""
-    size = getattr(kind, "area", None)
-    return kind.color.mean(axis=1) * (1.0 if size is None else size)
+def _strengths(sources, light: np.ndarray, position, normal) -> np.ndarray:
+    """(n, c) rough irradiance of lights (n, c) at points (n, 3); 0 where a light is −1."""
+    strength = np.zeros(light.shape)
+    kinds = np.where(light >= 0, sources.kind[light], -1)
+    for number, kind in enumerate(sources.kinds):
+        row, column = np.nonzero(kinds == number)
+        place = sources.place[light[row, column]]
+        strength[row, column] = kind.strength(place, position[row], normal[row])
+    return strength

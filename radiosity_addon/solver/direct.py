@@ -11,13 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .choose import FEW, PER_POINT, choose_lights
+from .choose import PER_POINT, choose_lights
 from .context import Context
 from .parallel import map_chunks
 from .passage import visibility
 from .points import Points, grouped_chunks
 from .sampling import sobol
-from .sources import Sources
 
 POINTS_PER_CHUNK = 1 << 14
 
@@ -57,7 +56,7 @@ def _light_points(context: Context, points: Points, key) -> tuple[np.ndarray, np
         table = sobol(per, 2, *key, number, 1)
         shift = points.turn[:, [2, 0]].astype(float)
         xi = ((table[:, None] + shift) % 1.0).reshape(-1, 2)
-        for sample, color, rows in _samples(context.sources, light, position, normal, xi):
+        for sample, color, rows in _samples(context, light, position, normal, xi):
             dark = _unlinked(context, light, rows, points)
             if dark is not None:
                 sample.irradiance[dark] = 0
@@ -78,18 +77,21 @@ def _lights_for(context: Context, points: Points, position, normal, key):
     """(light, factor) pairs to sample: every light, an int with factor None, where they are few;
     else arrays (n,) of what was chosen at each point, with one over its probability."""
     sources = context.sources
-    if sources.count <= FEW:
-        return [(light, None) for light in range(sources.count)]
+    pairs = [(light, None) for light in sources.always]
     per, count = points.shape
-    table = sobol(per, PER_POINT, *key, 2)
-    xi = (table[:, None] + points.turn[:, :1].astype(float)) % 1.0
-    choices = choose_lights(sources, position, normal, xi.reshape(per * count, PER_POINT))
-    return [(choice.light, choice.factor) for choice in choices]
+    for number, pool in enumerate(sources.pools):
+        table = sobol(per, 1, *key, 2, number)
+        xi = ((table + points.turn[:, 0].astype(float)) % 1.0).reshape(-1, 1)
+        xi = (xi + np.arange(PER_POINT)) / PER_POINT  # a point's choices lie apart, too
+        choices = choose_lights(sources, pool, position, normal, xi)
+        pairs += [(choice.light, choice.factor) for choice in choices]
+    return pairs
 
 
-def _samples(sources: Sources, light, position, normal, xi):
+def _samples(context: Context, light, position, normal, xi):
     """Yield (sample, colour, rows): of one light at all points (rows None), or of each kind at the
     points (k,) whose light is of that kind."""
+    sources = context.sources
     if np.ndim(light) == 0:
         kind, place = sources.kinds[sources.kind[light]], int(sources.place[light])
         yield kind.sample(place, position, normal, xi), kind.color[place], None
@@ -99,7 +101,11 @@ def _samples(sources: Sources, light, position, normal, xi):
         if len(rows):
             place = sources.place[light[rows]]
             sample = kind.sample(place, position[rows], normal[rows], xi[rows])
-            yield sample, kind.color[place], rows
+            color = kind.color[place]
+            if sample.surface is not None:
+                varied, triangle, uv = sample.surface
+                color[varied] = context.emission(triangle, uv)
+            yield sample, color, rows
 
 
 def _unlinked(context: Context, light, rows, points: Points) -> np.ndarray | None:

@@ -12,10 +12,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .cells import whole_triangles
 from .context import Context
+from .emitters import as_polygons
 from .geometry import OFFSET
 from .points import points_on
-from .polygons import TRIANGLE, Polygons, spread_falloff
+from .polygons import Polygons, spread_falloff
 from .sampling import cosine_directions, sobol, tangent_frames, uniform
 from .skylight import pixel_directions, solid_angles
 from .spheres import Spheres
@@ -200,11 +202,7 @@ def _unsampled_faces(context: Context) -> Polygons:
         [context.emission(triangles, np.tile(place, (len(triangles), 1))) for place in places], 0
     )
     glowing = radiance.any(axis=1)
-    t, many = triangles[glowing], int(glowing.sum())
-    return Polygons(
-        radiance[glowing], np.full(many, TRIANGLE), geometry.p0[t], geometry.e1[t],
-        geometry.e2[t], geometry.normal[t], np.ones(many, bool), np.full(many, np.pi),
-    )  # fmt: skip
+    return as_polygons(geometry, whole_triangles(triangles[glowing], radiance[glowing]))
 
 
 def _particles(origin, direction, weight) -> Particles:

@@ -26,11 +26,20 @@ class Sample:
     segment: np.ndarray
     length: float
     exact: bool
+    surface: tuple | None = None  # (k,) which of the n, (k,) triangles, (k, 2) barycentric: places
+    # whose own emission takes the place of the light's colour
 
 
 def length(vectors: np.ndarray) -> np.ndarray:
     """(n,) Euclidean lengths of (n, 3), never 0."""
     return np.sqrt(np.maximum(np.einsum("ij,ij->i", vectors, vectors), 1e-30))
+
+
+def partly_above(cosine: np.ndarray, slack: np.ndarray) -> np.ndarray:
+    """About the mean of max(cosine, 0) over a light whose cosines spread by ``slack`` both ways:
+    above 0 wherever a part of the light is above the horizon."""
+    part = np.maximum(cosine + slack, 0) ** 2 / (4 * np.maximum(slack, 1e-9))
+    return np.where(cosine > slack, cosine, part + 1e-4 * (cosine > -slack))
 
 
 def disc(axis: np.ndarray, xi: np.ndarray) -> np.ndarray:

@@ -1,20 +1,23 @@
 """Polygons: flat lights, that is area lamps and emissive faces.
 
-Depends on ``lights``, ``geometry``, ``lambert``.
+Depends on ``lights``, ``light_tree``, ``geometry``, ``lambert``, ``spherical``.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from .geometry import OFFSET
 from .lambert import polygon_form_factor
-from .lights import Sample
+from .light_tree import Emitters
+from .lights import Sample, length, partly_above
+from .spherical import direction_within, solid_angle
 
 TRIANGLE, RECTANGLE, ELLIPSE = range(3)
 RIM = 48  # corners of the polygon that stands for an ellipse
+NEAR = 0.1  # of a light's distance: a larger one is sampled by solid angle, and as its texture is
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,10 @@ class Polygons:
     normal: np.ndarray  # (k, 3) unit
     two_sided: np.ndarray  # (k,) bool
     spread: np.ndarray  # (k,) [rad]; π: Lambertian
+    front: np.ndarray  # (k,) how likely light that leaves the front goes anywhere, above 0
+    back: np.ndarray  # (k,) the same of the back; 0 where it does not shine
+    triangle: np.ndarray  # (k,) int: whose texture ``color`` is a mean of, -1: none
+    corners: np.ndarray  # (k, 3, 2) barycentric in there, of origin, origin + u, origin + v
 
     @property
     def area(self) -> np.ndarray:
@@ -39,42 +46,101 @@ class Polygons:
     def middle(self) -> tuple[np.ndarray, np.ndarray]:
         """Centres (k, 3) and radii (k,) of spheres around the lights."""
         share = np.where(self.shape == TRIANGLE, 1 / 3, 0.5)[:, None]
-        size = np.linalg.norm(self.u, axis=1) + np.linalg.norm(self.v, axis=1)
-        return self.origin + share * (self.u + self.v), size
+        corners = [s * self.u + t * self.v - share * (self.u + self.v)
+                   for s, t in ((0, 0), (1, 0), (0, 1), (1, 1))]  # fmt: skip
+        size = np.array([np.linalg.norm(corner, axis=1) for corner in corners])
+        size[3, self.shape == TRIANGLE] = 0
+        return self.origin + share * (self.u + self.v), size.max(axis=0)
 
     def sample(self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray) -> Sample:
-        """Sample light ``which`` (an int, or (n,) of them) uniformly by area, for n points."""
+        """Sample light ``which`` (an int: exactly; or (n,) of them: each by itself) for n points."""
+        if np.ndim(which) == 0 or len(which) == 0:
+            return self._by_area(which, position, normal, xi, np.ndim(which) == 0)
+        near = self._near(which, position)
+        angular = near & (self.shape[which] != ELLIPSE) & (self.spread[which] >= np.pi)
+        sample = self._by_area(which, position, normal, xi, False)
+        some = np.flatnonzero(angular)
+        if len(some):
+            value, segment = self._by_solid_angle(which[some], position[some], normal[some], xi[some])
+            sample.irradiance[some], sample.segment[some] = value, segment
+            sample.weight[some] = value > 0
+        textured = np.flatnonzero(near & (self.triangle[which] >= 0))
+        if len(textured) == 0:
+            return sample
+        mine = which[textured]
+        uv = self._texture_place(mine, position[textured] + sample.segment[textured])
+        return replace(sample, surface=(textured, self.triangle[mine], uv))
+
+    def _near(self, which: np.ndarray, position: np.ndarray) -> np.ndarray:
+        """(n,) bool: the light's apparent size is above NEAR."""
+        center, size = self.middle()
+        away = position - center[which]
+        return size[which] ** 2 > NEAR**2 * np.einsum("ij,ij->i", away, away)
+
+    def _by_area(self, which, position, normal, xi, exact: bool) -> Sample:
+        """Sample uniformly by area; where ``exact``, with the irradiance of the whole light."""
         s, t = self.place(which, xi)
         target = self.origin[which] + s[:, None] * self.u[which] + t[:, None] * self.v[which]
-        side = np.einsum("ij,ij->i", position - target, np.broadcast_to(self.normal[which], target.shape))
-        lift = np.where(side >= 0, OFFSET, -OFFSET)[:, None] * self.normal[which]
-        segment = target + lift - position
+        segment, side = self._segment(which, position, target)
         square = np.maximum(np.einsum("ij,ij->i", segment, segment), 1e-30)
         cosine = np.einsum("ij,ij->i", segment, normal)
         weight = np.maximum(cosine, 0) * np.abs(side) / square**2
         shines = self.two_sided[which] | (side > 0)
         segment = segment.astype(np.float32)
-        if np.any(self.spread[which] < np.pi):
-            beam = spread_falloff(side / np.sqrt(square), self.spread[which])
+        if not exact or self.spread[which] < np.pi:
+            beam = spread_falloff(np.abs(side) / np.sqrt(square), self.spread[which])
             value = np.where(shines, weight * beam * self.area[which], 0)
             return Sample(value, (value > 0) * 1.0, segment, 1.0, False)
-        factor = np.where(shines, np.pi * self._form_factor(which, position, normal), 0)
+        corners = self._corners(which)
+        factor = np.where(shines, np.pi * polygon_form_factor(position, normal, corners), 0)
         return Sample(factor, np.where(factor > 0, weight, 0), segment, 1.0, True)
 
-    def _form_factor(self, which, position, normal) -> np.ndarray:
-        """(n,) Lambert's formula, by shape: every point's light has as many corners."""
-        if np.ndim(which) == 0:
-            return polygon_form_factor(position, normal, self._corners(which))
-        result = np.empty(len(position))
-        for shape in np.unique(self.shape[which]):
-            some = np.flatnonzero(self.shape[which] == shape)
-            corners = self._corners(which[some])
-            result[some] = polygon_form_factor(position[some], normal[some], corners)
-        return result
+    def _segment(self, which, position, target) -> tuple[np.ndarray, np.ndarray]:
+        """(n, 3) to just before places on lights, and (n,) heights of the points above them."""
+        side = np.einsum("ij,ij->i", position - target,
+                         np.broadcast_to(self.normal[which], target.shape))  # fmt: skip
+        lift = np.where(side >= 0, OFFSET, -OFFSET)[:, None] * self.normal[which]
+        return target + lift - position, side
 
-    def _corners(self, which) -> list[np.ndarray]:
-        """Corners in order, (3,) or (n, 3) each; an ellipse becomes a polygon of the same area."""
-        shape = self.shape[which] if np.ndim(which) == 0 else self.shape[which][0]
+    def _by_solid_angle(self, which, position, normal, xi) -> tuple[np.ndarray, np.ndarray]:
+        """(n,) irradiance and (n, 3) segments of lights ``which`` (n,), triangles or rectangles,
+        sampled uniformly in the solid angle they are seen under."""
+        first = self.origin[which] - position
+        a, b, c = first, first + self.u[which], first + self.v[which]
+        d = b + self.v[which]
+        a, b, c, d = (corner / length(corner)[:, None] for corner in (a, b, c, d))
+        one = solid_angle(a, b, c)
+        other = np.where(self.shape[which] == RECTANGLE, solid_angle(d, c, b), 0)
+        whole = np.maximum(one + other, 1e-30)
+        second = xi[:, 0] * whole >= one
+        a, b, c = (np.where(second[:, None], q, p) for p, q in ((a, d), (b, c), (c, b)))
+        angle = np.where(second, other, one)
+        within = (xi[:, 0] * whole - np.where(second, one, 0)) / np.maximum(angle, 1e-30)
+        within = np.stack([np.clip(within, 0, 1), xi[:, 1]], 1)
+        direction = direction_within(a, b, c, angle, within)
+        height = np.einsum("ij,ij->i", first, self.normal[which])
+        slope = np.einsum("ij,ij->i", direction, self.normal[which])
+        reached = height * slope > 0
+        step = height / np.where(reached, slope, 1)
+        segment, side = self._segment(which, position, position + step[:, None] * direction)
+        shines = reached & (self.two_sided[which] | (side > 0))
+        cosine = np.maximum(np.einsum("ij,ij->i", direction, normal), 0)
+        return np.where(shines, whole * cosine, 0), np.where(reached[:, None], segment, 1)
+
+    def _texture_place(self, which, target: np.ndarray) -> np.ndarray:
+        """(n, 2) barycentric coordinates, in their triangles, of places on lights."""
+        u, v, away = self.u[which], self.v[which], target - self.origin[which]
+        uu, uv, vv, au, av = (np.einsum("ij,ij->i", p, q)
+                              for p, q in ((u, u), (u, v), (v, v), (away, u), (away, v)))  # fmt: skip
+        below = np.maximum(uu * vv - uv * uv, 1e-300)
+        s = np.clip((au * vv - av * uv) / below, 0, 1)[:, None]
+        t = np.clip((av * uu - au * uv) / below, 0, 1)[:, None]
+        corners = self.corners[which]
+        return corners[:, 0] + s * (corners[:, 1] - corners[:, 0]) + t * (corners[:, 2] - corners[:, 0])
+
+    def _corners(self, which: int) -> list[np.ndarray]:
+        """Corners in order, (3,) each; an ellipse becomes a polygon of the same area."""
+        shape = self.shape[which]
         places = [(0, 0), (1, 0), (0, 1)] if shape == TRIANGLE else [(0, 0), (1, 0), (1, 1), (0, 1)]
         if shape == ELLIPSE:
             turn = (np.arange(RIM) + 0.5) * (2 * np.pi / RIM)
@@ -98,15 +164,23 @@ class Polygons:
         """(n,) rough irradiance of lights at points, above 0 wherever any may arrive."""
         center, size = self.middle()
         toward = center[which] - position
-        square = np.einsum("...j,...j->...", toward, toward)
-        reach = size[which] ** 2
-        distance = np.sqrt(np.maximum(square, 1e-30))
-        slack = np.minimum(size[which] / distance, 1)
-        facing = np.einsum("...j,...j->...", toward, normal) / distance + slack
-        leaving = -np.einsum("...j,...j->...", toward, self.normal[which]) / distance
-        leaving = np.where(self.two_sided[which], np.abs(leaving), leaving) + slack
+        square = np.maximum(np.einsum("...j,...j->...", toward, toward), 1e-30)
+        inverse = 1 / np.sqrt(square)
+        reach = size[which]
+        slack = np.minimum(reach * inverse, 1)
+        facing = partly_above(np.einsum("...j,...j->...", toward, normal) * inverse, slack)
+        leaving = -np.einsum("...j,...j->...", toward, self.normal[which]) * inverse
+        side = np.where(leaving > 0, self.front[which], self.back[which])
+        leaving = side * (np.abs(leaving) + 0.1 * slack)
         power = (self.area * self.color.mean(axis=1))[which]
-        return power * np.maximum(facing, 0) * np.maximum(leaving, 0) / (square + reach)
+        return power * facing * leaving / (square + 0.5 * reach**2)
+
+    def emitters(self) -> Emitters:
+        """How they shine, roughly."""
+        center, size = self.middle()
+        power = self.area * self.color.mean(axis=1)
+        return Emitters(center, size, self.normal, power * self.front, power * self.back,
+                        np.zeros(len(power), bool))  # fmt: skip
 
 
 def spread_falloff(cosine: np.ndarray, spread: np.ndarray) -> np.ndarray:
@@ -118,3 +192,9 @@ def spread_falloff(cosine: np.ndarray, spread: np.ndarray) -> np.ndarray:
     normalise = np.where(gap > 1e-9, 1 / np.maximum(gap, 1e-30), 3 / tangent**3)
     ray = np.sqrt(np.maximum(1 / np.maximum(cosine, 1e-9) ** 2 - 1, 0))
     return np.where(spread < np.pi, np.maximum((tangent - ray) * normalise, 0), 1.0)
+
+
+def join_polygons(parts: list[Polygons]) -> Polygons:
+    """The lights of all parts."""
+    names = [field.name for field in fields(Polygons)]
+    return Polygons(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))

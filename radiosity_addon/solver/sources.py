@@ -1,8 +1,6 @@
 """Sources: which of a scene's lights are sampled explicitly, gathered into kinds.
 
-Depends on ``scene``, ``geometry``, ``polygons``, ``spheres``, ``suns``, ``evaluate``. Lamps always are. Emissive faces are
-where they are small beside the scene; large ones (a glowing wall, a furnace) are met by enough
-rays anyway.
+Depends on ``scene``, ``geometry``, ``emitters``, ``choose``, ``polygons``, ``spheres``, ``suns``.
 """
 
 from __future__ import annotations
@@ -11,18 +9,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .coincident import exact_copies, overlapping
+from .choose import FEW, Pool, make_pool
 from .embree import Tracer
-from .evaluate import evaluate_material
-from .fields import Constant
+from .emitters import emissive_faces
 from .geometry import Geometry
-from .polygons import ELLIPSE, RECTANGLE, TRIANGLE, Polygons
+from .light_tree import join_emitters
+from .polygons import ELLIPSE, RECTANGLE, Polygons, join_polygons
 from .scene import AreaLamp, Lamp, PointLamp, Scene, SunLamp
 from .spheres import Spheres
 from .suns import Suns
-
-MAX_EMISSIVE_TRIANGLES = 4096
-LARGEST_SHARE = 0.1  # of the scene's area: an object's emissive faces above it are left to rays
 
 
 @dataclass(frozen=True)
@@ -33,6 +28,8 @@ class Sources:
     kind: np.ndarray  # (n,) int: which kind a light belongs to
     place: np.ndarray  # (n,) int: its place in there
     linked: tuple  # (n,) arrays of object numbers it lights, or None for all
+    always: tuple  # of ints: lights that are sampled at every point
+    pools: tuple  # of Pool: the others, of which points choose some
 
     @property
     def count(self) -> int:
@@ -51,82 +48,46 @@ def build_sources(
     scene: Scene, geometry: Geometry, tracer: Tracer, suns: list[SunLamp]
 ) -> tuple[Sources, np.ndarray]:
     """Every light to sample, and (n_triangles,) bool: whose emission that covers."""
-    explicit = emissive_triangles(scene, geometry)
-    copies = exact_copies(geometry, explicit)
-    if overlapping(geometry, tracer, explicit & ~copies).any():
-        explicit &= ~overlapping(geometry, tracer, explicit)
-    lamps = [lamp for lamp in (*scene.lamps, *suns) if _shines(lamp)]
+    faces, explicit = emissive_faces(scene, geometry, tracer)
     linked = {id(l): objects for l, objects in zip(scene.lamps, scene.lamp_objects or ())}
-    rows = {Polygons: _emissive_polygons(scene, geometry, np.flatnonzero(explicit & ~copies))}
-    objects = {Polygons: [None] * len(rows[Polygons]), Spheres: [], Suns: []}
-    for lamp in lamps:
-        kind, row = _lamp_row(lamp, geometry)
-        rows.setdefault(kind, []).append(row)
-        objects[kind].append(linked.get(id(lamp)))
-    present = [kind for kind in (Polygons, Spheres, Suns) if rows.get(kind)]
-    kinds = tuple(kind(*(np.array(column) for column in zip(*rows[kind]))) for kind in present)
-    sizes = [len(rows[kind]) for kind in present]
+    rows = {Polygons: [], Spheres: [], Suns: []}
+    objects = {Polygons: [None] * len(faces.color), Spheres: [], Suns: []}
+    for lamp in (*scene.lamps, *suns):
+        if _shines(lamp):
+            kind, row = _lamp_row(lamp, geometry)
+            rows[kind].append(row)
+            objects[kind].append(linked.get(id(lamp)))
+    made = {kind: kind(*(np.array(column) for column in zip(*rows[kind]))) for kind in rows if rows[kind]}
+    if len(faces.color):
+        made[Polygons] = join_polygons([faces, made[Polygons]]) if Polygons in made else faces
+    present = [kind for kind in rows if kind in made]
+    kinds = tuple(made[kind] for kind in present)
+    sizes = [len(kind.color) for kind in kinds]
+    kind = np.repeat(np.arange(len(present)), sizes)
+    always, pools = _pools(kinds, kind)
     sources = Sources(
-        kinds,
-        np.repeat(np.arange(len(present)), sizes),
-        np.concatenate([np.arange(size) for size in sizes] or [np.zeros(0, int)]),
-        tuple(entry for kind in present for entry in objects[kind]),
-    )
+        kinds, kind, np.concatenate([np.arange(size) for size in sizes] or [np.zeros(0, int)]),
+        tuple(entry for kind in present for entry in objects[kind]), always, pools,
+    )  # fmt: skip
     return sources, explicit
 
 
-def emissive_triangles(scene: Scene, geometry: Geometry) -> np.ndarray:
-    """(n_triangles,) bool: triangles of constant emission to be sampled explicitly."""
-    glowing = np.array(
-        [isinstance(m.emission, Constant) and np.any(np.asarray(m.emission.value) > 0)
-         for m in scene.materials],
-        bool,
-    )
-    chosen = glowing[scene.material] if len(scene.material) else np.zeros(0, bool)
-    if scene.visible is not None:
-        chosen &= scene.visible[scene.object]
-    group = scene.object.astype(np.int64) * len(scene.materials) + scene.material
-    _, group = np.unique(group, return_inverse=True)
-    group = group.reshape(-1)
-    area = np.bincount(group, geometry.area * chosen)
-    chosen &= (area <= LARGEST_SHARE * geometry.area.sum())[group] if len(group) else chosen
-    return chosen & (chosen.sum() <= MAX_EMISSIVE_TRIANGLES) & (geometry.area > 0)
+def _pools(kinds: tuple, kind: np.ndarray) -> tuple[tuple, tuple]:
+    """Near and distant lights, apart: all that are sampled everywhere, and pools of the others."""
+    always, pools = [], []
+    for distant in (False, True):
+        mine = [k for k, lights in enumerate(kinds) if isinstance(lights, Suns) == distant]
+        lights = np.flatnonzero(np.isin(kind, mine))
+        if len(lights) <= FEW:
+            always += lights.tolist()
+        else:
+            pools.append(make_pool(lights, join_emitters([kinds[k].emitters() for k in mine])))
+    return tuple(always), tuple(pools)
 
 
 def _shines(lamp: Lamp) -> bool:
     color = {PointLamp: "intensity", SunLamp: "irradiance", AreaLamp: "radiance"}[type(lamp)]
     return bool(np.any(np.asarray(getattr(lamp, color)) > 0))
-
-
-def _emissive_polygons(scene: Scene, geometry: Geometry, triangles: np.ndarray) -> list:
-    """Rows of Polygons; two triangles that form a parallelogram become one rectangle."""
-    radiance = evaluate_material(scene, "emission", triangles, np.full((len(triangles), 2), 1 / 3))
-    number = {int(t): i for i, t in enumerate(triangles)}
-    rows, used = [], set()
-    for i, t in enumerate(triangles):
-        if i in used:
-            continue
-        corners = geometry.vertices[geometry.triangles[t]]
-        place, shape = (corners[0], corners[1] - corners[0], corners[2] - corners[0]), TRIANGLE
-        partner = number.get(int(t) + 1)
-        if partner is not None and np.array_equal(radiance[i], radiance[partner]):
-            joined = _parallelogram(corners, geometry.vertices[geometry.triangles[t + 1]])
-            if joined is not None:
-                place, shape = joined, RECTANGLE
-                used.add(partner)
-        rows.append((radiance[i], shape, *place, geometry.normal[t], True, np.pi))
-    return rows
-
-
-def _parallelogram(first: np.ndarray, second: np.ndarray):
-    """(origin, u, v) if two triangles (3, 3) make up a parallelogram, else None."""
-    size = np.abs(first - first[0]).max()
-    for turn in range(3):
-        apex, b, c = np.roll(first, -turn, axis=0)
-        gap = [np.abs(second - corner).max(axis=1).min() for corner in (b, c, b + c - apex)]
-        if max(gap) <= 1e-9 * size:
-            return apex, b - apex, c - apex
-    return None
 
 
 def _lamp_row(lamp: Lamp, geometry: Geometry):
@@ -156,4 +117,8 @@ def _lamp_row(lamp: Lamp, geometry: Geometry):
         np.asarray(lamp.normal, float),
         False,
         min(lamp.spread, np.pi),
+        1.0,
+        0.0,
+        -1,
+        np.zeros((3, 2)),
     )

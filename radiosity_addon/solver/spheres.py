@@ -1,6 +1,6 @@
 """Spheres: point and spot lamps, hard or soft.
 
-Depends on ``lights``.
+Depends on ``lights``, ``light_tree``.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .light_tree import Emitters
 from .lights import Sample, disc, length
 
 NODES = 24  # of the quadrature across a soft spot
@@ -95,3 +96,10 @@ class Spheres:
         cosine = np.einsum("...j,...j->...", toward, normal) / distance + slack
         beam = self.beam(which, toward / distance[..., None], slack)
         return self.color.mean(axis=1)[which] * np.maximum(cosine, 0) * beam / square
+
+    def emitters(self) -> Emitters:
+        """How they shine, roughly: a spot into the half-space before it."""
+        power = self.color.mean(axis=1)
+        spot = self.edge > -1
+        return Emitters(self.position, self.radius, self.axis, np.where(spot, 1, 0.5) * power * 2,
+                        np.where(spot, 0, power), ~spot)  # fmt: skip

@@ -1,6 +1,6 @@
 """Suns: distant discs, that is sun lamps and the bright spots of a sky.
 
-Depends on ``lights``.
+Depends on ``lights``, ``light_tree``.
 """
 
 from __future__ import annotations
@@ -9,7 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .light_tree import Emitters
 from .lights import Sample, disc
+
+FAR = 1e3  # scenes away: where a tree of lights thinks suns are
 
 
 @dataclass(frozen=True)
@@ -19,10 +22,6 @@ class Suns:
     color: np.ndarray  # (k, 3)
     toward: np.ndarray  # (k, 3) unit, to the sun
     radius: np.ndarray  # (k,) tangent of the half angle
-
-    def middle(self) -> tuple[np.ndarray, np.ndarray]:
-        """Far away: centres (k, 3) and radii (k,)."""
-        return self.toward * 1e6, np.zeros(len(self.toward))
 
     def sample(self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray) -> Sample:
         """Sample a direction in the disc."""
@@ -36,3 +35,9 @@ class Suns:
         """(n,) rough irradiance of lights at points, above 0 wherever any may arrive."""
         cosine = np.einsum("...j,...j->...", self.toward[which], normal) + self.radius[which] + 1e-3
         return self.color.mean(axis=1)[which] * np.maximum(cosine, 0)
+
+    def emitters(self) -> Emitters:
+        """How they shine, roughly: into all directions, from far away."""
+        power = self.color.mean(axis=1) * FAR**2
+        none = np.zeros(len(power))
+        return Emitters(self.toward * FAR, none, self.toward, power, power, none == 0)

@@ -1,0 +1,200 @@
+"""Light tree: which of many lights to sample at a point, found by going down a tree of them.
+
+Depends on NumPy. Lights that lie near one another share a node, which knows their power, where
+they are, and how they face. A point goes down from node to node, each time with probability
+proportional to the light it may get from there (Conty Estevez & Kulla 2018, "Importance Sampling
+of Many Lights with Adaptive Tree Splitting"): its cost grows with the logarithm of their number.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+LEAST = 0.02  # of a node's power that is always thought to leave toward a point
+SLACK = 0.25  # times a node's apparent size: light that leaves although its mean faces away
+BITS = 10  # of each coordinate in the order along which lights are neighbours
+
+
+@dataclass(frozen=True)
+class Emitters:
+    """How n lights shine, roughly. ``front`` and ``back`` [W/sr]: radiant intensity along the
+    normal and against it; from there it falls with the cosine, unless ``round``: then both are
+    half of what goes into every direction."""
+
+    center: np.ndarray  # (n, 3)
+    radius: np.ndarray  # (n,)
+    normal: np.ndarray  # (n, 3) unit
+    front: np.ndarray  # (n,)
+    back: np.ndarray  # (n,)
+    round: np.ndarray  # (n,) bool
+
+
+def join_emitters(parts: list[Emitters]) -> Emitters:
+    """The lights of all parts, of which there is at least one."""
+    names = [field.name for field in fields(Emitters)]
+    return Emitters(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """One level of the tree, n nodes: sums over their lights, which lie in a sphere."""
+
+    power: np.ndarray  # (n,) Σ p, front and back together
+    center: np.ndarray  # (n, 3) mean, weighted by power
+    radius: np.ndarray  # (n,) of a sphere around all of them
+    square: np.ndarray  # (n,) mean squared distance from the centre
+    first: np.ndarray  # (n, 3) Σ (front − back) normal
+    second: np.ndarray  # (n, 3, 3) Σ p normal normalᵀ
+
+    @property
+    def count(self) -> int:
+        return len(self.power)
+
+
+@dataclass(frozen=True)
+class LightTree:
+    """``levels`` from coarse to fine, each of twice as many nodes; ``blocks`` (n, size) lights of
+    each node of the last, filled up with −1."""
+
+    levels: tuple[Nodes, ...]
+    blocks: np.ndarray
+
+    def descend(self, position: np.ndarray, normal: np.ndarray, xi: np.ndarray):
+        """For n points (n, 3) and k numbers each, ``xi`` (n, k) in [0, 1): the block each ends in
+        (n, k), the probability of that, and a number in [0, 1) to go on with."""
+        top = _among_all(self.levels[0], position, normal)
+        picked = [pick(top, column) for column in xi.T]
+        node, chance, rest = (np.stack(part, 1) for part in zip(*picked))
+        for level in self.levels[1:]:
+            for k in range(xi.shape[1]):
+                children = 2 * node[:, k, None] + np.arange(2)
+                side, share, rest[:, k] = pick(_of_own(level, children, position, normal), rest[:, k])
+                node[:, k] = 2 * node[:, k] + side
+                chance[:, k] *= share
+        return node, chance, rest
+
+
+def pick(strength: np.ndarray, xi: np.ndarray):
+    """One of c columns for each of n rows of ``strength`` (n, c), in proportion to it: the column
+    (n,), its probability (0 where a row has none), and ``xi`` (n,) made anew from what is left."""
+    cumulative = np.cumsum(strength, axis=1)
+    total = cumulative[:, -1]
+    level = xi * total * (1 - 1e-12)
+    column = np.minimum((cumulative <= level[:, None]).sum(axis=1), strength.shape[1] - 1)
+    rows = np.arange(len(strength))
+    taken = strength[rows, column]
+    some = np.where(taken > 0, taken, 1)
+    rest = np.clip((level - cumulative[rows, column] + taken) / some, 0, 1 - 1e-12)
+    return column, taken / np.where(total > 0, total, 1), rest
+
+
+def build_tree(emitters: Emitters, top: int, size: int) -> LightTree:
+    """A tree whose first level has at most ``top`` nodes and whose last has ``size`` lights in
+    each."""
+    count = len(emitters.front)
+    order = _along_a_curve(emitters.center)
+    blocks = 1
+    while blocks * size < count:
+        blocks *= 2
+    lights = np.full(blocks * size, -1)
+    # Spread evenly, so that no node is nearly empty.
+    lights[(np.arange(count) * (blocks * size)) // count] = order
+    lights = lights.reshape(blocks, size)
+    levels = [_nodes(emitters, lights)]
+    while levels[0].count > top:
+        levels.insert(0, _halved(levels[0]))
+    return LightTree(tuple(levels), lights)
+
+
+def _along_a_curve(center: np.ndarray) -> np.ndarray:
+    """(n,) the lights' order along Morton's curve, on which neighbours are near in space."""
+    low, high = center.min(axis=0), center.max(axis=0)
+    extent = max(float((high - low).max()), 1e-300)
+    cell = ((center - low) / extent * (2**BITS - 1)).astype(np.int64)
+    code = np.zeros(len(center), np.int64)
+    for bit in range(BITS):
+        for axis in range(3):
+            code |= ((cell[:, axis] >> bit) & 1) << (3 * bit + axis)
+    return np.argsort(code, kind="stable")
+
+
+def _nodes(emitters: Emitters, lights: np.ndarray) -> Nodes:
+    """The last level: a node for each row of ``lights`` (n, size)."""
+    there = lights >= 0
+    number = np.maximum(lights, 0)
+    power = np.where(there, (emitters.front + emitters.back)[number], 0)
+    leaning = np.where(there, (emitters.front - emitters.back)[number], 0)
+    normal = emitters.normal[number]
+    round_ = emitters.round[number]
+    first = np.einsum("ns,nsi->ni", np.where(round_, 0, leaning), normal)
+    second = np.einsum("ns,nsi,nsj->nij", np.where(round_, 0, power), normal, normal)
+    second += np.where(round_, power, 0).sum(axis=1)[:, None, None] * np.eye(3)
+    place = emitters.center[number]
+    return _joined(power, place, np.where(there, emitters.radius[number], -np.inf),
+                   np.zeros(power.shape), first, second)  # fmt: skip
+
+
+def _halved(nodes: Nodes) -> Nodes:
+    """The level above: every two nodes become one."""
+    def pairs(array: np.ndarray) -> np.ndarray:
+        return array.reshape(-1, 2, *array.shape[1:])
+
+    return _joined(pairs(nodes.power), pairs(nodes.center), pairs(nodes.radius),
+                   pairs(nodes.square), pairs(nodes.first).sum(axis=1),
+                   pairs(nodes.second).sum(axis=1))  # fmt: skip
+
+
+def _joined(power, center, radius, square, first, second) -> Nodes:
+    """Nodes of n rows of s members; ``radius`` is −inf where there is no member."""
+    total = power.sum(axis=1)
+    some = np.where(total > 0, total, 1)
+    middle = np.einsum("ns,nsi->ni", power, center) / some[:, None]
+    apart = np.linalg.norm(center - middle[:, None], axis=2)
+    square = (power * (square + apart**2)).sum(axis=1) / some
+    return Nodes(total, middle, (apart + radius).max(axis=1), square, first, second)
+
+
+def _among_all(nodes: Nodes, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """(n, count) importance of all nodes to points (n, 3), by matrix products: every term is a
+    polynomial of the point."""
+    c = nodes.center
+    at = position[:, None, :] * position[:, :, None]
+    across = nodes.second.reshape(-1, 9)
+    pulled = np.einsum("nij,nj->ni", nodes.second, c)
+    square = (position**2).sum(axis=1)[:, None] - 2 * position @ c.T + (c**2).sum(axis=1)
+    facing = normal @ c.T - np.einsum("ij,ij->i", normal, position)[:, None]
+    leaning = position @ nodes.first.T - np.einsum("ij,ij->i", nodes.first, c)
+    spread = at.reshape(-1, 9) @ across.T - 2 * position @ pulled.T
+    spread += np.einsum("ij,ij->i", pulled, c)
+    return _importance(square, facing, leaning, spread, nodes.power, nodes.radius, nodes.square)
+
+
+def _of_own(nodes: Nodes, number: np.ndarray, position, normal) -> np.ndarray:
+    """(n, c) importance of nodes ``number`` (n, c) to points (n, 3), each its own."""
+    away = position[:, None] - nodes.center[number]
+    square = np.einsum("nci,nci->nc", away, away)
+    facing = -np.einsum("nci,ni->nc", away, normal)
+    leaning = np.einsum("nci,nci->nc", away, nodes.first[number])
+    spread = np.einsum("nci,ncij,ncj->nc", away, nodes.second[number], away)
+    return _importance(
+        square, facing, leaning, spread,
+        nodes.power[number], nodes.radius[number], nodes.square[number],
+    )  # fmt: skip
+
+
+def _importance(square, facing, leaning, spread, power, radius, within) -> np.ndarray:
+    """Rough irradiance of nodes, above 0 wherever any may arrive.
+
+    With w the unit vector to the point, light leaves as Σ front max(n·w, 0) + back max(−n·w, 0)
+    = ½ Σ (front − back) n·w + ½ Σ p |n·w|; the last sum is at most √(Σp · wᵀ(Σ p n nᵀ)w).
+    ``facing`` and ``leaning`` are still multiplied by the distance, ``spread`` by its square.
+    """
+    square = np.maximum(square, 1e-30)
+    inverse = 1 / np.sqrt(square)
+    size = np.minimum(np.maximum(radius, 0) * inverse, 1)
+    leaving = 0.5 * (leaning + np.sqrt(np.maximum(spread * power, 0))) * inverse
+    leaving = np.maximum(leaving, 0) + (LEAST + SLACK * size) * power
+    arriving = np.clip(facing * inverse + size + 1e-3, 0, 1)
+    return leaving * arriving / (square + within + 1e-12)
