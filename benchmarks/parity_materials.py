@@ -18,7 +18,6 @@ SPECULAR = "mirror reflections between the stage's own faces are left out; direc
 DIRECT = ("direct", "color")
 GLOSSY = "the slab's mirror reflections onto the stage are left out; a warning names it"
 GLASS = "light passes glass straight, tinted; Cycles refracts it and mirrors a part"
-ONE_WAY = "one transmittance serves both sides of a surface"
 PANE = [(-1.5, -1.0, 1.2), (0.5, -1.0, 1.2), (0.5, 0.8, 1.2), (-1.5, 0.8, 1.2)]
 
 
@@ -225,7 +224,7 @@ CASES = (
     Case("tinted transparent", tinted),
     Case("glass under a lamp", partial(glass, False), design=GLASS),
     Case("glass under a sky", partial(glass, True), design=GLASS),
-    Case("backfacing", backfacing, design=ONE_WAY),
+    Case("backfacing", backfacing),
     Case("emission panel", glowing_panel),
     Case("emission panel from behind", partial(glowing_panel, flipped=True)),
     Case("emission texture of a panel", glowing_picture),

@@ -95,6 +95,12 @@ def mix(weight: Color, a: Color, b: Color) -> Color:
     return add(multiply(complement(weight), a), multiply(weight, b))
 
 
+def same(a: Color, b: Color) -> bool:
+    """Whether two colours look alike everywhere."""
+    shape = (a.mapping, a.attribute, a.channel) == (b.mapping, b.attribute, b.channel)
+    return shape and np.array_equal(a.factor, b.factor) and np.array_equal(a.pixels, b.pixels)
+
+
 def to_field(color: Color, uv_of, corners_of, limit: float) -> Field:
     """The solver's field; ``uv_of(name)`` and ``corners_of(name)`` give the arrays of the scene.
 

@@ -9,11 +9,12 @@ from __future__ import annotations
 import numpy as np
 
 from .atlas import Atlas, atlas_texels, make_atlas
-from .colors import ZERO, Color, Mapping, constant
-from .materials import Palette, checked, slot_keys
+from .colors import Color, Mapping, constant
+from .materials import Palette, slot_keys
 from .panorama import set_up_cycles
 from .parts import Part, material_key, world_vertices
 from .shaders import Surface
+from .sides import sees_sides, turn_around
 from .transparency import emit_transmittance, lets_light_through
 
 ATLAS = "\0atlas"  # the name under which the scene's atlas coordinates are asked for
@@ -43,29 +44,63 @@ def evaluate_difficult(parts: list[Part], palette: Palette, like, progress) -> N
 
 
 def _evaluate_part(part: Part, keys, palette: Palette, like):
+    """{key: index in the palette}, and the triangles evaluated with their places in the atlas."""
+    import bpy
+
     wanted = np.array([key in keys for key in part.materials])[slot_keys(part)]
     chosen = np.flatnonzero(wanted)
     if not len(chosen):
         return {}, None
     atlas = make_atlas(_areas(part, chosen))
-    stage, thing, materials, image = _stage(part, chosen, keys, atlas, like)
-    mapping = Mapping(image.name, ATLAS, "EXTEND", "Linear")
-    reflectance = _bake(stage, thing, image, "DIFFUSE", {"COLOR"})
-    emission = _bake(stage, thing, image, "EMIT", set())
-    clear = {key: lets_light_through(m.node_tree) for key, m in materials.items()}
-    for key, material in materials.items():
-        if clear[key]:
-            emit_transmittance(material.node_tree)
-    through = _bake(stage, thing, image, "EMIT", set()) if any(clear.values()) else None
-    found = {}
+    stage, thing, image = _stage(part, chosen, keys, atlas, like)
+    cells = {}
     for key in keys:
-        same = np.array([name == key for name in part.materials])[slot_keys(part)[chosen]]
-        cells = atlas_texels(atlas, same)
-        pictures = (reflectance, emission, through if clear[key] else None)
-        colors = [ZERO if p is None else _color(p, cells, mapping) for p in pictures]
-        found[key] = palette.add(key, checked(Surface(*colors), key, palette.warnings))
-    _remove(stage, thing, materials, image)
+        mine = np.array([name == key for name in part.materials])[slot_keys(part)[chosen]]
+        cells[key] = atlas_texels(atlas, mine)
+    originals = _originals(keys)
+    fronts = _surfaces(stage, thing, image, {k: m.copy() for k, m in originals.items()}, cells)
+    turned = {k: m.copy() for k, m in originals.items() if sees_sides(m.node_tree)}
+    for material in turned.values():
+        turn_around(material.node_tree)
+    backs = _surfaces(stage, thing, image, turned, cells) if turned else {}
+    found = {key: palette.add(key, fronts[key], backs.get(key)) for key in keys}
+    bpy.data.batch_remove([thing, thing.data, image, stage])
     return found, (chosen, atlas.lookup)
+
+
+def _surfaces(stage, thing, image, materials: dict, cells: dict) -> dict[str, Surface]:
+    """What temporary materials {key: bpy material} show on the texels ``cells[key]``; each takes
+    the slot of its key. They are used up and removed."""
+    import bpy
+
+    keys = list(cells)
+    for key, material in materials.items():
+        _aim(material, image)
+        thing.data.materials[keys.index(key)] = material
+    pictures = [_bake(stage, thing, image, "DIFFUSE", {"COLOR"})]
+    pictures.append(_bake(stage, thing, image, "EMIT", set()))
+    clear = {key for key, material in materials.items() if lets_light_through(material.node_tree)}
+    for key in clear:
+        emit_transmittance(materials[key].node_tree)
+    if clear:
+        pictures.append(_bake(stage, thing, image, "EMIT", set()))
+    mapping = Mapping(image.name, ATLAS, "EXTEND", "Linear")
+    found = {}
+    for key in materials:
+        shown = pictures if key in clear else pictures[:2]
+        found[key] = Surface(*(_color(picture, cells[key], mapping) for picture in shown))
+    for index in range(len(keys)):
+        thing.data.materials[index] = None
+    bpy.data.batch_remove(list(materials.values()))
+    return found
+
+
+def _originals(keys) -> dict:
+    """{key: the user's material}."""
+    import bpy
+
+    known = {material_key(material): material for material in bpy.data.materials}
+    return {key: known[key] for key in keys}
 
 
 def _areas(part: Part, chosen: np.ndarray) -> np.ndarray:
@@ -75,7 +110,7 @@ def _areas(part: Part, chosen: np.ndarray) -> np.ndarray:
 
 
 def _stage(part: Part, chosen, keys, atlas: Atlas, like):
-    """A temporary scene with the chosen triangles, copies of their materials and the image."""
+    """A temporary scene, the chosen triangles in it with a slot for each key, and the image."""
     import bpy
 
     stage = bpy.data.scenes.new("Radiosity temporary")
@@ -91,26 +126,23 @@ def _stage(part: Part, chosen, keys, atlas: Atlas, like):
         thing.pass_index, thing.color = original.pass_index, original.color
     thing.matrix_world = part.matrix.tolist()
     stage.collection.objects.link(thing)
-    known = {material_key(material): material for material in bpy.data.materials}
-    materials = {key: _target_copy(known[key], image) for key in keys}
-    for key in keys:
-        mesh.materials.append(materials[key])
+    for _ in keys:
+        mesh.materials.append(None)
     slots = np.array([keys.index(k) if k in keys else 0 for k in part.materials])
     mesh.polygons.foreach_set("material_index", slots[slot_keys(part)[chosen]].astype(np.int32))
     mesh.update()
-    return stage, thing, materials, image
+    return stage, thing, image
 
 
-def _target_copy(material, image):
-    """A copy of a material whose active node is the image that the bake writes."""
-    copy = material.copy()
-    node = copy.node_tree.nodes.new("ShaderNodeTexImage")
+def _aim(material, image) -> None:
+    """Make the image, which the bake writes, the active node of a temporary material."""
+    nodes = material.node_tree.nodes
+    node = nodes.new("ShaderNodeTexImage")
     node.image = image
-    for other in copy.node_tree.nodes:
+    for other in nodes:
         other.select = False
     node.select = True
-    copy.node_tree.nodes.active = node
-    return copy
+    nodes.active = node
 
 
 def _mesh(part: Part, chosen, atlas: Atlas):
@@ -173,11 +205,3 @@ def _color(pixels: np.ndarray, cells, mapping: Mapping) -> Color:
     if np.max(high - low) <= FLAT * np.max(np.abs(high)):
         return constant(0.5 * (low + high))
     return Color(np.ones(3), pixels=pixels, mapping=mapping)
-
-
-def _remove(stage, thing, materials: dict, image) -> None:
-    """Free what one evaluation made at once: a scene may need many of them."""
-    import bpy
-
-    mesh = thing.data
-    bpy.data.batch_remove([thing, mesh, *materials.values(), image, stage])

@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..solver.scene import Material
-from .colors import Color, NotSimple, constant, to_field
+from .colors import Color, NotSimple, constant, same, to_field
 from .images import working_space_is_rec709
 from .parts import material_key
-from .shaders import Surface, read_surface
+from .shaders import Surface, read_sides
 from .sockets import Reader
 
 DEFAULT_REFLECTANCE = 0.8  # Cycles' surface of a face without material
@@ -25,15 +25,21 @@ MOSTLY_GLOSSY = 0.5
 class Palette:
     """The surfaces read so far, and who uses them."""
 
-    surfaces: list[tuple[str, Surface]] = field(default_factory=list)
+    surfaces: list[tuple[str, Surface, Surface | None]] = field(default_factory=list)  # and back
     index: dict = field(default_factory=dict)  # material key -> index; None: Cycles evaluates
     difficult: dict = field(default_factory=dict)  # material key -> why it is not simple
     per_part: dict = field(default_factory=dict)  # (part index, key) -> index, where evaluated
     atlases: dict = field(default_factory=dict)  # part index -> (mesh triangles, uv (k, 3, 2))
     warnings: list[str] = field(default_factory=list)
 
-    def add(self, name: str, surface: Surface) -> int:
-        self.surfaces.append((name, surface))
+    def add(self, name: str, front: Surface, back: Surface | None = None) -> int:
+        """Check and keep a surface, and that of its back where it is another one."""
+        sides = [None if s is None else checked(s, name, self.warnings) for s in (front, back)]
+        self.surfaces.append((name, *sides))
+        if back is not None and not same(front.emission, back.emission):
+            self.warnings.append(
+                f'material "{name}" emits otherwise on its back; what its front emits is used on both'
+            )
         return len(self.surfaces) - 1
 
 
@@ -51,12 +57,12 @@ def read_materials(parts) -> Palette:
             continue
         reader.owner = material.name
         try:
-            surface = checked(read_surface(material, reader), material.name, palette.warnings)
+            front, back = read_sides(material, reader)
         except NotSimple as reason:
             palette.index[key] = None
             palette.difficult[key] = str(reason)
             continue
-        palette.index[key] = palette.add(material.name, surface)
+        palette.index[key] = palette.add(material.name, front, back)
     palette.warnings.extend(dict.fromkeys(reader.warnings))
     _warn_glossy(palette)
     return palette
@@ -106,7 +112,7 @@ def _clamped(color: Color, limit: float, name: str, what: str, warnings: list[st
 
 
 def _warn_glossy(palette: Palette) -> None:
-    names = [name for name, surface in palette.surfaces if surface.glossy > MOSTLY_GLOSSY]
+    names = [name for name, front, _ in palette.surfaces if front.glossy > MOSTLY_GLOSSY]
     if names:
         palette.warnings.append(
             f"mostly mirroring, of which only the diffuse part is solved: {', '.join(names)}"
@@ -121,4 +127,7 @@ def scene_materials(palette: Palette, uv_of, corners_of) -> tuple[Material, ...]
         yield to_field(surface.emission, uv_of, corners_of, np.inf)
         yield to_field(surface.transmittance, uv_of, corners_of, 1.0)
 
-    return tuple(Material(name, *fields(surface)) for name, surface in palette.surfaces)
+    return tuple(
+        Material(name, *fields(front), back and Material(f"{name} (back)", *fields(back)))
+        for name, front, back in palette.surfaces
+    )

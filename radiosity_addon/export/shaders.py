@@ -13,7 +13,7 @@ import numpy as np
 
 from .colors import ONE, ZERO, Color, NotSimple, add, complement, constant, mix, multiply
 from .principled import diffuse_share
-from .sockets import Reader, source, uses_nodes
+from .sockets import BACK, FRONT, Reader, source, uses_nodes
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,17 @@ def read_surface(material, reader: Reader) -> Surface:
         volume = source(output.inputs["Volume"]) is not None
         return Surface(transmittance=ONE) if volume else Surface()
     return _shader(origin[0], reader, 0)
+
+
+def read_sides(material, reader: Reader) -> tuple[Surface, Surface | None]:
+    """The surface of a bpy material and, where its tree asks which side is seen, that of its
+    back. Raises NotSimple when Cycles has to evaluate it."""
+    reader.side, reader.saw_side = FRONT, False
+    front = read_surface(material, reader)
+    if not reader.saw_side:
+        return front, None
+    reader.side = BACK
+    return front, read_surface(material, reader)
 
 
 def _shader(node, reader: Reader, depth: int) -> Surface:

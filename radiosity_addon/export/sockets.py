@@ -9,6 +9,7 @@ import numpy as np
 from .colors import Color, Mapping, NotSimple, constant
 from .images import MISSING, is_missing, read_pixels
 
+FRONT, BACK = 0.0, 1.0  # what Cycles' Backfacing output gives there
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)  # Rec.709, as Cycles' colour to float
 
 
@@ -40,6 +41,8 @@ class Reader:
     def __init__(self, rec709: bool):
         self.rec709 = rec709
         self.owner = ""
+        self.side = FRONT
+        self.saw_side = False  # whether anything read asked which side is seen
         self.warnings: list[str] = []
         self._pixels: dict = {}
 
@@ -81,6 +84,12 @@ class Reader:
             attribute=node.attribute_name,
             channel=3 if output.name == "Alpha" else None,
         )
+
+    def _geometry(self, node, output) -> Color:
+        if output.identifier != "Backfacing":
+            raise NotSimple(f"geometry output {output.name}")
+        self.saw_side = True
+        return constant(self.side)
 
     def _image(self, node, output) -> Color:
         if node.projection != "FLAT" or node.interpolation not in ("Linear", "Closest", "Cubic"):
@@ -143,4 +152,5 @@ COLORS = {
     "ShaderNodeVertexColor": Reader._vertex_color,
     "ShaderNodeAttribute": Reader._attribute,
     "ShaderNodeTexImage": Reader._image,
+    "ShaderNodeNewGeometry": Reader._geometry,
 }

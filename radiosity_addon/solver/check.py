@@ -12,7 +12,7 @@ import numpy as np
 
 from .fields import Constant, CornerColors, Field
 from .receivers import Receivers
-from .scene import Scene
+from .scene import Scene, sides
 
 QUANTITIES = ("reflectance", "emission", "transmittance")
 
@@ -27,7 +27,7 @@ def check_scene(scene: Scene, receivers: Receivers) -> None:
         raise ValueError("receivers name triangles that do not exist")
     if not 0 <= scene.material.min() <= scene.material.max() < len(scene.materials):
         raise ValueError("triangles name materials that do not exist")
-    for material in scene.materials:
+    for material in sides(scene.materials):
         for quantity in QUANTITIES:
             if not _finite(getattr(material, quantity)):
                 raise ValueError(

@@ -14,7 +14,7 @@ from .evaluate import evaluate_material
 from .fields import Constant
 from .geometry import Geometry, build_geometry
 from .progress import Progress
-from .scene import Scene
+from .scene import Scene, sides
 from .skylight import Skylight, split_sky
 from .sources import Sources, build_sources
 
@@ -42,7 +42,7 @@ class Context:
         """Reflectance or emission varies within a triangle somewhere."""
         return not all(
             isinstance(material.reflectance, Constant) and isinstance(material.emission, Constant)
-            for material in self.scene.materials
+            for material in sides(self.scene.materials)
         )
 
     @property
@@ -62,13 +62,15 @@ class Context:
         """A function of the fraction done that reports it for ``stage``."""
         return lambda fraction: self.progress(stage, fraction)
 
-    def reflectance(self, triangle: np.ndarray, uv: np.ndarray) -> np.ndarray:
-        """(n, 3) float64 at barycentric uv (n, 2) of triangles (n,)."""
-        return np.clip(evaluate_material(self.scene, "reflectance", triangle, uv), 0, 1)
+    def reflectance(self, triangle: np.ndarray, uv: np.ndarray, front=None) -> np.ndarray:
+        """(n, 3) float64 at barycentric uv (n, 2) of triangles (n,), of the side that ``front``
+        (n,) bool tells; None: of the fronts."""
+        return np.clip(evaluate_material(self.scene, "reflectance", triangle, uv, front), 0, 1)
 
-    def transmittance(self, triangle: np.ndarray, uv: np.ndarray) -> np.ndarray:
-        """(n, 3) float64 at barycentric uv (n, 2) of triangles (n,)."""
-        return np.clip(evaluate_material(self.scene, "transmittance", triangle, uv), 0, 1)
+    def transmittance(self, triangle: np.ndarray, uv: np.ndarray, front) -> np.ndarray:
+        """(n, 3) float64 at barycentric uv (n, 2) of triangles (n,) for light that arrives where
+        they are seen from the side that ``front`` (n,) bool tells."""
+        return np.clip(evaluate_material(self.scene, "transmittance", triangle, uv, front), 0, 1)
 
     def emission(self, triangle: np.ndarray, uv: np.ndarray) -> np.ndarray:
         """(n, 3) float64 radiance in the context's unit."""
@@ -99,7 +101,9 @@ def build_context(scene: Scene, seed: int, threads: int, progress: Progress) -> 
 def _tracers(scene: Scene, geometry: Geometry):
     """Embree scenes for diffuse rays, for shadows, and for veils; and which triangles transmit."""
     count = len(scene.triangles)
-    clear = np.array([_transmits(material.transmittance) for material in scene.materials], bool)
+    clear = np.array(
+        [any(_transmits(side.transmittance) for side in sides((m,))) for m in scene.materials], bool
+    )
     transmits = clear[scene.material] if count else np.zeros(0, bool)
 
     def tracer(keep: np.ndarray) -> Tracer:

@@ -82,8 +82,9 @@ def _go_on(context: Context, particles: Particles, hits, met, xi):
     proportion to either share, and the power (3,) that stayed there."""
     triangle, front = hits.triangle[met], hits.front[met]
     uv = np.stack([hits.u[met], hits.v[met]], 1).astype(float)
-    back = particles.weight * context.reflectance(triangle, uv)
-    through = particles.weight * context.transmittance(triangle, uv)
+    back = particles.weight * context.reflectance(triangle, uv, front)
+    # What passes is seen from where it goes: from the other side.
+    through = particles.weight * context.transmittance(triangle, uv, ~front)
     lost = np.maximum(particles.weight - back - through, 0).sum(axis=0)
     both = (back + through).mean(axis=1)
     chance = np.divide(back.mean(axis=1), both, out=np.ones(len(met)), where=both > 0)

@@ -12,15 +12,19 @@ from .scene import Scene
 
 
 def evaluate_material(
-    scene: Scene, quantity: str, triangle: np.ndarray, uv: np.ndarray
+    scene: Scene, quantity: str, triangle: np.ndarray, uv: np.ndarray, front=None
 ) -> np.ndarray:
     """(n, 3) float64: ``quantity`` ("reflectance", "emission", "transmittance") at barycentric
-    ``uv`` (n, 2) of ``triangle`` (n,)."""
-    fields = [getattr(material, quantity) for material in scene.materials]
+    ``uv`` (n, 2) of ``triangle`` (n,), seen from the side that ``front`` (n,) bool tells; None:
+    all from the front."""
+    materials, material = scene.materials, scene.material[triangle]
+    if front is not None and any(m.back for m in materials):
+        material = np.where(front, material, material + len(materials))
+        materials = materials + tuple(m.back or m for m in materials)
+    fields = [getattr(m, quantity) for m in materials]
     constants = np.array(
         [f.value if isinstance(f, Constant) else (0, 0, 0) for f in fields], float
     ).reshape(-1, 3)
-    material = scene.material[triangle]
     result = constants[material]
     varying = [i for i, f in enumerate(fields) if not isinstance(f, Constant)]
     if varying:

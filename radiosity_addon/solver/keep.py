@@ -18,7 +18,7 @@ from .context import Context
 from .plan import Plan
 from .radiosity import Radiosity, solve_rows
 from .receivers import Receivers
-from .scene import AreaLamp, PointLamp, Scene, SunLamp
+from .scene import AreaLamp, PointLamp, Scene, SunLamp, sides
 from .transport import light_points
 
 COLOR = {PointLamp: "intensity", SunLamp: "irradiance", AreaLamp: "radiance"}
@@ -130,7 +130,8 @@ def shape_digest(scene: Scene, receivers: Receivers, seed: int) -> str:
     elements are small where the shadows of those that do have their edges. The sky counts as
     shape: rows remember what their rays brought from it."""
     baked = np.unique(scene.object[receivers.triangle])
-    surfaces = [(m.reflectance, m.transmittance, _shines(m.emission)) for m in scene.materials]
+    surfaces = [(m.reflectance, m.transmittance, _shines(m.emission), m.back is None)
+                for m in sides(scene.materials)]  # fmt: skip
     places = [(replace(lamp, name="", **{COLOR[type(lamp)]: None}), _shines(lamp))
               for lamp in scene.lamps]  # fmt: skip
     return digest(

@@ -73,4 +73,5 @@ def visibility(context, origins: np.ndarray, segments: np.ndarray, length: float
 def _transmittance(context, hits: Hits, index: np.ndarray) -> np.ndarray:
     """(k, 3) float32 of the chosen hits."""
     uv = np.stack([hits.u[index], hits.v[index]], 1).astype(float)
-    return context.transmittance(hits.triangle[index], uv).astype(np.float32)
+    found = context.transmittance(hits.triangle[index], uv, hits.front[index])
+    return found.astype(np.float32)

@@ -23,13 +23,20 @@ class Material:
     """A matte two-sided surface.
 
     ``reflectance`` in [0, 1]; ``emission`` radiance, on both sides; ``transmittance`` in [0, 1]:
-    the share of light that goes straight through, tinted (alpha cutouts, glass).
+    the share of light that goes straight through, tinted (alpha cutouts, glass). A point that is
+    lit through a surface sees one side of it, and that side's transmittance counts.
     """
 
     name: str
     reflectance: Field = WHITE
     emission: Field = BLACK
     transmittance: Field = BLACK
+    back: Material | None = None  # reflectance and transmittance seen from behind; None: the same
+
+
+def sides(materials: tuple[Material, ...]) -> list[Material]:
+    """The materials, and those that some have on their back."""
+    return [*materials, *(material.back for material in materials if material.back)]
 
 
 @dataclass(frozen=True)

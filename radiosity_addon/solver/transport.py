@@ -109,7 +109,10 @@ def light_points(context: Context, points: Points, key) -> tuple[np.ndarray, np.
     direct = direct_light(
         context, per * count, 1, lambda c, g: single.take(c), (*key, 8), STAGE
     ).irradiance
-    reflectance = context.reflectance(points.triangle.ravel(), points.uv.reshape(-1, 2))
+    triangle = points.triangle.ravel()
+    faces = context.geometry.normal[triangle]
+    front = np.einsum("nc,nc->n", points.normal.reshape(-1, 3), faces) > 0
+    reflectance = context.reflectance(triangle, points.uv.reshape(-1, 2), front)
     return reflectance.reshape(per, -1, 3), (reflectance * direct).reshape(per, -1, 3)
 
 
