@@ -16,7 +16,7 @@ from .light_tree import Emitters, LightTree, build_tree, pick
 
 FEW = 6  # lights up to here are all sampled at every point
 PER_POINT = 3  # lights sampled at a point where there are more
-ALL = 96  # lights up to here are all compared at every point
+ALL = 16  # lights up to here are all compared at every point
 TOP = 64  # nodes of the tree that are all compared at every point, where there are more
 BLOCK = 8  # lights that are compared where a way down the tree ends
 

@@ -23,15 +23,17 @@ POINTS_PER_CHUNK = 1 << 14
 
 @dataclass(frozen=True)
 class DirectLight:
-    """Irradiance (count, 3) float64 and where shadow rays disagreed (count,) bool."""
+    """Irradiance (count, 3) float64, where shadow rays disagreed (count,) bool, and the variance
+    (count,) of its channels' mean that the choice among many lights leaves."""
 
     irradiance: np.ndarray
     mixed: np.ndarray
+    variance: np.ndarray
 
 
 def direct_light(context: Context, count: int, per: int, place, key, stage: str) -> DirectLight:
     """Explicit light at ``count`` owners; ``place(chosen, group)`` gives their ``per`` Points."""
-    result = DirectLight(np.zeros((count, 3)), np.zeros(count, bool))
+    result = DirectLight(np.zeros((count, 3)), np.zeros(count, bool), np.zeros(count))
     if context.sources.count == 0 or count == 0:
         return result
 
@@ -40,19 +42,21 @@ def direct_light(context: Context, count: int, per: int, place, key, stage: str)
         return chosen, *_light_points(context, place(chosen, group), (*key, group))
 
     chunks = grouped_chunks(count, max(1, POINTS_PER_CHUNK // per))
-    for chosen, irradiance, mixed in map_chunks(work, chunks, context.threads, context.tick(stage)):
-        result.irradiance[chosen] = irradiance
-        result.mixed[chosen] = mixed
+    for chosen, *found in map_chunks(work, chunks, context.threads, context.tick(stage)):
+        for array, values in zip((result.irradiance, result.mixed, result.variance), found):
+            array[chosen] = values
     return result
 
 
-def _light_points(context: Context, points: Points, key) -> tuple[np.ndarray, np.ndarray]:
-    """(R, 3) irradiance and (R,) bool: some light's shadow rays disagreed."""
+def _light_points(context: Context, points: Points, key):
+    """(R, 3) irradiance, (R,) bool: some light's shadow rays disagreed, and (R,) variance."""
     per, count = points.shape
     position = points.position.reshape(-1, 3).astype(float)
     normal = points.normal.reshape(-1, 3).astype(float)
     irradiance, mixed = np.zeros((count, 3)), np.zeros(count, bool)
+    choices, chosen, square = 0, np.zeros(count), np.zeros(count)
     for number, (light, factor) in enumerate(_lights_for(context, points, position, normal, key)):
+        choices += factor is not None
         table = sobol(per, 2, *key, number, 1)
         shift = points.turn[:, [2, 0]].astype(float)
         xi = ((table[:, None] + shift) % 1.0).reshape(-1, 2)
@@ -68,9 +72,21 @@ def _light_points(context: Context, points: Points, key) -> tuple[np.ndarray, np
                 arriving = _visible_each(context, points.position, sample, rows)
                 arriving = arriving * factor[rows, None] * color
                 np.add.at(irradiance, rows % count, arriving / per)
+                level = arriving.mean(axis=1)
+                chosen += np.bincount(rows % count, level, count)
+                square += np.bincount(rows % count, level**2, count)
                 partly = False
             mixed |= partly
-    return irradiance, mixed
+    return irradiance, mixed, _variance(chosen, square, choices, per)
+
+
+def _variance(total: np.ndarray, square: np.ndarray, choices: int, per: int) -> np.ndarray:
+    """(R,) variance of sums over ``choices`` of means over ``per`` points, from the ``total`` and
+    the ``square`` sum (R,) of all these numbers."""
+    many = choices * per
+    if many < 2:
+        return np.zeros(len(total))
+    return np.maximum(square - total**2 / many, 0) / (many - 1) * choices / per
 
 
 def _lights_for(context: Context, points: Points, position, normal, key):

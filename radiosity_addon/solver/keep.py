@@ -104,8 +104,8 @@ def lit_anew(context: Context, half: Radiosity, unit: float, tolerance: float, k
     """The same elements and rows under the context's lamps: direct light at the points that the
     rows start from, and the linear system. ``unit`` is what the rows' sky was divided by."""
     sides = half.transport.sides
-    _, lit = light_points(context, sides.points, key)
-    sides = replace(sides, lit=lit.mean(axis=0), spread=lit.std(axis=0).mean(axis=1))
+    _, lit, spread = light_points(context, sides.points, key)
+    sides = replace(sides, lit=lit, spread=spread)
     sky = half.transport.sky * (unit / context.unit)
     transport = replace(half.transport, sides=sides, sky=sky)
     return solve_rows(context, half.elements, transport, tolerance)

@@ -91,29 +91,29 @@ def light_sides(context: Context, places: Places, side: np.ndarray, per: int, ke
     turn = uniform((len(sides), 3), *key, 7)
     front = (chosen.side & 1) == 0
     points = points_on(context.geometry, chosen.triangle, chosen.u, chosen.v, front, turn)
-    reflectance, lit = light_points(context, points, key)
+    reflectance, lit, spread = light_points(context, points, key)
     return Sides(
-        sides,
-        points,
-        reflectance.mean(axis=0),
-        lit.mean(axis=0),
-        lit.std(axis=0).mean(axis=1),
-        number / max(len(side), 1),
+        sides, points, reflectance.mean(axis=0), lit, spread, number / max(len(side), 1)
     )
 
 
-def light_points(context: Context, points: Points, key) -> tuple[np.ndarray, np.ndarray]:
-    """Reflectance and reflectance × direct irradiance, (per, R, 3) each, at (per, R) points."""
+def light_points(context: Context, points: Points, key):
+    """Reflectance (per, R, 3) at points (per, R), the mean (R, 3) of reflectance × direct
+    irradiance, and its standard deviation (R,) over the points, mean of channels, less what the
+    choice among many lights adds."""
     per, count = points.shape
     single = points.single()
     direct = direct_light(
         context, per * count, 1, lambda c, g: single.take(c), (*key, 8), STAGE
-    ).irradiance
+    )
     triangle = points.triangle.ravel()
     faces = context.geometry.normal[triangle]
     front = np.einsum("nc,nc->n", points.normal.reshape(-1, 3), faces) > 0
     reflectance = context.reflectance(triangle, points.uv.reshape(-1, 2), front)
-    return reflectance.reshape(per, -1, 3), (reflectance * direct).reshape(per, -1, 3)
+    lit = (reflectance * direct.irradiance).reshape(per, -1, 3)
+    noise = (reflectance.mean(axis=1) ** 2 * direct.variance).reshape(per, -1).mean(axis=0)
+    spread = np.sqrt(np.maximum(lit.std(axis=0).mean(axis=1) ** 2 - noise, 0))
+    return reflectance.reshape(per, -1, 3), lit.mean(axis=0), spread
 
 
 @dataclass(frozen=True)
