@@ -8,12 +8,13 @@ of Many Lights with Adaptive Tree Splitting"): its cost grows with the logarithm
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 LEAST = 0.02  # of a node's power that is always thought to leave toward a point
 SLACK = 0.25  # times a node's apparent size: light that leaves although its mean faces away
+NEAREST = 1e-6  # squared distance; float32 knows none that are smaller
 BITS = 10  # of each coordinate in the order along which lights are neighbours
 
 
@@ -79,7 +80,7 @@ class LightTree:
 def pick(strength: np.ndarray, xi: np.ndarray):
     """One of c columns for each of n rows of ``strength`` (n, c), in proportion to it: the column
     (n,), its probability (0 where a row has none), and ``xi`` (n,) made anew from what is left."""
-    cumulative = np.cumsum(strength, axis=1)
+    cumulative = np.cumsum(strength, axis=1, dtype=np.float64)
     total = cumulative[:, -1]
     level = xi * total * (1 - 1e-12)
     column = np.minimum((cumulative <= level[:, None]).sum(axis=1), strength.shape[1] - 1)
@@ -94,6 +95,8 @@ def build_tree(emitters: Emitters, top: int, size: int) -> LightTree:
     """A tree whose first level has at most ``top`` nodes and whose last has ``size`` lights in
     each."""
     count = len(emitters.front)
+    brightest = max(float((emitters.front + emitters.back).max()), 1e-300)  # float32 takes no 1e39
+    emitters = replace(emitters, front=emitters.front / brightest, back=emitters.back / brightest)
     order = _along_a_curve(emitters.center)
     blocks = 1
     while blocks * size < count:
@@ -159,16 +162,23 @@ def _joined(power, center, radius, square, first, second) -> Nodes:
 def _among_all(nodes: Nodes, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """(n, count) importance of all nodes to points (n, 3), by matrix products: every term is a
     polynomial of the point."""
-    c = nodes.center
-    at = position[:, None, :] * position[:, :, None]
-    across = nodes.second.reshape(-1, 9)
+    c, n = nodes.center, len(position)
+    one = np.ones((n, 1))
+    at = (position[:, None, :] * position[:, :, None]).reshape(n, 9)
     pulled = np.einsum("nij,nj->ni", nodes.second, c)
-    square = (position**2).sum(axis=1)[:, None] - 2 * position @ c.T + (c**2).sum(axis=1)
-    facing = normal @ c.T - np.einsum("ij,ij->i", normal, position)[:, None]
-    leaning = position @ nodes.first.T - np.einsum("ij,ij->i", nodes.first, c)
-    spread = at.reshape(-1, 9) @ across.T - 2 * position @ pulled.T
-    spread += np.einsum("ij,ij->i", pulled, c)
-    return _importance(square, facing, leaning, spread, nodes.power, nodes.radius, nodes.square)
+    square = [np.ones((1, len(c))), -2 * c.T, (c**2).sum(axis=1)[None]]
+    leaning = [nodes.first.T, -np.einsum("ij,ij->i", nodes.first, c)[None]]
+    spread = [nodes.second.reshape(-1, 9).T, -2 * pulled.T, np.einsum("ij,ij->i", pulled, c)[None]]
+    facing = [c.T, -np.ones((1, len(c)))]
+    terms = [
+        (((position**2).sum(axis=1)[:, None], position, one), square),
+        ((normal, np.einsum("ij,ij->i", normal, position)[:, None]), facing),
+        ((position, one), leaning),
+        ((at, position, one), spread),
+    ]
+    products = (np.hstack(of_point).astype(np.float32) @ np.vstack(of_node).astype(np.float32)
+                for of_point, of_node in terms)  # fmt: skip
+    return _importance(*products, nodes.power, nodes.radius, nodes.square)
 
 
 def _of_own(nodes: Nodes, number: np.ndarray, position, normal) -> np.ndarray:
@@ -191,10 +201,19 @@ def _importance(square, facing, leaning, spread, power, radius, within) -> np.nd
     = ½ Σ (front − back) n·w + ½ Σ p |n·w|; the last sum is at most √(Σp · wᵀ(Σ p n nᵀ)w).
     ``facing`` and ``leaning`` are still multiplied by the distance, ``spread`` by its square.
     """
-    square = np.maximum(square, 1e-30)
+    power = power.astype(np.float32)
+    square = np.maximum(square, NEAREST).astype(np.float32, copy=False)
     inverse = 1 / np.sqrt(square)
-    size = np.minimum(np.maximum(radius, 0) * inverse, 1)
-    leaving = 0.5 * (leaning + np.sqrt(np.maximum(spread * power, 0))) * inverse
-    leaving = np.maximum(leaving, 0) + (LEAST + SLACK * size) * power
-    arriving = np.clip(facing * inverse + size + 1e-3, 0, 1)
-    return leaving * arriving / (square + within + 1e-12)
+    size = np.minimum(radius.astype(np.float32) * inverse, 1)
+    leaving = np.sqrt(np.maximum(spread * power, 0))
+    leaving += leaning
+    leaving *= 0.5 * inverse
+    np.clip(leaving, 0, power, out=leaving)
+    leaving += (LEAST + SLACK * size) * power
+    arriving = facing * inverse
+    arriving += size + np.float32(1e-3)
+    np.clip(arriving, 0, 1, out=arriving)
+    square += within.astype(np.float32)
+    leaving *= arriving
+    leaving /= square
+    return leaving
