@@ -1,9 +1,13 @@
 """A fast look at the parity suite: one small case of every group against Cycles, and its page.
 
-At 32² texels, 16 samples and an asked 3 % the bakes take seconds. The bound is 8 %: the asked 3 %,
-and more because steps in a picture are coarse at 32² (5.8 % seen in Blender 4.5, its mean exact); the references' noise enters only
-through its standard error, of which two are allowed, as in the suite. A wrong unit, a lost sun, a
-texture turned around or an object left out is off by 10 % and more.
+At 32² texels, 16 samples and an asked 3 % the bakes take seconds. The bound is 5 %: the asked 3 %,
+and what an asked error may be missed by; the references' noise enters only through its standard
+error, of which two are allowed, as in the suite. A wrong unit, a lost sun, a texture turned around
+or an object left out is off by 10 % and more.
+
+Up to Blender 5.0 Cycles averages over the middle half of a texel's width and height, later over all
+of its square, as we do. Where a picture steps from texel to texel that alone is 6 % at 32²; so the
+picture is measured at 64².
 """
 
 import pytest
@@ -12,7 +16,8 @@ from benchmarks.error import Measured
 from benchmarks.parity import GROUPS, Row, chosen, line, measure, write_page
 from benchmarks.parity_stage import Case
 
-BOUND = 0.08
+BOUND = 0.05
+SIZE, PICTURE_SIZE = 32, 64
 FAST = ("point, radius 0.3", "area, disc", "image with a small sun, turned", "image, sRGB",
         "tinted transparent", "collection instances", "direct, reflectance 0")  # fmt: skip
 
@@ -20,7 +25,8 @@ FAST = ("point, radius 0.3", "area, disc", "image with a small sun, turned", "im
 @pytest.mark.parametrize("name", FAST)
 def test_we_agree_with_cycles(blender, name):
     [(group, case)] = chosen([name])
-    row = measure(group, case, error=0.03, size=32, samples=16)
+    size = PICTURE_SIZE if name.startswith("image,") else SIZE
+    row = measure(group, case, error=0.03, size=size, samples=16)
     assert row.error.error - 2 * row.error.uncertainty <= BOUND, line(row)
     assert row.error.uncertainty < BOUND / 2, f"too noisy to say anything: {line(row)}"
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..solver.fields import Constant, CornerColors, Field, Texture
+from ..solver.fields import Constant, CornerColors, Field, Texture, srgb_to_linear
 
 
 class NotSimple(Exception):
@@ -39,6 +39,7 @@ class Color:
     mapping: Mapping | None = None
     attribute: str | None = None
     channel: int | None = None  # 3: the attribute's alpha in place of its colour
+    encoded: bool = False  # the pixels are sRGB-encoded (see ``solver.fields.Texture``)
 
     @property
     def is_constant(self) -> bool:
@@ -64,7 +65,7 @@ def multiply(a: Color, b: Color) -> Color:
     if b.is_constant:
         return constant(0.0) if b.is_black else replace(a, factor=a.factor * b.factor)
     _same_mapping(a, b)
-    return replace(a, pixels=a.pixels * b.pixels, factor=a.factor * b.factor)
+    return replace(a, pixels=values(a) * values(b), factor=np.ones(3), encoded=False)
 
 
 def add(a: Color, b: Color) -> Color:
@@ -82,7 +83,7 @@ def add(a: Color, b: Color) -> Color:
         raise NotSimple("sum with an image that is clipped")
     if a.pixels is not None and b.pixels is not None:
         _same_mapping(a, b)
-    return replace(image, pixels=_values(a) + _values(b), factor=np.ones(3))
+    return replace(image, pixels=values(a) + values(b), factor=np.ones(3), encoded=False)
 
 
 def complement(a: Color) -> Color:
@@ -97,7 +98,7 @@ def mix(weight: Color, a: Color, b: Color) -> Color:
 
 def same(a: Color, b: Color) -> bool:
     """Whether two colours look alike everywhere."""
-    shape = (a.mapping, a.attribute, a.channel) == (b.mapping, b.attribute, b.channel)
+    shape = all(getattr(a, n) == getattr(b, n) for n in ("mapping", "attribute", "channel", "encoded"))
     return shape and np.array_equal(a.factor, b.factor) and np.array_equal(a.pixels, b.pixels)
 
 
@@ -109,15 +110,16 @@ def to_field(color: Color, uv_of, corners_of, limit: float) -> Field:
     if color.is_constant:
         return Constant(color.factor)
     if color.attribute is not None:
-        values = corners_of(color.attribute)
-        values = values[..., 3:4] if color.channel == 3 else values[..., :3]
-        values = np.nan_to_num(values * color.factor, nan=0.0, posinf=0.0, neginf=0.0)
-        return CornerColors(np.clip(values, 0.0, limit).astype(np.float32))
+        found = corners_of(color.attribute)
+        found = found[..., 3:4] if color.channel == 3 else found[..., :3]
+        found = np.nan_to_num(found * color.factor, nan=0.0, posinf=0.0, neginf=0.0)
+        return CornerColors(np.clip(found, 0.0, limit).astype(np.float32))
     mapping = color.mapping
     pixels = np.ascontiguousarray(color.pixels, np.float32)
     return Texture(
-        pixels, uv_of(mapping.uv), mapping.extension, mapping.interpolation, color.factor
-    )
+        pixels, uv_of(mapping.uv), mapping.extension, mapping.interpolation, color.factor,
+        color.encoded,
+    )  # fmt: skip
 
 
 def _same_mapping(a: Color, b: Color) -> None:
@@ -125,6 +127,18 @@ def _same_mapping(a: Color, b: Color) -> None:
         raise NotSimple("two images, or an image and an attribute")
 
 
-def _values(color: Color) -> np.ndarray:
+def values(color: Color) -> np.ndarray:
+    """The linear values of a constant (3,) or of an image's pixels (height, width, 3), float32."""
     factor = color.factor.astype(np.float32)
-    return factor if color.pixels is None else color.pixels * factor
+    if color.pixels is None:
+        return factor
+    return (srgb_to_linear(color.pixels) if color.encoded else color.pixels) * factor
+
+
+def extremes(color: Color) -> np.ndarray:
+    """(k, 3): the least and the greatest values of a constant's or an image's channels; NaN
+    where some are."""
+    if color.pixels is None:
+        return color.factor[None]
+    ends = np.stack([color.pixels.min(axis=(0, 1)), color.pixels.max(axis=(0, 1))])
+    return values(replace(color, pixels=ends))

@@ -16,13 +16,6 @@ DATA_SPACES = ("Non-Color", "Raw")
 LINEAR_SPACES = ("Linear Rec.709", "Linear", "scene_linear")
 
 
-def srgb_to_linear(values: np.ndarray) -> np.ndarray:
-    """IEC 61966-2-1 decoding, float32."""
-    values = np.asarray(values, np.float32)
-    bright = ((np.maximum(values, 0.0) + np.float32(0.055)) / np.float32(1.055)) ** np.float32(2.4)
-    return np.where(values <= 0.04045, values / np.float32(12.92), bright)
-
-
 def is_missing(image) -> bool:
     """Whether Blender cannot read the image."""
     return not image.has_data and (image.size[0] == 0 or image.size[1] == 0 or not _touch(image))
@@ -33,8 +26,9 @@ def _touch(image) -> bool:
     return len(image.pixels) > 0
 
 
-def read_pixels(image, alpha_used: bool, rec709: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Colour (height, width, 3) and alpha (height, width), float32, row 0 at the bottom.
+def read_pixels(image, alpha_used: bool, rec709: bool) -> tuple[np.ndarray, np.ndarray, bool]:
+    """Colour (height, width, 3) and alpha (height, width), float32, row 0 at the bottom; and
+    whether the colour is sRGB-encoded still.
 
     Raises NotSimple for colour spaces and image kinds that Cycles has to decode.
     """
@@ -52,7 +46,7 @@ def read_pixels(image, alpha_used: bool, rec709: bool) -> tuple[np.ndarray, np.n
         color = _associate(color, alpha, image, alpha_used)
     else:
         alpha = np.ones((height, width), np.float32)
-    return _linear(color, image, rec709), alpha
+    return color, alpha, _encoded(image, rec709)
 
 
 def _associate(color, alpha, image, alpha_used: bool) -> np.ndarray:
@@ -69,16 +63,17 @@ def _associate(color, alpha, image, alpha_used: bool) -> np.ndarray:
     return color if alpha_used else color * alpha[..., None]
 
 
-def _linear(values: np.ndarray, image, rec709: bool) -> np.ndarray:
+def _encoded(image, rec709: bool) -> bool:
+    """Whether pixels are sRGB-encoded; else they are linear. Raises NotSimple for other spaces."""
     space = image.colorspace_settings.name
     if space in DATA_SPACES:
-        return values
+        return False
     if not rec709:
         raise NotSimple("an image with colours in a working space other than Rec.709")
     if image.is_float or space in LINEAR_SPACES:
-        return values
+        return False
     if space == "sRGB":
-        return srgb_to_linear(values)
+        return True
     raise NotSimple(f"colour space {space}")
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..solver.scene import Material
-from .colors import Color, NotSimple, constant, same, to_field
+from .colors import Color, NotSimple, constant, extremes, same, to_field, values
 from .images import working_space_is_rec709
 from .parts import material_key
 from .shaders import Surface, read_sides
@@ -93,22 +93,23 @@ def checked(surface: Surface, name: str, warnings: list[str]) -> Surface:
 
 
 def _clamped(color: Color, limit: float, name: str, what: str, warnings: list[str]) -> Color:
-    values = color.factor if color.pixels is None else color.pixels * color.factor
     if color.attribute is not None:
         return color
-    bad = not np.all(np.isfinite(values)) or np.any(values < 0.0)
-    bright = bool(np.any(values > limit + 1e-6))
+    ends = extremes(color)
+    bad = not np.all(np.isfinite(ends)) or np.any(ends < 0.0)
+    bright = bool(np.any(ends > limit + 1e-6))
     if not bad and not bright:
         return color
     if bad:
         warnings.append(f'material "{name}": {what} negative or not a number is taken as 0')
     if bright:
-        top = float(np.nanmax(values))
+        top = float(np.nanmax(ends))
         warnings.append(f'material "{name}": {what} {top:.3g} is above 1; it is clamped to 1')
-    values = np.clip(np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0), 0.0, limit)
+    kept = np.nan_to_num(values(color), nan=0.0, posinf=0.0, neginf=0.0)
+    kept = np.clip(kept, 0.0, limit)
     if color.pixels is None:
-        return constant(values)
-    return Color(np.ones(3), pixels=values.astype(np.float32), mapping=color.mapping)
+        return constant(kept)
+    return Color(np.ones(3), pixels=kept, mapping=color.mapping)
 
 
 def _warn_glossy(palette: Palette) -> None:

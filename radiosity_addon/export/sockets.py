@@ -6,7 +6,7 @@ import warnings
 
 import numpy as np
 
-from .colors import Color, Mapping, NotSimple, constant
+from .colors import Color, Mapping, NotSimple, constant, values
 from .images import MISSING, is_missing, read_pixels
 
 FRONT, BACK = 0.0, 1.0  # what Cycles' Backfacing output gives there
@@ -101,9 +101,10 @@ class Reader:
             image.name_full, uv_name(node.inputs["Vector"]), node.extension,
             "Closest" if node.interpolation == "Closest" else "Linear",
         )  # fmt: skip
-        color, alpha = self._read(image, bool(node.outputs["Alpha"].is_linked))
-        pixels = color if output.name == "Color" else np.repeat(alpha[..., None], 3, axis=-1)
-        return Color(np.ones(3), pixels=pixels, mapping=mapping)
+        color, alpha, encoded = self._read(image, bool(node.outputs["Alpha"].is_linked))
+        if output.name == "Color":
+            return Color(np.ones(3), pixels=color, mapping=mapping, encoded=encoded)
+        return Color(np.ones(3), pixels=np.repeat(alpha[..., None], 3, axis=-1), mapping=mapping)
 
     def _missing(self, node, output) -> Color:
         what = f'image "{node.image.name}"' if node.image is not None else "an image node's image"
@@ -142,7 +143,7 @@ def _grey(color: Color) -> Color:
         if color.channel == 3:
             return color
         raise NotSimple("number from a colour attribute")
-    grey = (color.pixels * color.factor.astype(np.float32)) @ LUMINANCE
+    grey = values(color) @ LUMINANCE
     return Color(np.ones(3), pixels=np.repeat(grey[..., None], 3, axis=-1), mapping=color.mapping)
 
 

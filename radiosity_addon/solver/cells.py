@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .evaluate import evaluate_field
-from .fields import Texture
+from .fields import Texture, decoded
 from .scene import Scene
 
 MOST = 1 << 19  # finest parts of all triangles together
@@ -146,8 +146,9 @@ def _blurred(field, triangle: np.ndarray, depth: int):
     that no bright texel falls between them."""
     if not isinstance(field, Texture):
         return field
-    pixels = field.pixels
     edge = _texels(field, triangle).max() / 2**depth
+    field = decoded(field) if edge > 2 else field
+    pixels = field.pixels
     while edge > 2 and pixels.shape[0] % 2 == pixels.shape[1] % 2 == 0:
         h, w = pixels.shape[0] // 2, pixels.shape[1] // 2
         pixels = pixels.reshape(h, 2, w, 2, 3).mean(axis=(1, 3))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .fields import Constant, CornerColors, Field, Texture
+from .fields import Constant, CornerColors, Field, Texture, srgb_to_linear
 from .scene import Scene
 
 
@@ -42,7 +42,8 @@ def evaluate_field(field: Field, triangle: np.ndarray, uv: np.ndarray) -> np.nda
     if isinstance(field, CornerColors):
         return np.einsum("nc,ncd->nd", weights, field.values[triangle].astype(float))
     place = np.einsum("nc,ncd->nd", weights, field.uv[triangle].astype(float))
-    return _lookup(field, place) * field.factor
+    found = _lookup(field, place)
+    return (srgb_to_linear(found) if field.encoded else found) * field.factor
 
 
 def _lookup(texture: Texture, place: np.ndarray) -> np.ndarray:

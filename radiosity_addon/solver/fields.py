@@ -6,7 +6,7 @@ where a point is ``(1-u-v)·p0 + u·p1 + v·p2``: Embree's convention, used thro
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Union
 
 import numpy as np
@@ -23,10 +23,11 @@ class Constant:
 class Texture:
     """An image looked up through a UV map.
 
-    ``pixels``: (height, width, 3) float32, linear working space, row 0 at v = 0 as in Blender.
+    ``pixels``: (height, width, 3) float32, linear working space unless encoded, row 0 at v = 0 as in Blender.
     ``uv``: (n_triangles, 3, 2) float32, the UV of each corner; shared between textures.
     ``extension``: REPEAT, EXTEND, CLIP (black outside) or MIRROR. ``interpolation``: Linear or
-    Closest. ``factor``: (3,) multiplies the lookup.
+    Closest. ``factor``: (3,) multiplies the lookup. ``encoded``: the pixels are sRGB-encoded, and
+    decoded after they were interpolated, as Cycles does with 8-bit images.
     """
 
     pixels: np.ndarray
@@ -34,6 +35,7 @@ class Texture:
     extension: str = "REPEAT"
     interpolation: str = "Linear"
     factor: np.ndarray | float = 1.0
+    encoded: bool = False
 
 
 @dataclass(frozen=True)
@@ -44,3 +46,18 @@ class CornerColors:
 
 
 Field = Union[Constant, Texture, CornerColors]
+
+
+def srgb_to_linear(values: np.ndarray) -> np.ndarray:
+    """IEC 61966-2-1 decoding, in the values' own precision, float32 at least."""
+    values = np.asarray(values)
+    values = values.astype(np.result_type(values.dtype, np.float32), copy=False)
+    bright = ((np.maximum(values, 0) + 0.055) / 1.055) ** 2.4
+    return np.where(values <= 0.04045, values / 12.92, bright)
+
+
+def decoded(texture: Texture) -> Texture:
+    """The same texture with linear pixels; between them it differs, if it was encoded."""
+    if not texture.encoded:
+        return texture
+    return replace(texture, pixels=srgb_to_linear(texture.pixels), encoded=False)

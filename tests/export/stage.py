@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from radiosity_addon.solver.fields import srgb_to_linear
+
 SQUARE = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
 
 
@@ -112,4 +114,4 @@ def value_at(field, triangle, u, v):
         for j, wx in ((column, 1 - (x - column)), (column + 1, x - column)):
             pixel = field.pixels[np.clip(i, 0, height - 1), np.clip(j, 0, width - 1)]
             result += wx * wy * pixel
-    return result * field.factor
+    return (srgb_to_linear(result) if field.encoded else result) * field.factor

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radiosity_addon.export.images import srgb_to_linear
+from radiosity_addon.solver.evaluate import evaluate_material
+from radiosity_addon.solver.fields import srgb_to_linear
 from radiosity_addon.export.principled import diffuse_share
 from tests.export.stage import (
     add_image,
@@ -322,3 +323,36 @@ def test_emission_of_one_side_only_is_named(blender, export):
     link(nodes.new("ShaderNodeNewGeometry").outputs["Backfacing"], node.inputs["Color"])
     add_plane(blender, material=material)
     assert any('"Screen" emits otherwise on its back' in w for w in export().warnings)
+
+
+def test_encoded_pixels_are_interpolated_before_they_are_decoded(blender, export):
+    """As Cycles has 8-bit images: half way from 0.1 to 0.9 lies decoded 0.5 = 0.214, and not
+    the mean of decoded 0.1 and 0.9, 0.399. Bytes round either by up to 0.002."""
+    pixels = np.ones((2, 2, 4))
+    pixels[:, 0, :3], pixels[:, 1, :3] = 0.1, 0.9
+    image = add_image(blender, pixels, "sRGB")
+    plane = add_plane(blender, material=image_material(blender, image, extension="EXTEND"))
+    theirs = cycles_bake(blender, plane, "EMIT", (), size=9, samples=1)[4, 4, 0]
+    scene = export().scene
+    place = np.array([[0.5, 0.0]])  # in the middle of the lower edge, from corner to corner
+    found = evaluate_material(scene, "emission", np.array([0]), place)[0, 0]
+    assert found == pytest.approx(0.214, abs=0.003)
+    assert found == pytest.approx(theirs, abs=0.003)
+
+
+def test_images_that_are_multiplied_are_decoded_first(blender, export):
+    """0.5 decoded is 0.214; half of the light of a picture mixed with itself is 0.214 again."""
+    image = add_image(blender, np.full((2, 2, 4), (0.5, 0.5, 0.5, 1.0)), "sRGB")
+    material, nodes, link = add_material(blender)
+    texture = nodes.new("ShaderNodeTexImage")
+    texture.image = image
+    add = nodes.new("ShaderNodeAddShader")
+    for socket in add.inputs:
+        glow = nodes.new("ShaderNodeEmission")
+        link(texture.outputs["Color"], glow.inputs["Color"])
+        link(texture.outputs["Color"], glow.inputs["Strength"])
+        link(glow.outputs[0], socket)
+    surface(material, add)
+    add_plane(blender, material=material)
+    field = material_of(export()).emission
+    np.testing.assert_allclose(value_at(field, 0, 0.3, 0.3), 2 * srgb_to_linear(128 / 255) ** 2, rtol=1e-5)
