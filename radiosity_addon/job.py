@@ -7,6 +7,6 @@ another process. ``discard`` takes back what ``prepare`` changed when the bake i
 from .stages.apply import apply
 from .stages.job import Job, Result
 from .stages.prepare import discard, prepare
-from .stages.run import run, slice_receivers
+from .stages.run import run
 
-__all__ = ("Job", "Result", "apply", "discard", "prepare", "run", "slice_receivers")
+__all__ = ("Job", "Result", "apply", "discard", "prepare", "run")

@@ -24,7 +24,7 @@ def build_report(job: Job, result: Result, seconds: dict, peak_memory: int) -> d
         "version": __version__,
         "triangles": len(job.scene.triangles),
         "elements": int(figures.elements),
-        "receivers": int(job.receivers.count),
+        "receivers": int(result.receivers),
         "rays": int(figures.rays),
         "iterations": int(figures.iterations),
         "residual": float(figures.residual),

@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 from scipy.sparse import identity
 
-from radiosity_addon.bake.faces import face_receivers
 from radiosity_addon.bake.texels import texel_receivers
 from radiosity_addon.export.exported import ExportedObject
-from radiosity_addon.job import Job, run, slice_receivers
+from radiosity_addon.job import Job, run
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.progress import Cancelled
 from radiosity_addon.solver.receivers import concatenate
 from radiosity_addon.solver.scene import Material, Scene, SunLamp
+from radiosity_addon.stages.layout import slice_receivers
 
 ROOT = Path(__file__).resolve().parents[1]
 SQUARE = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], float)
@@ -41,13 +41,8 @@ def square_job(target: str, strength: float = np.pi, **options) -> Job:
     )
     loops = HALVES.ravel()
     exported = ExportedObject("Square", 0, 2, UV, identity(6).tocsr(), loops, loops)
-    numbers = np.arange(2, dtype=np.int32)
-    if target == "image":
-        receivers = texel_receivers(UV, numbers, 8)
-    else:
-        receivers = face_receivers(SQUARE, HALVES, numbers, budget=0.1)
     settings = Settings(target=target, resolution=8, quality="draft", **options)
-    return Job(settings, scene, receivers, (0, receivers.count), (exported,), (), (), ())
+    return Job(settings, scene, (exported,), (), (), ())
 
 
 def test_image_of_a_sunlit_square():

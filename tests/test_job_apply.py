@@ -14,7 +14,6 @@ bpy = pytest.importorskip("bpy")
 from radiosity_addon.export.exported import ExportedObject  # noqa: E402
 from radiosity_addon.job import Job, Result, apply  # noqa: E402
 from radiosity_addon.settings import Settings  # noqa: E402
-from radiosity_addon.solver.receivers import Receivers  # noqa: E402
 from radiosity_addon.solver.solution import Statistics  # noqa: E402
 
 NAMES = ("First", "Second")
@@ -37,10 +36,8 @@ def a_job(made=(), **options) -> Job:
     targets = tuple(
         ExportedObject(name, 0, 2, None, identity(4).tocsr(), loops, loops) for name in NAMES
     )
-    nothing = np.zeros(0, np.int32)
-    receivers = Receivers(0, nothing, nothing, np.zeros((0, 3, 2)), np.zeros(0, bool))
     settings = Settings(resolution=SIZE, **options)
-    return Job(settings, None, receivers, (0, 0, 0), targets, (), tuple(made), ())
+    return Job(settings, None, targets, (), tuple(made), ())
 
 
 def a_result(*values: float, shape=(4, 3)) -> Result:

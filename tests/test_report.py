@@ -25,7 +25,6 @@ SECONDS = ["export", "elements", "transport", "solve", "gather", "write", "total
 def report():
     job = SimpleNamespace(
         scene=SimpleNamespace(triangles=np.zeros((36, 3), np.int32)),
-        receivers=SimpleNamespace(count=54000),
         settings=Settings(error=0.03),
         targets=(SimpleNamespace(name="Box"),),
         skipped=(("Lamp", "is not a mesh"),),
@@ -41,7 +40,7 @@ def report():
         energy={"emitted": 10.0, "absorbed": 7.5, "escaped": 2.5},
         seconds={"elements": 0.1, "transport": 0.2, "solve": 0.3, "gather": 0.4, "embree": 0.5},
     )
-    result = Result(colors=(), statistics=figures, warnings=("second", "third"))
+    result = Result((), figures, ("second", "third"), receivers=54000)
     times = {"export": 0.05, "write": 0.06, "total": 1.25}
     return build_report(job, result, times, 512 << 20)
 

@@ -10,24 +10,17 @@ import math
 
 import numpy as np
 
-from .layers import check_editable, write_attribute
+from ..steps import finish
+from .layers import check_editable
 from .overlaps import overlap_layers
 from .seams import cut_sharp_edges
+from .uv_maps import FALLBACK, HeldMap, find_uv_map, free_name, give_maps
 
 ANGLE = math.radians(66)  # neighbours that differ by less may share a chart
 MOST_MAPS = 8  # that Blender renders from
-FALLBACK = "{} UV"  # where an attribute that is no UV map holds the name already
 ATTEMPTS = 4  # at a layout without overlaps
 CHECKED = 256  # texels along the edge of the image in which overlaps are looked for
 LEAST_GAP, GAP_SHARE = 3, 128  # texels between charts: at least, and resolution / GAP_SHARE
-
-
-def find_uv_map(mesh, name: str) -> str | None:
-    """The UV map called ``name`` or what ``ensure_uv_map`` makes in its place; None without."""
-    for candidate in (name, FALLBACK.format(name)):
-        if candidate in mesh.uv_layers:
-            return candidate
-    return None
 
 
 def ensure_uv_map(
@@ -40,38 +33,36 @@ def ensure_uv_map(
     Charts are at least three texels apart, more at larger resolutions if the margin asks for it.
     Raises ValueError, with nothing made, for a linked mesh and for one with 8 UV maps.
     """
-    lacking = {}
-    for obj in objects:
-        if find_uv_map(obj.data, name) is None:
-            lacking.setdefault(obj.data.name_full, obj)
-    for obj in lacking.values():
-        _check_room(obj, name)
-    gap = max(LEAST_GAP, min(2 * margin, resolution // GAP_SHARE)) / resolution
-    made: list[tuple[str, str]] = []
-    try:
-        for obj in lacking.values():
-            uv = _unwrap(obj, gap)
-            made.append((obj.name, _new_map(obj.data, name)))
-            write_attribute(obj.data, made[-1][1], uv)
-    except BaseException:
-        _remove(made, {obj.name: obj for obj in lacking.values()}.get)
-        raise
-    return made
+    names = [item.name for item in objects]
+    held = finish(unwrap_steps(names, name, resolution, margin))
+    give_maps(held)
+    return [each.pair for each in held]
 
 
-def remove_uv_maps(made: list[tuple[str, str]]) -> None:
-    """Undo ``ensure_uv_map``: remove the maps it returned, where they still exist."""
+def unwrap_steps(objects, name: str, resolution: int, margin: int):
+    """The maps that ``ensure_uv_map`` makes for objects of these names, held outside of the file:
+    steps that return a list of HeldMap."""
     import bpy
 
-    _remove(made, bpy.data.objects.get)
-
-
-def _remove(made, find) -> None:
-    for object_name, map_name in made:
-        obj = find(object_name)
-        layer = obj.data.uv_layers.get(map_name) if obj is not None else None
-        if layer is not None:
-            obj.data.uv_layers.remove(layer)
+    lacking = {}
+    for each in objects:
+        mesh = bpy.data.objects[each].data
+        if find_uv_map(mesh, name) is None:
+            lacking.setdefault(mesh.name_full, each)
+    for each in lacking.values():
+        _check_room(bpy.data.objects[each], name)
+    gap = max(LEAST_GAP, min(2 * margin, resolution // GAP_SHARE)) / resolution
+    held = []
+    for index, each in enumerate(lacking.values()):
+        item = bpy.data.objects.get(each)
+        if item is None or item.type != "MESH":
+            continue  # it was deleted between two steps
+        if item.data.is_editmode:
+            item.update_from_editmode()
+        identity, called = item.session_uid, free_name(item.data, name)
+        uv = yield from _unwrap(_shape(item), gap, index / len(lacking))
+        held.append(HeldMap(identity, each, called, uv))
+    return held
 
 
 def _check_room(obj, name: str) -> None:
@@ -85,38 +76,23 @@ def _check_room(obj, name: str) -> None:
         raise ValueError(f"{obj.name!r} has attributes {name!r} that are no UV map; rename them")
 
 
-def _new_map(mesh, name: str) -> str:
-    """Add an empty UV map and return its name; what is active stays active."""
-    layers = mesh.uv_layers
-    active = layers.active.name if layers.active else None
-    rendered = next((layer.name for layer in layers if layer.active_render), None)
-    free = FALLBACK.format(name) if name in mesh.attributes else name
-    layers.new(name=free, do_init=False)  # which 5.2 makes but does not return in Edit Mode
-    if free not in layers:
-        raise ValueError(f"mesh {mesh.name!r} takes no UV map {free!r}; rename or remove one")
-    if active is not None:
-        layers.active = layers[active]
-    if rendered is not None:
-        layers[rendered].active_render = True
-    return free
-
-
-def _unwrap(obj, gap: float) -> np.ndarray:
-    """(n_loops, 2) float32 UVs of the object's mesh, charts ``gap`` apart.
+def _unwrap(shape, gap: float, done: float):
+    """(n_loops, 2) float32 UVs of a mesh's ``_shape``, charts ``gap`` apart: steps that yield
+    ``done``.
 
     Where the projection folds over itself, the faces on top are cut loose and it is done again.
     """
-    if obj.data.is_editmode:
-        obj.update_from_editmode()
-    points, corner, start = _shape(obj)
+    points, corner, start = shape
     if not len(start):
         return np.zeros((0, 2), np.float32)
     points, corner = cut_sharp_edges(points, corner, start, ANGLE)
     for _ in range(ATTEMPTS):
         uv, triangles, face = _lay_out(points, corner, start, gap)
+        yield done
         layer = overlap_layers(
             uv[triangles].astype(float), face, corner[triangles], len(start), CHECKED
         )
+        yield done
         if not layer.any():
             break
         size = np.diff(start, append=len(corner))

@@ -5,6 +5,7 @@ Depends on bpy (inside functions), NumPy and the solver's types. ``export_scene`
 
 from __future__ import annotations
 
+from ..steps import finish
 from .exported import Exported, ExportedObject
 
 __all__ = ["Exported", "ExportedObject", "export_scene"]
@@ -16,6 +17,7 @@ def export_scene(context, settings, progress=None) -> Exported:
     ``progress(fraction)`` is called now and then and may raise to cancel. Raises ValueError for
     objects or UV maps that are not there, or when no mesh is left to bake.
     """
-    from .pipeline import run
+    from .pipeline import steps
 
-    return run(context.scene, context.view_layer, settings, progress or (lambda fraction: None))
+    progress = progress or (lambda fraction: None)
+    return finish(steps(context.scene, context.view_layer, settings, progress), progress)

@@ -1,7 +1,7 @@
 """Evaluated materials: Cycles bakes what a node tree shows. Depends on bpy and NumPy.
 
 For node trees that ``shaders`` cannot read. Everything happens on temporary copies in a temporary
-scene; call inside ``traceless()``. An instanced mesh is evaluated once, where it first stands.
+scene. An instanced mesh is evaluated once, where it first stands.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from .panorama import set_up_cycles
 from .parts import Part, material_key, world_vertices
 from .shaders import Surface
 from .sides import sees_sides, turn_around
+from .traceless import traceless
 from .transparency import emit_transmittance, lets_light_through
 
 ATLAS = "\0atlas"  # the name under which the scene's atlas coordinates are asked for
@@ -23,20 +24,19 @@ FLAT = 1e-4  # relative variation below which a picture is one colour
 UV_LIMIT = 7  # of Blender's 8 maps one is ours
 
 
-def evaluate_difficult(parts: list[Part], palette: Palette, like, progress) -> None:
-    """Bake the difficult materials of all parts into ``palette.per_part`` and ``.atlases``.
-
-    ``like`` is the user's scene; ``progress`` may raise to cancel.
-    """
+def evaluate_steps(parts: list[Part], palette: Palette, find_scene):
+    """Bake the difficult materials of all parts into ``palette.per_part`` and ``.atlases``, in
+    steps that yield the fraction done. ``find_scene()`` gives the user's scene."""
     done = {}
     for index, part in enumerate(parts):
         keys = tuple(k for k in dict.fromkeys(part.materials) if palette.index.get(k, 0) is None)
         if not keys:
             continue
-        progress(0.6)
         group = (id(part.mesh), part.materials)
         if group not in done:
-            done[group] = _evaluate_part(part, keys, palette, like)
+            with traceless():
+                done[group] = _evaluate_part(part, keys, palette, find_scene())
+            yield index / len(parts)
         found, where = done[group]
         palette.per_part.update({(index, key): number for key, number in found.items()})
         if where is not None:
@@ -100,6 +100,9 @@ def _originals(keys) -> dict:
     import bpy
 
     known = {material_key(material): material for material in bpy.data.materials}
+    gone = [key for key in keys if key not in known]
+    if gone:
+        raise ValueError(f"material {gone[0]!r} was removed while it was read; bake again")
     return {key: known[key] for key in keys}
 
 

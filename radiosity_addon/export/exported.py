@@ -26,6 +26,9 @@ class ExportedObject:
     corner_map: csr_matrix | None
     loop_vertex: np.ndarray | None  # (n_loops,) int32: the user's mesh vertex of each loop
     loop_smooth_group: np.ndarray | None  # (n_loops,) int32: loops whose colours are one unknown
+    identity: int = 0  # the object's session id, which a new name does not change
+    n_loops: int = 0  # of the user's mesh
+    modifiers: tuple[str, ...] = ()  # names of those that may change its faces
 
 
 @dataclass(frozen=True)

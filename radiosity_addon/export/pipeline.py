@@ -1,54 +1,99 @@
-"""Pipeline: the steps of an export in order. Depends on bpy and the other files of this room."""
+"""Pipeline: the steps of an export in order. Depends on bpy and the other files of this room.
+
+Between two steps names and arrays are held, nothing of Blender's: see ``steps``.
+"""
 
 from __future__ import annotations
 
 import functools
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..solver.scene import Scene
-from .assemble import (Geometry, assemble, corner_loops, material_indices,
+from .assemble import (Geometry, Placed, assemble, corner_loops, material_indices,
                        scatter_atlas, scatter_colors, scatter_uvs)  # fmt: skip
 from .corners import one_hot, traced
-from .evaluated import ATLAS, evaluate_difficult
+from .evaluated import ATLAS, evaluate_steps
 from .evaluate import with_render_depsgraph
 from .exported import Exported, ExportedObject
 from .images import working_space_is_rec709
 from .lights import Light, lit_objects, read_lights, with_node_colors
 from .materials import read_materials, scene_materials
 from .meshes import bulk
-from .parts import read_parts
+from .parts import Part, read_parts
 from .smooth import smooth_groups
 from .sockets import Reader
 from .targets import NO_FACES, UNTRACED, choose_objects, sort_out, uv_map_name
 from .traceless import traceless
-from .tracing import add_copies, changes_faces, read_trace
+from .tracing import Trace, add_copies, changes_faces, face_modifiers, read_trace
 from .world import read_world
 
+EDITED = "was deleted or edited while the scene was read"
 
-def run(scene, view_layer, settings, progress) -> Exported:
-    """See ``export_scene``."""
-    _ = view_layer.objects.active  # asking brings the layer's list of objects up to date
-    chosen = choose_objects(view_layer, settings.objects)
-    _flush_edit_mode(view_layer)
+
+@dataclass(frozen=True)
+class Receiver:
+    """An object that gets colours, known by what a new name or an undo leaves as it is."""
+
+    name: str
+    identity: int  # session id
+    n_loops: int
+    uv_map: str
+    modifiers: tuple[str, ...]
+    trace: Trace | None
+
+
+@dataclass(frozen=True)
+class Evaluated:
+    """What one evaluation for rendering gave; receivers' own parts come first, in order."""
+
+    parts: list[Part]
+    receivers: list[Receiver]
+    lights: list[Light]
+    skipped: list[tuple[str, str]]
+    warnings: list[str]
+
+
+def steps(scene, view_layer, settings, progress):
+    """The steps of ``export_scene``, which return what it returns. The first is the longest: one
+    evaluation of the scene, which Blender does in one piece. ``progress`` may raise during it."""
+    name = scene.name
+    read = _evaluate(scene, view_layer, settings, progress)
+    yield 0.3
+    warnings = read.warnings
+    geometry = assemble(read.parts, warnings)
+    yield 0.5
     with traceless():
-        parts, seen, lights, traces, warnings = _evaluate(
-            scene, view_layer, chosen, settings, progress
-        )
-        progress(0.3)
-        receivers, skipped = sort_out(chosen, parts, seen, settings)
-        parts = _receivers_first(parts, receivers)
-        geometry = assemble(parts, warnings)
-        progress(0.5)
-        palette = read_materials(parts)
-        evaluate_difficult(parts, palette, scene, progress)
-        progress(0.7)
-        sky, suns = read_world(scene, Reader(working_space_is_rec709()), warnings)
-        lights = with_node_colors(lights, warnings) + [Light(sun) for sun in suns]
-        progress(0.8)
-        objects = _objects(receivers, geometry, traces, settings, skipped)
+        palette = read_materials(read.parts)
+        lights = with_node_colors(read.lights, warnings)
+    yield 0.5
+    for fraction in evaluate_steps(read.parts, palette, lambda: _find_scene(name)):
+        yield 0.5 + 0.3 * fraction
+    with traceless():
+        sky, suns = read_world(_find_scene(name), Reader(working_space_is_rec709()), warnings)
+        lights += [Light(sun) for sun in suns]
+        linked = lit_objects(lights, read.parts)
+    yield 0.8
+    objects, skipped = [], list(read.skipped)
+    for receiver, placed in zip(read.receivers, geometry.placed):
+        found = _object(receiver, placed, settings)
+        if isinstance(found, str):
+            skipped.append((receiver.name, found))
+        else:
+            objects.append(found)
+        yield 0.8 + 0.2 * len(objects) / len(read.receivers)
     warnings += palette.warnings
-    return _exported(geometry, palette, lights, sky, objects, skipped, warnings)
+    return _exported(geometry, palette, lights, linked, sky, objects, skipped, warnings)
+
+
+def _find_scene(name: str):
+    import bpy
+
+    scene = bpy.data.scenes.get(name)
+    if scene is None:
+        raise ValueError(f"scene {name!r} is gone; bake again")
+    return scene
 
 
 def _flush_edit_mode(view_layer) -> None:
@@ -58,7 +103,27 @@ def _flush_edit_mode(view_layer) -> None:
             thing.update_from_editmode()
 
 
-def _evaluate(scene, view_layer, chosen, settings, progress):
+def _evaluate(scene, view_layer, settings, progress) -> Evaluated:
+    """All that is read from the scene as the render sees it, in one go."""
+    _ = view_layer.objects.active  # asking brings the layer's list of objects up to date
+    chosen = choose_objects(view_layer, settings.objects)
+    _flush_edit_mode(view_layer)
+    with traceless():
+        parts, seen, lights, traces, warnings = _render(
+            scene, view_layer, chosen, settings, progress
+        )
+        things, skipped = sort_out(chosen, parts, seen, settings)
+        receivers = [
+            Receiver(
+                thing.name, thing.session_uid, len(thing.data.loops),
+                uv_map_name(thing, settings), face_modifiers(thing), traces.get(thing.name),
+            )
+            for thing in things
+        ]  # fmt: skip
+    return Evaluated(_receivers_first(parts, receivers), receivers, lights, skipped, warnings)
+
+
+def _render(scene, view_layer, chosen, settings, progress):
     """Parts, names of rendered objects, lights, {object name: Trace} and warnings."""
     copies: dict[str, str] = {}
 
@@ -82,43 +147,55 @@ def _evaluate(scene, view_layer, chosen, settings, progress):
 
 def _receivers_first(parts, receivers):
     """Receivers in their order, then all other parts in Blender's."""
-    rank = {thing.name: index for index, thing in enumerate(receivers)}
+    rank = {receiver.name: index for index, receiver in enumerate(receivers)}
     keyed = [(rank.get(p.name, len(rank)) if not p.instance else len(rank), p) for p in parts]
     return [part for _, part in sorted(keyed, key=lambda pair: pair[0])]
 
 
-def _objects(receivers, geometry: Geometry, traces, settings, skipped) -> list[ExportedObject]:
-    """What the bake needs of each receiver; those without triangles or corner map are skipped."""
-    result = []
-    for thing, placed in zip(receivers, geometry.placed):
-        start, stop = placed.start, placed.stop
-        if stop == start:
-            skipped.append((thing.name, NO_FACES))
-        elif settings.target == "image":
-            uv = placed.part.mesh.uvs[uv_map_name(thing, settings)][corner_loops(placed)]
-            uv = uv.astype(np.float64)
-            result.append(ExportedObject(thing.name, start, stop, uv, None, None, None))
-        else:
-            weights = _corner_map(thing, placed, traces.get(thing.name))
-            if weights is None:
-                skipped.append((thing.name, UNTRACED))
-                continue
-            vertex = bulk(thing.data.loops, "vertex_index", np.int32)
-            groups = smooth_groups(thing.data)
-            result.append(ExportedObject(thing.name, start, stop, None, weights, vertex, groups))
-    return result
+def _object(receiver: Receiver, placed: Placed, settings) -> ExportedObject | str:
+    """What the bake needs of one receiver, or why it is left out."""
+    start, stop = placed.start, placed.stop
+    if stop == start:
+        return NO_FACES
+    uv = weights = vertex = groups = None
+    if settings.target == "image":
+        uv = placed.part.mesh.uvs[receiver.uv_map][corner_loops(placed)].astype(np.float64)
+    else:
+        mesh = _find_mesh(receiver)
+        if mesh is None:
+            return EDITED
+        weights = _corner_map(mesh, placed, receiver.trace)
+        if weights is None:
+            return UNTRACED
+        vertex = bulk(mesh.loops, "vertex_index", np.int32)
+        groups = smooth_groups(mesh)
+    return ExportedObject(
+        receiver.name, start, stop, uv, weights, vertex, groups,
+        receiver.identity, receiver.n_loops, receiver.modifiers,
+    )  # fmt: skip
 
 
-def _corner_map(thing, placed, trace):
-    """Weights of the user's loops at the triangle corners; None when faces cannot be traced."""
-    mesh = placed.part.mesh
-    if trace is not None:
-        if trace.n_loops != len(mesh.loop_vertex):
-            return None
-        return traced(corner_loops(placed), mesh.polygon[placed.kept], trace, thing.data)
-    if len(mesh.loop_vertex) != len(thing.data.loops):
+def _find_mesh(receiver: Receiver):
+    """The user's mesh of today; None when it is gone or has other corners now."""
+    import bpy
+
+    things = (thing for thing in bpy.data.objects if thing.session_uid == receiver.identity)
+    thing = next(things, None)
+    if thing is None or thing.type != "MESH" or len(thing.data.loops) != receiver.n_loops:
         return None
-    return one_hot(corner_loops(placed), len(thing.data.loops))
+    return thing.data
+
+
+def _corner_map(mesh, placed: Placed, trace: Trace | None):
+    """Weights of the user's loops at the triangle corners; None when faces cannot be traced."""
+    evaluated = placed.part.mesh
+    if trace is not None:
+        if trace.n_loops != len(evaluated.loop_vertex):
+            return None
+        return traced(corner_loops(placed), evaluated.polygon[placed.kept], trace, mesh)
+    if len(evaluated.loop_vertex) != len(mesh.loops):
+        return None
+    return one_hot(corner_loops(placed), len(mesh.loops))
 
 
 def _uvs(geometry: Geometry, name: str, atlases) -> np.ndarray:
@@ -126,7 +203,9 @@ def _uvs(geometry: Geometry, name: str, atlases) -> np.ndarray:
     return scatter_atlas(geometry, atlases) if name == ATLAS else scatter_uvs(geometry, name)
 
 
-def _exported(geometry: Geometry, palette, lights, sky, objects, skipped, warnings) -> Exported:
+def _exported(
+    geometry: Geometry, palette, lights, linked, sky, objects, skipped, warnings
+) -> Exported:
     if not objects:
         reasons = "; ".join(f"{name} {reason}" for name, reason in skipped)
         raise ValueError(f"no mesh to bake: {reasons or 'add one that renders and has faces'}")
@@ -147,7 +226,7 @@ def _exported(geometry: Geometry, palette, lights, sky, objects, skipped, warnin
         sky=sky,
         casts_shadow=np.array([part.casts_shadow for part in parts]),
         visible=np.array([part.visible for part in parts]),
-        lamp_objects=lit_objects(lights, parts),
+        lamp_objects=linked,
         warnings=tuple(warnings),
     )
     return Exported(scene, tuple(objects), tuple(skipped), tuple(dict.fromkeys(warnings)))

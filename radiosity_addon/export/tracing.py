@@ -37,7 +37,13 @@ class Trace:
 
 def changes_faces(thing) -> bool:
     """Whether a modifier that renders may change faces."""
-    return any(m.show_render and m.type not in KEEPS_FACES for m in thing.modifiers)
+    return bool(face_modifiers(thing))
+
+
+def face_modifiers(thing) -> tuple[str, ...]:
+    """Names of the modifiers that render and may change faces."""
+    changing = (m for m in thing.modifiers if m.show_render and m.type not in KEEPS_FACES)
+    return tuple(modifier.name for modifier in changing)
 
 
 def add_copies(scene, things) -> dict[str, str]:

@@ -47,6 +47,7 @@ class Kept:
     receivers: str = ""
     unit: float = 1.0  # what their light is divided by
     reused: str = ""
+    changed: bool = False  # since ``expect``
     _now: tuple[str, str, str] = ("", "", "")  # digests of what is baked now
 
     def expect(self, scene: Scene, receivers: Receivers, seed: int) -> None:
@@ -55,7 +56,7 @@ class Kept:
         if shape != self.shape:
             self.solves = []
         cells = (receivers.receiver, receivers.triangle, receivers.corners, receivers.square)
-        self._now, self.reused = (shape, light, digest(cells)), ""
+        self._now, self.reused, self.changed = (shape, light, digest(cells)), "", False
 
     def find(self, context: Context, plan: Plan, tolerance: float):
         """(plan, radiosities) of a solve at least as fine as ``plan``, or None.
@@ -81,7 +82,7 @@ class Kept:
             self.solves = []
             self.shape, self.light, self.receivers = self._now
         self.solves.append(Solve(plan, tuple(radiosities)))
-        self.unit, self.reused = context.unit, ""
+        self.unit, self.reused, self.changed = context.unit, "", True
 
     def shrunk(self, most: int) -> Kept:
         """With the coarsest solves left out until the arrays take at most ``most`` bytes."""
@@ -97,6 +98,7 @@ class Kept:
         )
         self.solves = [replace(solve, halves=halves)]
         self.light, self.unit, self.reused = self._now[1], context.unit, TRANSPORT
+        self.changed = True
         return self.solves[0]
 
 
@@ -143,7 +145,7 @@ def shape_digest(scene: Scene, receivers: Receivers, seed: int) -> str:
 def light_digest(scene: Scene) -> str:
     """Of the colours and strengths of lamps and of what emits."""
     lamps = [getattr(lamp, COLOR[type(lamp)]) for lamp in scene.lamps]
-    return digest(lamps, [material.emission for material in scene.materials])
+    return digest(lamps, [material.emission for material in sides(scene.materials)])
 
 
 def _shines(thing) -> tuple[str, bool]:

@@ -11,7 +11,6 @@ import numpy as np
 
 from ..export.exported import ExportedObject
 from ..settings import Settings
-from ..solver.receivers import Receivers
 from ..solver.scene import Scene
 from ..solver.solution import Statistics
 
@@ -22,8 +21,6 @@ class Job:
 
     settings: Settings
     scene: Scene
-    receivers: Receivers  # of all targets, in order
-    spans: tuple[int, ...]  # target i has the receivers spans[i] to spans[i + 1]
     targets: tuple[ExportedObject, ...]
     skipped: tuple[tuple[str, str], ...]  # (object name, reason)
     made_uv_maps: tuple[tuple[str, str], ...]  # (object name, UV map) that prepare added
@@ -41,3 +38,4 @@ class Result:
     statistics: Statistics
     warnings: tuple[str, ...]
     seconds: dict = field(default_factory=dict)  # "fit": from light to colours
+    receivers: int = 0  # how many places got light

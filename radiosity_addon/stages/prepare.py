@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
-
+from ..bake.unwrap import unwrap_steps
+from ..bake.uv_maps import HeldMap, give_maps, given, remove_uv_maps
 from .. import memory
-from ..bake.faces import face_receivers, receiver_budget, triangle_areas
-from ..bake.texels import overlapping_texels, texel_receivers
-from ..bake.unwrap import ensure_uv_map, remove_uv_maps
-from ..export.exported import Exported
 from ..settings import Settings
 from ..solver.progress import Progress, silent
-from ..solver.receivers import Receivers, concatenate
+from ..steps import finish
 from .job import Job
 
 UV_MAP = "Radiosity"  # made where no map is named
@@ -19,45 +15,75 @@ TEXEL_BYTES = 1100  # of memory per texel of an image, as measured at 1024 and 2
 
 
 def prepare(context, settings: Settings, progress: Progress = silent) -> Job:
-    """Look at the open file: make missing UV maps, export, and lay out the receivers.
+    """Look at the open file and export it; missing UV maps are made and left on their meshes.
 
     Raises ValueError for a choice of objects that cannot be baked, MemoryError when the images
     asked for do not fit; then, or when stopped, the file is as it was.
     """
+    def tell(fraction: float) -> None:
+        progress("export", fraction)
+
+    job, held = finish(prepare_steps(context.scene, context.view_layer, settings, tell), tell)
+    give_maps(held)
+    return job
+
+
+def prepare_steps(scene, view_layer, settings: Settings, tell=lambda fraction: None):
+    """The steps of ``prepare``, which return the Job and the UV maps that were made: those are in
+    the file only within a step. ``tell(fraction)`` may raise during the longest one."""
     settings.check()
-    context.view_layer.update()  # what a script has just linked is not in its list before
-    objects = _candidates(context, settings)
-    _check_memory(len(objects), settings)
-    made: list[tuple[str, str]] = []
-    try:
-        if settings.target == "image" and settings.uv_map is None:
-            progress("export", 0.0)
-            made = ensure_uv_map(objects, UV_MAP, settings.resolution, settings.margin)
-        exported = _export(context, settings, progress)
-        made = _drop_unused(made, exported.objects)
-        receivers, warnings = _lay_out(exported, settings)
-        warnings += _warn_of_sharing(context, exported.objects, settings)
-    except BaseException:
-        remove_uv_maps(made)
-        raise
-    return Job(
+    view_layer.update()  # what a script has just linked is not in its list before
+    names, layer = _candidates(view_layer, settings), (scene.name, view_layer.name)
+    _check_memory(len(names), settings)
+    held: list[HeldMap] = []
+    if settings.target == "image" and settings.uv_map is None:
+        held = yield from unwrap_steps(names, UV_MAP, settings.resolution, settings.margin)
+    exporting = _export_steps(*_find(*layer), settings, tell)
+    with given(held):
+        fraction = next(exporting)  # all that looks at UV maps
+    yield fraction
+    exported = yield from exporting
+    if not exported.objects:
+        raise ValueError("there is no mesh to bake; " + _reasons(exported.skipped))
+    held = _of_targets(held, exported.objects)
+    job = Job(
         settings=settings,
         scene=exported.scene,
-        receivers=concatenate(receivers),
-        spans=tuple(np.cumsum([0] + [part.count for part in receivers]).tolist()),
         targets=exported.objects,
         skipped=exported.skipped,
-        made_uv_maps=tuple(made),
-        warnings=(*exported.scene.warnings, *exported.warnings, *warnings),
+        made_uv_maps=tuple(each.pair for each in held),
+        warnings=(
+            *exported.scene.warnings,
+            *exported.warnings,
+            *_warn_of_sharing(_find(*layer)[1], exported.objects, settings),
+        ),
     )
+    return job, held
 
 
-def _candidates(context, settings: Settings) -> list:
-    """The meshes asked for that could get a UV map; the export may leave out some.
+def _export_steps(scene, view_layer, settings: Settings, tell):
+    from ..export.pipeline import steps
+
+    return steps(scene, view_layer, settings, tell)
+
+
+def _find(scene_name: str, layer_name: str):
+    """The scene and view layer of these names. Raises ValueError when they are gone."""
+    import bpy
+
+    scene = bpy.data.scenes.get(scene_name)
+    layer = scene.view_layers.get(layer_name) if scene else None
+    if layer is None:
+        raise ValueError(f"view layer {layer_name!r} of {scene_name!r} is gone; bake again")
+    return scene, layer
+
+
+def _candidates(view_layer, settings: Settings) -> list[str]:
+    """Names of the meshes asked for that could get a UV map; the export may leave out some.
 
     Raises ValueError for a name that the view layer does not have.
     """
-    found = {item.name: item for item in context.view_layer.objects}
+    found = {item.name: item for item in view_layer.objects}
     unknown = [name for name in settings.objects if name not in found]
     if unknown:
         raise ValueError(
@@ -66,7 +92,7 @@ def _candidates(context, settings: Settings) -> list:
         )
     names = settings.objects or [name for name, item in found.items() if not item.hide_render]
     return [
-        item
+        item.name
         for item in (found[name] for name in names)
         if item.type == "MESH" and item.data.library is None and len(item.data.polygons)
     ]
@@ -79,6 +105,8 @@ def _meshes(found: dict) -> list[str]:
 def _quoted(names, most: int = 5) -> str:
     text = ", ".join(repr(name) for name in list(names)[:most])
     return f"{text} and {len(names) - most} more" if len(names) > most else text
+
+
 def _check_memory(images: int, settings: Settings) -> None:
     if settings.target == "image":
         memory.require(
@@ -86,15 +114,6 @@ def _check_memory(images: int, settings: Settings) -> None:
             f"baking {images} images of {settings.resolution} x {settings.resolution} texels",
             "lower --resolution or name fewer --objects",
         )
-
-
-def _export(context, settings: Settings, progress: Progress) -> Exported:
-    from ..export import export_scene
-
-    exported = export_scene(context, settings, lambda fraction: progress("export", fraction))
-    if not exported.objects:
-        raise ValueError("there is no mesh to bake; " + _reasons(exported.skipped))
-    return exported
 
 
 def _reasons(skipped) -> str:
@@ -105,30 +124,30 @@ def _reasons(skipped) -> str:
     return f"{name!r} is left out: {reason}{more}"
 
 
-def _drop_unused(made, targets) -> list[tuple[str, str]]:
-    """Take back the maps on meshes that the export left out; the others."""
+def _of_targets(held: list[HeldMap], targets) -> list[HeldMap]:
+    """The maps on meshes that the export did not leave out."""
     import bpy
 
-    meshes = {bpy.data.objects[target.name].data for target in targets}
-    unused = [pair for pair in made if bpy.data.objects[pair[0]].data not in meshes]
-    remove_uv_maps(unused)
-    return [pair for pair in made if pair not in unused]
+    objects = {item.session_uid: item for item in bpy.data.objects}
+    meshes = {objects[t.identity].data for t in targets if t.identity in objects}
+    return [h for h in held if h.identity in objects and objects[h.identity].data in meshes]
 
 
-def _warn_of_sharing(context, targets, settings: Settings) -> list[str]:
+def _warn_of_sharing(view_layer, targets, settings: Settings) -> list[str]:
     """One sentence for each mesh that is a target's and other objects' too."""
     import bpy
 
     users: dict[str, list[str]] = {}
-    for item in context.view_layer.objects:
+    for item in view_layer.objects:
         if item.type == "MESH":
             users.setdefault(item.data.name_full, []).append(item.name)
-    meshes = dict.fromkeys(bpy.data.objects[target.name].data.name_full for target in targets)
+    things = [bpy.data.objects.get(target.name) for target in targets]
+    meshes = dict.fromkeys(t.data.name_full for t in things if t is not None and t.data)
     baked = {target.name for target in targets}
     warnings = []
     for mesh in meshes:
-        if len(users.get(mesh, ())) > 1:
-            first = next(name for name in users[mesh] if name in baked)
+        first = next((name for name in users.get(mesh, ()) if name in baked), None)
+        if first is not None and len(users[mesh]) > 1:
             shown = (
                 "they share its UV map and materials, and have an image each"
                 if settings.target == "image"
@@ -137,40 +156,6 @@ def _warn_of_sharing(context, targets, settings: Settings) -> list[str]:
             warnings.append(f"mesh {mesh!r} is shared by {_quoted(users[mesh])}: {shown}; make "
                             "it single-user to give each its own")
     return warnings
-
-
-def _lay_out(exported: Exported, settings: Settings) -> tuple[list[Receivers], list[str]]:
-    """The receivers of each target, and warnings about its UV map."""
-    if settings.target == "image":
-        return _texels(exported, settings.resolution)
-    scene = exported.scene
-    areas = triangle_areas(scene.vertices, scene.triangles)
-    baked = [areas[target.start : target.stop] for target in exported.objects]
-    budget = receiver_budget(np.concatenate(baked))
-    return [
-        face_receivers(scene.vertices, scene.triangles[t.start : t.stop], _numbers(t), budget)
-        for t in exported.objects
-    ], []
-
-
-def _texels(exported: Exported, resolution: int) -> tuple[list[Receivers], list[str]]:
-    parts, warnings = [], []
-    for image, target in enumerate(exported.objects):
-        part = texel_receivers(target.uv, _numbers(target), resolution, image)
-        shared = overlapping_texels(part, target.uv, target.start, resolution)
-        if not part.count:
-            warnings.append(f"{target.name!r}: its UV map covers no texel; the image is empty")
-        elif shared:
-            warnings.append(
-                f"{target.name!r}: faces overlap in its UV map on {shared} texels, which hold "
-                "their mean; bake to a map without overlaps"
-            )
-        parts.append(part)
-    return parts, warnings
-
-
-def _numbers(target) -> np.ndarray:
-    return np.arange(target.start, target.stop, dtype=np.int32)
 
 
 def discard(context, job: Job) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,9 +11,9 @@ from ..bake.corners import fit_corners
 from ..bake.dilate import extend_islands
 from ..bake.faces import receiver_areas
 from ..solver.progress import Progress, silent
-from ..solver.receivers import Receivers
-from ..solver.solution import Solution, compose
+from ..solver.solution import Solution, Statistics, compose
 from .job import Job, Result
+from .layout import Layout, lay_out
 
 
 def run(job: Job, progress: Progress = silent, kept=None) -> Result:
@@ -23,64 +24,65 @@ def run(job: Job, progress: Progress = silent, kept=None) -> Result:
     """
     from ..solver.sequence import solve
 
-    solution = solve(job.scene, job.receivers, job.settings, progress, _where_judged(job), kept)
+    began = time.perf_counter()
+    layout = lay_out(job, progress)
+    laid_out = time.perf_counter() - began
+    receivers, judged = layout.receivers, _where_judged(job, layout)
+    solution = solve(job.scene, receivers, job.settings, progress, judged, kept)
     started = time.perf_counter()
     progress("Write", 0.0)
     light = compose(solution, job.settings.passes)
     make = _image if job.settings.target == "image" else _corners
     colors = []
     for index in range(len(job.targets)):
-        colors.append(make(job, index, light))
+        colors.append(make(job, layout, index, light))
         progress("Write", (index + 1) / len(job.targets))
+    figures = solution.statistics
     return Result(
         colors=tuple(colors),
-        statistics=solution.statistics,
-        warnings=(*_warn_of_darkness(solution), *solution.statistics.warnings),
+        statistics=_charged(figures, "elements", laid_out),
+        warnings=(*layout.warnings, *_warn_of_darkness(solution), *figures.warnings),
         seconds={"fit": time.perf_counter() - started},
+        receivers=receivers.count,
     )
 
 
-def _where_judged(job: Job):
+def _charged(figures: Statistics, stage: str, seconds: float) -> Statistics:
+    """The figures with more seconds of a stage."""
+    return replace(
+        figures, seconds={**figures.seconds, stage: figures.seconds.get(stage, 0.0) + seconds}
+    )
+
+
+def _where_judged(job: Job, layout: Layout):
     """Light at all receivers → the colours whose error counts; None: the receivers themselves.
 
     A vertex colour is a mean over many receivers, and its error less than theirs.
     """
     if job.settings.target == "image":
         return None
-    return lambda light: np.concatenate([_corners(job, i, light) for i in range(len(job.targets))])
+    numbers = range(len(job.targets))
+    return lambda light: np.concatenate([_corners(job, layout, i, light) for i in numbers])
 
 
-def _image(job: Job, index: int, light: np.ndarray) -> np.ndarray:
+def _image(job: Job, layout: Layout, index: int, light: np.ndarray) -> np.ndarray:
     """(height, width, 4) float32: the texels' light, and the islands' margin around them."""
-    light = light[job.spans[index] : job.spans[index + 1]]
+    span = slice(*layout.spans[index : index + 2])
     resolution = job.settings.resolution
-    part = job.receivers.grid[job.spans[index] : job.spans[index + 1]]
+    part = layout.receivers.grid[span]
     covered = np.zeros((resolution, resolution), bool)
     pixels = np.zeros((resolution, resolution, 3), np.float32)
     covered[part[:, 1], part[:, 2]] = True
-    pixels[part[:, 1], part[:, 2]] = light
+    pixels[part[:, 1], part[:, 2]] = light[span]
     return extend_islands(pixels, covered, job.settings.margin)
 
 
-def _corners(job: Job, index: int, light: np.ndarray) -> np.ndarray:
+def _corners(job: Job, layout: Layout, index: int, light: np.ndarray) -> np.ndarray:
     """Colours of the mesh's loops or vertices that fit the light over the object's faces."""
-    light = light[job.spans[index] : job.spans[index + 1]]
-    part = slice_receivers(job.receivers, job.spans[index], job.spans[index + 1])
+    part = layout.part(index)
     area = receiver_areas(job.scene.vertices, job.scene.triangles, part)
+    light = light[slice(*layout.spans[index : index + 2])]
     return fit_corners(job.targets[index], part, light, area, job.settings.domain)
-
-
-def slice_receivers(receivers: Receivers, start: int, stop: int) -> Receivers:
-    """The receivers ``start`` to ``stop`` alone, numbered from 0."""
-    first, last = np.searchsorted(receivers.receiver, (start, stop))
-    return Receivers(
-        count=stop - start,
-        receiver=receivers.receiver[first:last] - np.int32(start),
-        triangle=receivers.triangle[first:last],
-        corners=receivers.corners[first:last],
-        square=receivers.square[first:last],
-        grid=None if receivers.grid is None else receivers.grid[start:stop],
-    )
 
 
 def _warn_of_darkness(solution: Solution) -> list[str]:

@@ -27,7 +27,7 @@ def unregister() -> None:
 
     from . import lifetime, presets, progress, properties, session, view
 
-    session.end()
+    session.forget()
     view.forget()
     bpy.utils.unregister_preset_path(presets.SHIPPED)
     bpy.app.handlers.load_pre.remove(lifetime.give_up)

@@ -9,7 +9,7 @@ from .progress import progress_text, redraw
 from .properties import settings_of
 from .report_store import store_report
 
-TICK = 0.1  # seconds between two looks at the solver's process
+TICK = 0.05  # seconds between two steps
 # What bad input and failing disks raise; anything else is a fault of ours and shows its traceback.
 EXPECTED = (ValueError, OSError, RuntimeError, MemoryError, ImportError)
 

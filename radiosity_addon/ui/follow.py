@@ -16,17 +16,12 @@ class Followed:
     in_edit_mode: str  # the name of a target whose mesh cannot be written now, or ""
 
 
-def identify(names) -> dict[str, int]:
-    """Each object's session id, which a new name does not change."""
-    return {name: bpy.data.objects[name].session_uid for name in names}
-
-
-def follow(job, result, identities: dict[str, int]) -> Followed:
+def follow(job, result) -> Followed:
     """Find today's objects. Raises RuntimeError when none of the targets is left."""
     objects = {item.session_uid: item for item in bpy.data.objects}
     kept, lost = [], []
     for index, target in enumerate(job.targets):
-        item = objects.get(identities[target.name])
+        item = objects.get(target.identity)
         reason = _why_lost(item, target)
         if reason:
             lost.append((target.name, reason))
@@ -45,8 +40,7 @@ def _why_lost(item, target) -> str:
         return "was deleted while the bake ran"
     if item.type != "MESH":
         return "is no mesh any more"
-    loops = target.loop_vertex
-    if loops is not None and not item.data.is_editmode and len(loops) != len(item.data.loops):
+    if not item.data.is_editmode and target.n_loops != len(item.data.loops):
         return "was edited while the bake ran"
     return ""
 

@@ -1,4 +1,4 @@
-"""What must not outlive the file it belongs to: a bake under way, and viewports that show one."""
+"""What must not outlive the file it belongs to: a bake, what it kept, viewports that show one."""
 
 import bpy
 
@@ -7,6 +7,6 @@ from . import session, view
 
 @bpy.app.handlers.persistent
 def give_up(*_) -> None:
-    """Another file is about to be opened: end the bake and forget this file's viewports."""
-    session.end()
+    """Another file is about to be opened: end the bake and forget what is this file's."""
+    session.forget()
     view.forget()

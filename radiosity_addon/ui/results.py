@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ..bake.attribute import FALLBACK
 from ..bake.image import find_image
+from ..bake.uv_maps import find_uv_map
 from ..settings import Settings
 
 
@@ -25,8 +26,6 @@ def uv_map_of(properties, mesh) -> str | None:
     name = properties.uv_map.strip() or Settings().name
     if name in mesh.uv_layers:
         return name
-    from ..bake.unwrap import find_uv_map  # brings SciPy: only for the rare map of another name
-
     return find_uv_map(mesh, name)
 
 

@@ -13,6 +13,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 from . import worker
@@ -29,30 +30,38 @@ class SolverFailed(RuntimeError):
 
 
 class SolverProcess:
-    """One job in a process of its own.
+    """One job in a process of its own, which starts before the job is there: to import SciPy takes
+    as long as to read a scene.
 
     ``finished()`` and ``progress()`` return at once; ``result()`` after the end. ``close()`` ends
-    the process if it runs and removes its files; it may be called twice.
+    the process if it runs and removes its files; it may be called twice. ``keep`` is the file that
+    keeps solves between bakes, or None.
     """
 
-    def __init__(self, job, python: str = sys.executable) -> None:
+    def __init__(self, keep: Path | None = None, python: str = sys.executable) -> None:
         self._process = None
         self._folder = Path(tempfile.mkdtemp(prefix="radiosity-"))
         try:
-            write_payload(self._folder / worker.JOB, job)
-            self._process = self._start(python)
+            self._process = self._start(python, [str(keep)] if keep is not None else [])
         except BaseException:
             self.close()
             raise
 
-    def _start(self, python: str) -> subprocess.Popen:
+    def give(self, job) -> None:
+        """Hand the job over. Raises OSError when it cannot be written."""
+        write_payload(self._folder / worker.JOB, job)
+        with suppress(BrokenPipeError):  # it has ended: ``result`` says why
+            self._process.stdin.write(b"\n")
+            self._process.stdin.flush()
+
+    def _start(self, python: str, keep: list[str]) -> subprocess.Popen:
         options = {}
         if os.name == "nt":
             quiet = subprocess.CREATE_NO_WINDOW | subprocess.BELOW_NORMAL_PRIORITY_CLASS
             options["creationflags"] = quiet
         with open(self._folder / ERRORS, "wb") as errors:
             return subprocess.Popen(
-                [python, "-s", "-B", worker.__file__, str(self._folder)],
+                [python, "-s", "-B", worker.__file__, str(self._folder), *keep],
                 stdin=subprocess.PIPE,
                 stdout=errors,
                 stderr=errors,
@@ -77,7 +86,8 @@ class SolverProcess:
         return True
 
     def result(self):
-        """The job's result and the process's peak memory [bytes]. Raises SolverFailed."""
+        """The job's Result, the process's peak memory [bytes], and what of an earlier bake was used
+        again ("", "solution" or "transport"). Raises SolverFailed."""
         status = self._process.poll()
         if status is None:
             raise SolverFailed("the solver is still running; wait for it to finish")
@@ -103,7 +113,8 @@ class SolverProcess:
                 if not self.wait(PATIENCE):
                     self._process.kill()
                     self.wait(PATIENCE)
-            self._process.stdin.close()
+            with suppress(BrokenPipeError):
+                self._process.stdin.close()
         shutil.rmtree(self._folder, ignore_errors=True)
 
 

@@ -1,8 +1,9 @@
 """The program of the solver's process: read a job, run it, write the result. No bpy.
 
-Started by its path with the folder of one bake as its only argument. It tells its progress in a
-file of fixed length, writes the result under a temporary name and renames it last. Standard input
-is a line to Blender that carries nothing: when it ends, Blender is gone and so are we.
+Started by its path with the folder of one bake, and the file that keeps solves between bakes, as
+its arguments. It imports what it needs while Blender still reads the scene; a byte on standard
+input tells that the job is there. When standard input ends, Blender is gone and so are we. It
+tells its progress in a file of fixed length and renames the result last.
 """
 
 from __future__ import annotations
@@ -24,19 +25,25 @@ FAILED = 1  # exit status
 EXPECTED = (ValueError, OSError, RuntimeError, MemoryError, ImportError)
 
 
-def main(folder: Path) -> int:
-    """Run the job in ``folder`` and return the exit status."""
-    threading.Thread(target=_end_with_blender, args=(folder,), daemon=True).start()
+def main(folder: Path, keep: Path | None = None) -> int:
+    """Run the job in ``folder``, with what the file ``keep`` keeps; return the exit status."""
+    given = threading.Event()
+    threading.Thread(target=_listen, args=(folder, given), daemon=True).start()
     _step_back()
     package = _load_package(Path(__file__).resolve().parents[1])
-    payload = importlib.import_module(f"{package}.ui.payload")
-    meter = importlib.import_module(f"{package}.meter")
-    work = importlib.import_module(f"{package}.job")
+    payload, keep_file, meter, work, _ = (
+        importlib.import_module(f"{package}.{name}")
+        for name in ("ui.payload", "ui.keep_file", "meter", "job", "solver.sequence")
+    )
+    given.wait()
     try:
+        kept = keep_file.read_kept(keep)
         with ProgressFile(folder / PROGRESS) as progress:
-            result = work.run(payload.read_payload(folder / JOB), meter.Meter(progress))
-        payload.write_payload(folder / f"{RESULT}.part", (result, _peak_memory(package)))
+            result = work.run(payload.read_payload(folder / JOB), meter.Meter(progress), kept)
+        content = (result, _peak_memory(package), kept.reused)
+        payload.write_payload(folder / f"{RESULT}.part", content)
         os.replace(folder / f"{RESULT}.part", folder / RESULT)
+        keep_file.write_kept(keep, kept)
     except EXPECTED as error:
         text = str(error) or type(error).__name__
         (folder / FAILURE).write_text(text, encoding="utf-8")
@@ -100,13 +107,14 @@ def _step_back() -> None:
         os.nice(10)
 
 
-def _end_with_blender(folder: Path) -> None:
-    """Wait for the end of standard input; then remove the folder and end this process."""
-    while os.read(0, 64):
-        pass
+def _listen(folder: Path, given: threading.Event) -> None:
+    """Tell when the job is there; at the end of standard input remove the folder and end this
+    process."""
+    while os.read(0, 1):
+        given.set()
     shutil.rmtree(folder, ignore_errors=True)
     os._exit(FAILED)
 
 
 if __name__ == "__main__":
-    sys.exit(main(Path(sys.argv[1])))
+    sys.exit(main(*map(Path, sys.argv[1:])))

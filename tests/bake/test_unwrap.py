@@ -7,7 +7,8 @@ import pytest
 
 from radiosity_addon.bake.overlaps import overlap_layers
 from radiosity_addon.bake.texels import overlapping_texels, texel_receivers
-from radiosity_addon.bake.unwrap import ensure_uv_map, find_uv_map, remove_uv_maps
+from radiosity_addon.bake.unwrap import ensure_uv_map
+from radiosity_addon.bake.uv_maps import find_uv_map, remove_uv_maps
 
 
 def add(blender, name, points, faces):

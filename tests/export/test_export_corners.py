@@ -43,13 +43,13 @@ def shown_and_ours(bpy, export, thing):
     colors = np.random.default_rng(1).random((len(thing.data.loops), 4)).astype(np.float32)
     attribute = thing.data.color_attributes.new("Paint", "FLOAT_COLOR", "CORNER")
     attribute.data.foreach_set("color", colors.reshape(-1))
-    from radiosity_addon.export.pipeline import _evaluate
+    from radiosity_addon.export.pipeline import _render
     from radiosity_addon.export.traceless import traceless
     from radiosity_addon.settings import Settings
 
     with traceless():
         context = bpy.context
-        parts = _evaluate(
+        parts = _render(
             context.scene, context.view_layer, [thing], Settings(), lambda fraction: None
         )[0]
     mesh = next(part.mesh for part in parts if part.name == thing.name)

@@ -6,21 +6,19 @@ import numpy as np
 import pytest
 from scipy.sparse import identity
 
-from radiosity_addon.bake.faces import face_receivers
 from radiosity_addon.export.exported import ExportedObject
 from radiosity_addon.job import Job
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.fields import Constant
-from radiosity_addon.solver.receivers import concatenate
 from radiosity_addon.solver.scene import Material, Scene, SunLamp
 
 
 @pytest.fixture
 def make_job():
     """A function: the job of a square (reflectance 0.5) under a sun of irradiance π, so that its
-    radiance is 0.5. With ``copies`` = 10,000 there are 400,000 receivers: minutes of work."""
+    radiance is 0.5. As an image of 640 texels there are 400,000 receivers: minutes of work."""
 
-    def make(copies: int = 1, **options) -> Job:
+    def make(resolution: int | None = None, **options) -> Job:
         vertices = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], float)
         halves = np.array([(0, 1, 2), (0, 2, 3)], np.int32)
         scene = Scene(
@@ -33,11 +31,11 @@ def make_job():
             lamps=(SunLamp("Sun", np.array([0.0, 0, -1]), np.full(3, np.pi)),),
         )
         loops = halves.ravel()
-        target = ExportedObject("Square", 0, 2, None, identity(6).tocsr(), loops, loops)
-        numbers = np.arange(2, dtype=np.int32)
-        receivers = concatenate([face_receivers(vertices, halves, numbers, budget=0.1)] * copies)
-        settings = Settings(quality="draft", **options)
-        return Job(settings, scene, receivers, (0, receivers.count), (target,), (), (), ())
+        uv = (vertices[halves][..., :2] + 1) / 2  # the square fills the image
+        target = ExportedObject("Square", 0, 2, uv, identity(6).tocsr(), loops, loops)
+        if resolution:
+            options = {"target": "image", "resolution": resolution, **options}
+        return Job(Settings(quality="draft", **options), scene, (target,), (), (), ())
 
     return make
 

@@ -25,23 +25,30 @@ def own_folder(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+def started(job, **options) -> SolverProcess:
+    process = SolverProcess(**options)
+    process.give(job)
+    return process
+
+
 def wait(process: SolverProcess, seconds: float = 60) -> SolverProcess:
     assert process.wait(seconds)
     return process
 
 
 def test_result_is_bit_identical_to_a_run_in_this_process(make_job):
-    process = wait(SolverProcess(make_job()))
-    result, peak_memory = process.result()
+    process = wait(started(make_job()))
+    result, peak_memory, reused = process.result()
     process.close()
     here = work.run(make_job())
     assert np.array_equal(result.colors[0], here.colors[0])
     assert result.statistics.rays == here.statistics.rays
     assert peak_memory > 20 * 2**20  # SciPy alone takes more
+    assert reused == ""
 
 
 def test_progress_grows_up_to_one(make_job):
-    process = SolverProcess(make_job(copies=100))
+    process = started(make_job(resolution=64))
     told = [process.progress()]
     assert told == [("", 0.0)]
     while not process.finished():
@@ -53,7 +60,7 @@ def test_progress_grows_up_to_one(make_job):
 
 
 def test_close_ends_a_running_process_in_less_than_a_second(make_job):
-    process = SolverProcess(make_job(copies=10_000, error=1e-4))  # minutes
+    process = started(make_job(resolution=640, error=1e-4))  # minutes
     assert not process.wait(2.0)
     start = time.perf_counter()
     process.close()
@@ -63,7 +70,7 @@ def test_close_ends_a_running_process_in_less_than_a_second(make_job):
 
 
 def test_result_before_the_end_is_an_error(make_job):
-    process = SolverProcess(make_job(copies=100))
+    process = started(make_job(resolution=64))
     with pytest.raises(SolverFailed, match="still running"):
         process.result()
     process.close()
@@ -74,7 +81,7 @@ def test_bad_input_comes_back_as_its_own_message(make_job):
 
     job = make_job()
     broken = dataclasses.replace(job.scene, vertices=job.scene.vertices * np.nan)
-    process = wait(SolverProcess(dataclasses.replace(job, scene=broken)))
+    process = wait(started(dataclasses.replace(job, scene=broken)))
     with pytest.raises(SolverFailed) as caught:
         process.result()
     process.close()
@@ -84,7 +91,7 @@ def test_bad_input_comes_back_as_its_own_message(make_job):
 
 
 def test_fault_of_ours_shows_the_last_words():
-    process = wait(SolverProcess({"not": "a job"}))
+    process = wait(started({"not": "a job"}))
     with pytest.raises(SolverFailed, match="status 1.*AttributeError"):
         process.result()
     process.close()
@@ -92,7 +99,7 @@ def test_fault_of_ours_shows_the_last_words():
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are POSIX's")
 def test_crash_is_a_message(make_job):
-    process = SolverProcess(make_job(copies=10_000, error=1e-4))
+    process = started(make_job(resolution=640, error=1e-4))
     process.wait(1.0)
     os.kill(process._process.pid, 11)
     wait(process)
@@ -101,16 +108,16 @@ def test_crash_is_a_message(make_job):
     process.close()
 
 
-def test_missing_python_leaves_no_files(make_job):
+def test_missing_python_leaves_no_files():
     with pytest.raises(OSError):
-        SolverProcess(make_job(), python="/no/such/python")
+        SolverProcess(python="/no/such/python")
 
 
 def test_process_ends_when_blender_is_gone(make_job, own_folder):
     """Blender killed: standard input ends, the process goes and takes its folder along."""
     folder = own_folder / "orphan"
     folder.mkdir()
-    payload.write_payload(folder / worker.JOB, make_job(copies=10_000, error=1e-4))
+    payload.write_payload(folder / worker.JOB, make_job(resolution=640, error=1e-4))
     process = subprocess.Popen(
         [sys.executable, "-s", worker.__file__, str(folder)],
         stdin=subprocess.PIPE,

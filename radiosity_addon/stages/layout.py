@@ -1,0 +1,108 @@
+"""Layout: where the light is wanted, from the targets of a Job. Imports no bpy.
+
+For large images this takes longer than reading the scene, so it belongs to the solver's side.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..bake.faces import face_receivers, receiver_budget, triangle_areas
+from ..bake.texels import overlapping_texels, texel_receivers
+from ..solver.parallel import map_chunks
+from ..solver.progress import Progress
+from ..solver.receivers import Receivers, concatenate
+from .job import Job
+
+STAGE = "receivers"
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The receivers of all targets in order; target i has ``spans[i]`` to ``spans[i + 1]``."""
+
+    receivers: Receivers
+    spans: tuple[int, ...]
+    warnings: tuple[str, ...]
+
+    def part(self, index: int) -> Receivers:
+        """One target's receivers, numbered from 0."""
+        return slice_receivers(self.receivers, *self.spans[index : index + 2])
+
+
+def lay_out(job: Job, progress: Progress) -> Layout:
+    """The receivers of every target, on all threads, and warnings about UV maps."""
+    make = _texels(job) if job.settings.target == "image" else _faces(job)
+    parts = map_chunks(
+        make, range(len(job.targets)), job.settings.threads, lambda done: progress(STAGE, done)
+    )
+    receivers, warnings = zip(*parts)
+    counts = [part.count for part in receivers]
+    return Layout(
+        concatenate(list(receivers)),
+        tuple(np.cumsum([0, *counts]).tolist()),
+        tuple(text for text in warnings if text),
+    )
+
+
+def _faces(job: Job):
+    """A function of a target's number: its receivers, and no warning."""
+    scene = job.scene
+    areas = triangle_areas(scene.vertices, scene.triangles)
+    baked = [areas[target.start : target.stop] for target in job.targets]
+    budget = receiver_budget(np.concatenate(baked))
+
+    def make(index: int):
+        target = job.targets[index]
+        own = scene.triangles[target.start : target.stop]
+        return face_receivers(scene.vertices, own, _numbers(target), budget), ""
+
+    return make
+
+
+def _texels(job: Job):
+    """A function of a target's number: its texels, and a warning or ""."""
+    resolution = job.settings.resolution
+
+    def make(index: int):
+        target = job.targets[index]
+        part = texel_receivers(target.uv, _numbers(target), resolution, index)
+        shared = overlapping_texels(part, target.uv, target.start, resolution)
+        if not part.count:
+            return part, f"{target.name!r}: its UV map covers no texel; the image is empty"
+        return part, _overlap(target, shared) if shared else ""
+
+    return make
+
+
+def _overlap(target, shared: int) -> str:
+    """Modifiers such as Bevel and Mirror make faces that share the UVs of others."""
+    remedy = (
+        f"its modifiers ({', '.join(target.modifiers)}) make faces that share the UVs of others: "
+        "apply the modifiers, then unwrap or bake again"
+        if target.modifiers
+        else "bake to a map without overlaps"
+    )
+    return (
+        f"{target.name!r}: faces overlap in its UV map on {shared} texels, which hold their mean; "
+        f"{remedy}"
+    )
+
+
+def _numbers(target) -> np.ndarray:
+    return np.arange(target.start, target.stop, dtype=np.int32)
+
+
+def slice_receivers(receivers: Receivers, start: int, stop: int) -> Receivers:
+    """The receivers ``start`` to ``stop`` alone, numbered from 0."""
+    first, last = np.searchsorted(receivers.receiver, (start, stop))
+    return Receivers(
+        count=stop - start,
+        receiver=receivers.receiver[first:last] - np.int32(start),
+        triangle=receivers.triangle[first:last],
+        corners=receivers.corners[first:last],
+        square=receivers.square[first:last],
+        grid=None if receivers.grid is None else receivers.grid[start:stop],
+    )
