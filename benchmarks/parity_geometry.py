@@ -8,7 +8,7 @@ import numpy as np
 
 from .materials import matte
 from .meshes import block, mesh_object
-from .parity_stage import Case, glow, lamp, stage
+from .parity_stage import Case, glow, lamp, panel, scratch, stage
 
 GREEN, BLUE = (0.1, 0.6, 0.2), (0.1, 0.3, 0.8)
 PLACES = ((-1.3, 1.0, 0.4), (1.2, 1.2, 0.7), (1.2, -1.2, 0.3))
@@ -62,6 +62,48 @@ def node_instances():
     tree.links.new(what.outputs["Geometry"], spread.inputs["Instance"])
     tree.links.new(spread.outputs[0], end.inputs[0])
     carrier.modifiers.new("Nodes", "NODES").node_group = tree
+    return thing
+
+
+def particles(kind: str):
+    """A cube for each particle of a small sheet: hairs, or particles at rest since frame 1."""
+    import bpy
+
+    thing, source = stage(lit=True), cube(edge=0.25)
+    source.hide_render = True
+    sheet = panel("Sheet", [(-1.5, -1.5, 1.4), (1.2, -1.5, 1.4), (1.2, 1.2, 1.4), (-1.5, 1.2, 1.4)],
+                  matte("Sheet", BLUE))  # fmt: skip
+    sheet.show_instancer_for_render = False
+    settings = sheet.modifiers.new("Particles", "PARTICLE_SYSTEM").particle_system.settings
+    settings.type, settings.count = kind, 9
+    settings.render_type, settings.instance_object = "OBJECT", source
+    settings.particle_size, settings.hair_length = 1.0, 1.0
+    if kind == "EMITTER":
+        settings.frame_start = settings.frame_end = 1
+        settings.physics_type, settings.lifetime = "NO", 100
+    bpy.context.scene.frame_set(2)
+    return thing
+
+
+def from_library():
+    """A cube linked from another file, in place and as an instanced collection."""
+    import bpy
+
+    thing, source = stage(lit=True), cube()
+    source.location = PLACES[0]
+    collection = bpy.data.collections.new("Assets")
+    collection.objects.link(source)
+    path = str(scratch() / "library.blend")
+    bpy.data.libraries.write(path, {collection})
+    for block in (collection, source, source.data, source.data.materials[0]):
+        bpy.data.batch_remove([block])
+    with bpy.data.libraries.load(path, link=True) as (_, wanted):
+        wanted.collections, wanted.objects = ["Assets"], ["Cube"]
+    bpy.context.scene.collection.objects.link(wanted.objects[0])
+    empty = bpy.data.objects.new("Instance", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", wanted.collections[0]
+    empty.location = (2.0, -1.5, 0.2)
+    bpy.context.scene.collection.objects.link(empty)
     return thing
 
 
@@ -208,6 +250,16 @@ def shadow_linking():
     return thing
 
 
+def smooth_by_angle():
+    """A cube shaded smooth but for edges sharper than 30°, which are all of its; baked itself."""
+    stage(lit=True)
+    box = cube("Box", 0.8)
+    box.location = (0.9, -0.9, 0.9)
+    box.data.shade_smooth()
+    box.data.set_sharp_from_angle(angle=0.52)
+    return box
+
+
 def smooth_ball(baked: bool):
     """A coarse ball shaded smooth, beside the stage or baked itself."""
     import bpy
@@ -224,6 +276,9 @@ def smooth_ball(baked: bool):
 CASES = (
     Case("collection instances", collection_instances),
     Case("geometry nodes instances", node_instances),
+    Case("hair instances", partial(particles, "HAIR")),
+    Case("particle instances", partial(particles, "EMITTER")),
+    Case("linked from a library", from_library),
     Case("linked duplicates", linked_duplicates),
     Case("modifiers", modifiers),
     Case("modifiers of the stage", modified_stage),
@@ -243,6 +298,7 @@ CASES = (
     Case("light linking, only the slab", partial(light_linking, "INCLUDE")),
     Case("light linking, all but the slab", partial(light_linking, "EXCLUDE")),
     Case("shadow linking", shadow_linking, design=SHADOW_LINKING),
+    Case("smooth by angle, baked", smooth_by_angle),
     Case("smooth ball beside the stage", partial(smooth_ball, False)),
     Case("smooth ball, baked", partial(smooth_ball, True), design=SHADING),
 )

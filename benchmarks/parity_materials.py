@@ -11,7 +11,7 @@ import numpy as np
 
 from .materials import matte, sky
 from .parity_stage import (
-    Case, add_node, ceiling, glow, new_material, panel, picture, stage, surface,
+    Case, add_node, ceiling, glow, new_material, panel, picture, stage, stored, surface,
 )  # fmt: skip
 
 SPECULAR = "mirror reflections between the stage's own faces are left out; direct light agrees"
@@ -29,13 +29,16 @@ def checks(size: int = 16) -> np.ndarray:
     return pixels
 
 
-def textured(tree, space="Non-Color", extension="REPEAT", scale=1.0, pixels=None):
-    """The colour output of an image on the UV map "Picture", repeated ``scale`` times."""
+def textured(tree, space="Non-Color", extension="REPEAT", scale=1.0, pixels=None, way=""):
+    """The colour output of an image on the UV map "Picture", repeated ``scale`` times; ``way``:
+    how it is kept (see ``stored``), generated in memory for none."""
     place = add_node(tree, "UVMap")
     place.uv_map = "Picture"
     moved = add_node(tree, "Mapping", Vector=place.outputs[0], Scale=(scale,) * 3)
     node = add_node(tree, "TexImage", Vector=moved.outputs[0])
-    node.image = picture(checks() if pixels is None else pixels, space)
+    node.image = picture(checks() if pixels is None else pixels, space, floats=way == "exr")
+    if way:
+        node.image = stored(node.image, way)
     node.extension = extension
     return node.outputs["Color"]
 
@@ -214,6 +217,11 @@ CASES = (
          design="light does not pass through translucent surfaces"),
     Case("image, linear, repeat 3", partial(matte_image, scale=3.0)),
     Case("image, sRGB", partial(matte_image, space="sRGB")),
+    Case("image file, sRGB", partial(matte_image, space="sRGB", way="png")),
+    Case("image file, data", partial(matte_image, way="png")),
+    Case("image file, EXR", partial(matte_image, space="Linear Rec.709", way="exr")),
+    Case("packed image, sRGB", partial(matte_image, space="sRGB", way="packed")),
+    Case("packed image, data", partial(matte_image, way="packed")),
     Case("image, clip", partial(matte_image, extension="CLIP", scale=1.5)),
     Case("image, extend", partial(matte_image, extension="EXTEND", scale=1.5)),
     Case("vertex colours", vertex_colors),

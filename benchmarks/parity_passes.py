@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from .materials import glowing, matte
-from .parity_stage import Case, stage
+from .parity_stage import Case, panel, stage
 
 BLACK, COLORED = (0.0, 0.0, 0.0), (0.7, 0.5, 0.2)
 
@@ -20,6 +20,15 @@ def glowing_scene():
     return stage(glowing("Stage", 0.4, 0.5), lit=True)
 
 
+def beside(reflectance):
+    """A small sheet on the coloured stage, which is baked. It hardly lights what lights it: from
+    black to a reflectance of 0.2 our indirect light grows by 0.14 %."""
+    scene()
+    color = (reflectance,) * 3
+    return panel("Sheet", [(0.9, -1.5, 0.01), (1.5, -1.5, 0.01), (1.5, -0.9, 0.01),
+                           (0.9, -0.9, 0.01)], matte("Sheet", color))  # fmt: skip
+
+
 # Without colour Cycles bakes black where reflectance is 0; this is as dark as makes no difference.
 DARK = partial(scene, (1e-4,) * 3)
 CASES = (
@@ -31,6 +40,8 @@ CASES = (
     Case("color", scene, ("color",)),
     Case("direct, reflectance 0", partial(scene, BLACK), ("direct",), stand_in=DARK),
     Case("indirect, reflectance 0.2", partial(scene, (0.2,) * 3), ("indirect",)),
+    Case("indirect, reflectance 0", partial(beside, 0.0), ("indirect",),
+         stand_in=partial(beside, 0.2)),
     Case("emit", glowing_scene, ("emit",)),
     Case("all, the stage glows", glowing_scene),
 )

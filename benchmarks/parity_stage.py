@@ -6,7 +6,11 @@ bounces its colour. Cases add one lamp, world, material or kind of geometry to t
 
 from __future__ import annotations
 
+import atexit
+import functools
+import tempfile
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Callable
 
 import numpy as np
@@ -125,6 +129,31 @@ def picture(pixels, space: str = "Non-Color", floats: bool = False):
     filled = np.concatenate([pixels, np.ones((height, width, 1))], axis=2)
     image.pixels.foreach_set(np.ascontiguousarray(filled, np.float32).reshape(-1))
     image.update()
+    return image
+
+
+@functools.cache
+def scratch() -> Path:
+    """A folder for files that cases need, gone when Python ends."""
+    folder = tempfile.TemporaryDirectory(prefix="radiosity_parity_")
+    atexit.register(folder.cleanup)
+    return Path(folder.name)
+
+
+def stored(image, way: str):
+    """The image kept another way: "png" or "exr" as a file on disk, or that file "packed"."""
+    import bpy
+
+    end = "exr" if image.is_float else "png"
+    path = str(scratch() / f"picture-{image.colorspace_settings.name}.{end}")
+    space = image.colorspace_settings.name
+    image.filepath_raw, image.file_format = path, {"png": "PNG", "exr": "OPEN_EXR"}[end]
+    image.save()
+    bpy.data.images.remove(image)
+    image = bpy.data.images.load(path)
+    image.colorspace_settings.name = space
+    if way == "packed":
+        image.pack()
     return image
 
 
