@@ -31,4 +31,4 @@ def unregister() -> None:
 def _run_command(argv: list[str]) -> int:
     from .command import main
 
-    return main(argv, opened=True)
+    return main(argv, opened=True, alone=True)

@@ -6,15 +6,17 @@ then the package is loaded from this file's folder and the words after ``--`` ar
 
 from __future__ import annotations
 
+import signal
 import sys
 
 
 def run() -> None:
     """Run the command line of this process and leave with its exit status."""
     try:
-        status = _main()(_arguments(sys.argv), opened=_in_blender())
+        status = _main()(_arguments(sys.argv), opened=_in_blender(), alone=True)
     except KeyboardInterrupt:
         status = 130
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # only Blender's farewell is left
     sys.exit(status)
 
 

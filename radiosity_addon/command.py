@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import sys
 import time
 import traceback
-from contextlib import ExitStack
+from contextlib import ExitStack, nullcontext
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from . import arguments, files, memory
 from .interrupt import INTERRUPTED, Interrupts
 from .meter import Meter
+from .scratch import Scratch
 from .terminal import Terminal, debugging
 
 DONE, FAILED = 0, 1
@@ -20,10 +23,11 @@ EXPECTED = (ValueError, OSError, RuntimeError, MemoryError, ImportError)
 SHARES = {"prepare": (0.0, 0.1), "run": (0.1, 0.95), "apply": (0.95, 1.0)}  # of the whole
 
 
-def main(argv: list[str], opened: bool = False) -> int:
+def main(argv: list[str], opened: bool = False, alone: bool = False) -> int:
     """Run one bake and return the exit status: 0 done, 1 failed, 2 wrong usage, 130 interrupted.
 
-    ``opened``: Blender has a file open, which is baked when ``argv`` names none.
+    ``opened``: Blender has a file open, which is baked when ``argv`` names none. ``alone``: the
+    process is there for this bake only; when interrupted it ends here, as Blender would take long.
     """
     try:
         request = arguments.parse(argv, opened)
@@ -32,20 +36,34 @@ def main(argv: list[str], opened: bool = False) -> int:
     with ExitStack() as stack:
         terminal = stack.enter_context(Terminal())
         publication = stack.enter_context(files.Publication())
-        interrupts = stack.enter_context(Interrupts(lambda: _last_act(terminal, publication)))
+        scratch = Scratch()
+        last_act = partial(_last_act, terminal, publication, scratch)
+        interrupts = stack.enter_context(Interrupts(last_act))
         try:
-            summary = _bake(request, terminal, publication, interrupts)
+            _check(request)
+            progress = _Progress(terminal, interrupts)
+            progress("Start", 0.0)
+            with interrupts.quiet():  # an exception in the midst of its import crashes Blender
+                bpy = _import_bpy(scratch if alone else None)
+            summary = _bake(bpy, request, progress, publication)
+            interrupts.check()
+            with interrupts.held():  # from here on there is nothing to be stopped
+                publication.commit()
+                terminal.say(summary)
+                return DONE
         except KeyboardInterrupt:
+            if alone:
+                interrupts.leave()
             interrupts.caught()
             terminal.fail("interrupted; nothing was written")
             return INTERRUPTED
+        except MemoryError as error:
+            return _fail(terminal, _starved(error))
         except EXPECTED as error:
             return _fail(terminal, str(error) or type(error).__name__)
         except Exception as error:  # noqa: BLE001  reported as ours, and shown when debugging
             return _fail(terminal, f"unexpected {type(error).__name__}: {error}; "
                                    "RADIOSITY_DEBUG=1 shows where; please report it")
-        terminal.say(summary)
-    return DONE
 
 
 def _fail(terminal: Terminal, message: str) -> int:
@@ -55,23 +73,35 @@ def _fail(terminal: Terminal, message: str) -> int:
     return FAILED
 
 
-def _last_act(terminal: Terminal, publication: files.Publication) -> None:
+def _starved(error: MemoryError) -> str:
+    """What ``memory.require`` says is complete; NumPy only says how much it did not get."""
+    text = str(error)
+    return text if ";" in text else (
+        f"memory has run out ({text or 'no more is given'}); lower --resolution, name fewer "
+        "--objects, ask for more --error, or raise the limit (ulimit -v) if there is one"
+    )
+
+
+def _last_act(terminal: Terminal, publication: files.Publication, scratch: Scratch) -> None:
     publication.discard()
+    scratch.remove()
     terminal.fail("interrupted; nothing was written")
 
 
-def _bake(request, terminal, publication, interrupts) -> str:
-    """The whole bake; returns the summary. Raises what EXPECTED lists, or KeyboardInterrupt."""
+def _check(request: arguments.Request) -> None:
+    """Raise what EXPECTED lists for wishes that cannot come true, before any work is done."""
     request.settings.check()
     _check_input(request)
     _check_destinations(request)
-    progress = _Progress(terminal, interrupts)
-    progress("Start", 0.0)
-    with interrupts.quiet():  # an exception in the midst of its import makes Blender crash
-        bpy = _import_bpy()
-        from . import job as work
-        from .report import build_report, summarise, write_report
-        from .solver import sequence  # noqa: F401  here, so that no stage is charged for it
+
+
+def _bake(bpy, request, progress, publication) -> str:
+    """The whole bake but the last step, putting the files in place; returns the summary.
+
+    Raises what EXPECTED lists, or KeyboardInterrupt.
+    """
+    from . import job as work
+    from .report import build_report, summarise, write_report
 
     started = time.perf_counter()
     _open(bpy, request)
@@ -93,9 +123,6 @@ def _bake(request, terminal, publication, interrupts) -> str:
     report = build_report(job, result, seconds, memory.peak_memory())
     if request.report:
         write_report(report, publication.stage(request.report))
-    interrupts.check()
-    with interrupts.held():
-        publication.commit()
     return summarise(report, str(output))
 
 
@@ -115,9 +142,13 @@ class _Progress:
         return lambda stage, fraction: self(stage, low + (high - low) * fraction)
 
 
-def _import_bpy():
+def _import_bpy(scratch: Scratch | None):
+    """Import Blender and the libraries, now, so that no stage of the bake is charged for it."""
+    if "bpy" not in sys.modules:
+        memory.require_start()
     try:
-        import bpy
+        with scratch.around_import() if scratch else nullcontext():
+            import bpy
     except ImportError as error:
         raise ImportError(
             f"Blender's module bpy cannot be imported ({error}); install it with Python 3.11 or "
@@ -125,6 +156,8 @@ def _import_bpy():
         ) from error
     for name in ("scipy", "embreex"):
         _check_module(name)
+    from .solver import sequence  # noqa: F401
+
     return bpy
 
 

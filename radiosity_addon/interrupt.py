@@ -15,7 +15,7 @@ import threading
 from contextlib import contextmanager
 from typing import Callable
 
-PATIENCE = 0.3  # seconds between the signal and the hard way out
+PATIENCE = 0.2  # seconds between the signal and the hard way out
 INTERRUPTED = 130  # exit status
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
@@ -31,6 +31,7 @@ class Interrupts:
         self._received = False
         self._held = False  # no way out at all
         self._quiet = False  # no exception
+        self._leaving = threading.Lock()
         self._left = threading.Event()  # set when the signal has led out, or nobody waits
 
     def __enter__(self) -> Interrupts:
@@ -83,6 +84,12 @@ class Interrupts:
         """The signal has led out to the caller: the hard way is not needed."""
         self._left.set()
 
+    def leave(self) -> None:
+        """End the process at once, without the peace that Blender would make of it."""
+        self._leaving.acquire()  # whoever comes second waits for the end
+        self._last_act()
+        os._exit(INTERRUPTED)
+
     def _on_signal(self, *_) -> None:
         first, self._received = not self._received, True
         if first and not self._quiet:
@@ -96,5 +103,4 @@ class Interrupts:
                 heard = self._ear.recv(1)
         while heard and not self._left.wait(PATIENCE):
             if not self._held:
-                self._last_act()
-                os._exit(INTERRUPTED)
+                self.leave()

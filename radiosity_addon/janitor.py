@@ -18,12 +18,15 @@ log = logging.getLogger(__name__)
 
 # Reads patterns separated by zero bytes until the pipe is closed; the last word decides.
 PROGRAM = """
-import glob, os, sys
+import glob, os, shutil, sys
 *patterns, last = sys.stdin.buffer.read().split(b"\\0")
 if last != b"done":
     for pattern in patterns:
         for path in glob.glob(os.fsdecode(pattern), include_hidden=True):
-            os.unlink(path)
+            if os.path.isdir(path):
+                shutil.rmtree(path, ignore_errors=True)
+            else:
+                os.unlink(path)
 """
 
 
@@ -33,12 +36,15 @@ class Janitor:
     def __init__(self) -> None:
         self._process: subprocess.Popen | None = None
 
-    def watch(self, folder: Path, pattern: str) -> None:
-        """Have files in ``folder`` that match ``pattern`` removed if this process is killed.
+    def watch(self, folder: Path, pattern: str | None = None) -> None:
+        """Have files in ``folder`` that match ``pattern`` removed if this process is killed; all
+        of the folder where it is None.
 
         A bake is not given up where no janitor can be had: then the next bake cleans up.
         """
-        place = os.path.join(glob.escape(str(folder.absolute())), pattern)
+        place = glob.escape(str(folder.absolute()))
+        if pattern is not None:
+            place = os.path.join(place, pattern)
         try:
             if self._process is None:
                 self._process = _start()

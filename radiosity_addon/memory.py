@@ -7,6 +7,8 @@ import os
 import sys
 from pathlib import Path
 
+START, START_PER_CORE = 1700 << 20, 100 << 20  # bytes of address space, as measured
+
 
 def peak_memory() -> int:
     """The largest resident size of this process so far [bytes]; 0 where it cannot be read.
@@ -40,6 +42,20 @@ def require(needed: int, what: str, remedy: str) -> None:
         raise MemoryError(
             f"{what} needs about {_gigabytes(needed)} of memory and {_gigabytes(left)} are free; "
             f"{remedy}"
+        )
+
+
+def require_start() -> None:
+    """Raise MemoryError where Blender and the libraries could not even be loaded: they crash then.
+
+    They map 1.5 GB of addresses, and more for each thread, before any work is done.
+    """
+    left = None if sys.platform == "win32" else _address_space_left()
+    needed = START + START_PER_CORE * (os.cpu_count() or 1)
+    if left is not None and needed > left:
+        raise MemoryError(
+            f"Blender needs {_gigabytes(needed)} of address space to start and this process is "
+            f"limited to {_gigabytes(left)}; raise the limit (ulimit -v)"
         )
 
 

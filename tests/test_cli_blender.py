@@ -1,4 +1,4 @@
-"""The command line from inside Blender, and stopped by signals from outside.
+"""The command line from inside Blender.
 
 ``RADIOSITY_BLENDER`` may name a real Blender (a command, split at spaces) whose Python has SciPy and
 embreex; the module bpy stands in for it otherwise.
@@ -8,11 +8,8 @@ from __future__ import annotations
 
 import os
 import shlex
-import signal
 import subprocess
 import sys
-import textwrap
-import time
 from pathlib import Path
 
 import pytest
@@ -61,46 +58,3 @@ def test_real_blender(room):
     assert room.with_name("room_baked.blend").exists()
     for words, status in ((["--bogus"], 2), (["--objects", "Sphinx"], 1)):
         assert subprocess.run([*line, *words], capture_output=True).returncode == status
-
-
-@pytest.mark.skipif(os.name == "nt", reason="sends POSIX signals")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("delay", [0.0, 0.4, 1.2])
-def test_signal_ends_a_long_bake_within_a_second(number, delay, room):
-    """Sent while Blender starts or while the solver runs, which takes minutes at this error."""
-    output = room.with_name("room_baked.blend")
-    output.write_bytes(b"earlier")
-    script = f"""
-        import sys
-        from radiosity_addon import command
-        solving = command._open
-        def announce(*arguments):
-            solving(*arguments)
-            sys.__stderr__.flush()
-            open({str(room.with_name("ready"))!r}, "w").close()
-        command._open = announce
-        sys.exit(command.main(sys.argv[1:]))
-    """
-    words = ["--target", "image", "--resolution", "2048", "--error", "0.0001"]
-    child = subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(script), str(room), *words],
-        cwd=ROOT,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    deadline = time.monotonic() + 60
-    while not room.with_name("ready").exists() and time.monotonic() < deadline:
-        time.sleep(0.02)
-    time.sleep(delay)
-    sent = time.monotonic()
-    child.send_signal(number)
-    err = child.communicate(timeout=30)[1]
-    seconds = time.monotonic() - sent
-    assert (child.returncode, err) == (130, "radiosity: interrupted; nothing was written\n")
-    assert seconds < 1.5  # a second, and half a one for a machine that is busy otherwise
-    assert output.read_bytes() == b"earlier"
-    assert sorted(path.name for path in room.parent.iterdir()) == [
-        "ready",
-        "room.blend",
-        "room_baked.blend",
-    ]

@@ -136,7 +136,7 @@ def test_quiet_section_is_not_broken_but_left_the_hard_way_when_it_lasts(tmp_pat
             except KeyboardInterrupt:
                 print("then out")
     """
-    short = run_and_signal(body.replace("LENGTH", "0.3"), signal.SIGINT, tmp_path)
+    short = run_and_signal(body.replace("LENGTH", "0.2"), signal.SIGINT, tmp_path)
     assert short[:2] == (0, "whole\nthen out\n")
     long = run_and_signal(body.replace("LENGTH", "20"), signal.SIGINT, tmp_path)
     assert long[:2] == (130, "last act\n")

@@ -1,0 +1,58 @@
+"""Scratch: Blender's temporary folder, which goes however this process ends. No bpy.
+
+Blender makes a folder when it starts and removes it when it ends in peace, but not when it is
+ended. So a janitor is told of it; and where Blender is a module still to be imported, it makes its
+folder in one of ours, which is there to be told of before.
+"""
+
+from __future__ import annotations
+
+import atexit
+import os
+import shutil
+import sys
+import tempfile
+from contextlib import contextmanager
+from pathlib import Path
+
+from .janitor import Janitor
+
+VARIABLE = "TEMP" if os.name == "nt" else "TMPDIR"  # where Blender looks first
+
+
+class Scratch:
+    """The temporary folders of this process's Blender. It lasts as long as the process."""
+
+    def __init__(self) -> None:
+        self._folders: list[Path] = []
+        self._janitor = Janitor()
+
+    @contextmanager
+    def around_import(self):
+        """Import bpy inside. Raises OSError where no temporary folder can be made."""
+        if "bpy" not in sys.modules:
+            folder = tempfile.mkdtemp(prefix="radiosity-")
+            self._own(folder)
+            atexit.register(self.remove)
+            before = os.environ.get(VARIABLE)
+            os.environ[VARIABLE] = folder
+            try:
+                yield
+            finally:
+                if before is None:
+                    del os.environ[VARIABLE]
+                else:
+                    os.environ[VARIABLE] = before
+        else:
+            yield
+        self._own(sys.modules["bpy"].app.tempdir)
+
+    def remove(self) -> None:
+        """Remove the folders, for a process that is about to end."""
+        for folder in self._folders:
+            shutil.rmtree(folder, ignore_errors=True)
+
+    def _own(self, folder: str) -> None:
+        if folder:
+            self._folders.append(Path(folder))
+            self._janitor.watch(Path(folder))
