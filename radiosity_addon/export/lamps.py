@@ -23,6 +23,7 @@ def read_lamp(thing, matrix: np.ndarray, warnings: list[str]) -> Lamp | None:
     light = thing.data
     power = _power(thing.name, light, warnings)
     if not np.any(power > 0.0):
+        warnings.append(f'lamp "{thing.name}" has no energy or a black colour; it gives no light')
         return None
     return READERS[light.type](thing.name, light, matrix, power, warnings)
 

@@ -14,6 +14,7 @@ from ..solver.scene import Material
 from .colors import Color, NotSimple, constant, extremes, same, to_field, values
 from .images import working_space_is_rec709
 from .parts import material_key
+from .remarks import bare_remarks, material_remarks
 from .shaders import Surface, read_sides
 from .sockets import Reader
 
@@ -55,7 +56,7 @@ def read_materials(parts) -> Palette:
             surface = Surface(reflectance=constant(DEFAULT_REFLECTANCE))
             palette.index[key] = palette.add(key or "(none)", surface)
             continue
-        reader.owner = material.name
+        palette.warnings.extend(material_remarks(material))
         try:
             front, back = read_sides(material, reader)
         except NotSimple as reason:
@@ -63,7 +64,7 @@ def read_materials(parts) -> Palette:
             palette.difficult[key] = str(reason)
             continue
         palette.index[key] = palette.add(material.name, front, back)
-    palette.warnings.extend(dict.fromkeys(reader.warnings))
+    palette.warnings.extend(bare_remarks(parts))
     _warn_glossy(palette)
     return palette
 

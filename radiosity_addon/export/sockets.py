@@ -40,10 +40,8 @@ class Reader:
 
     def __init__(self, rec709: bool):
         self.rec709 = rec709
-        self.owner = ""
         self.side = FRONT
         self.saw_side = False  # whether anything read asked which side is seen
-        self.warnings: list[str] = []
         self._pixels: dict = {}
 
     def number(self, socket) -> float:
@@ -96,7 +94,7 @@ class Reader:
             raise NotSimple(f"projection {node.projection}")
         image = node.image
         if image is None or is_missing(image):
-            return self._missing(node, output)
+            return constant(MISSING if output.name == "Color" else 1.0)
         mapping = Mapping(
             image.name_full, uv_name(node.inputs["Vector"]), node.extension,
             "Closest" if node.interpolation == "Closest" else "Linear",
@@ -105,13 +103,6 @@ class Reader:
         if output.name == "Color":
             return Color(np.ones(3), pixels=color, mapping=mapping, encoded=encoded)
         return Color(np.ones(3), pixels=np.repeat(alpha[..., None], 3, axis=-1), mapping=mapping)
-
-    def _missing(self, node, output) -> Color:
-        what = f'image "{node.image.name}"' if node.image is not None else "an image node's image"
-        self.warnings.append(
-            f'{what} of material "{self.owner}" is missing; Cycles\' pink is used. Find or pack it'
-        )
-        return constant(MISSING if output.name == "Color" else 1.0)
 
     def _read(self, image, alpha_used: bool):
         key = (image.name_full, alpha_used)

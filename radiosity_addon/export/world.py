@@ -12,6 +12,7 @@ import numpy as np
 from ..solver.scene import Sky, SunLamp
 from .colors import NotSimple
 from .panorama import close_up, panorama, world_scene
+from .remarks import missing_images, nodes_of
 from .sockets import Reader, source, uses_nodes
 
 SMOOTH_WIDTH, SMOOTH_SAMPLES = 512, 4  # of skies made by formulas
@@ -64,12 +65,13 @@ def constant_radiance(world, reader: Reader) -> np.ndarray:
 def _rendered(scene, warnings: list[str]) -> tuple[Sky | None, list[SunLamp]]:
     """The panorama without sun discs, and a sun lamp for each disc."""
     stage, world = world_scene(scene.world, scene)
-    suns = [node for node in _nodes(world.node_tree) if _has_disc(node)]
+    suns = [node for node in nodes_of(world.node_tree) if _has_disc(node)]
     for node in suns:
         node.sun_disc = False
         for link in list(node.inputs["Vector"].links):  # which a sky with a disc ignores
             node.id_data.links.remove(link)
-    _warn_missing(scene.world.name, world, warnings)
+    for what in missing_images(world.node_tree):
+        warnings.append(f'{what} of world "{scene.world.name}" is missing; Cycles\' pink is used')
     pixels = panorama(stage, *_resolution(world.node_tree))
     pixels = np.nan_to_num(np.maximum(pixels, 0.0), nan=0.0, posinf=0.0)
     if pixels.max() == pixels.min() or np.ptp(pixels, axis=(0, 1)).max() < 1e-5 * pixels.max():
@@ -78,14 +80,6 @@ def _rendered(scene, warnings: list[str]) -> tuple[Sky | None, list[SunLamp]]:
     for index, node in enumerate(suns):
         lamps += _sun_lamp(stage, node, f"{scene.world.name} sun {index + 1}", pixels)
     return (Sky(pixels) if np.any(pixels > 0.0) else None), lamps
-
-
-def _nodes(tree, depth: int = 0):
-    """All nodes of a tree and of the groups in it."""
-    for node in tree.nodes:
-        yield node
-        if node.bl_idname == "ShaderNodeGroup" and node.node_tree is not None and depth < 16:
-            yield from _nodes(node.node_tree, depth + 1)
 
 
 def _has_disc(node) -> bool:
@@ -99,21 +93,12 @@ def _resolution(tree) -> tuple[int, int]:
     """Width of the panorama, and samples for each pixel."""
     widths = [
         node.image.size[0]
-        for node in _nodes(tree)
+        for node in nodes_of(tree)
         if getattr(node, "image", None) is not None and node.image.size[0] > 0
     ]
     if not widths:
         return SMOOTH_WIDTH, SMOOTH_SAMPLES
     return int(np.clip(max(widths), SMOOTH_WIDTH, IMAGE_WIDTH)) // 2 * 2, IMAGE_SAMPLES
-
-
-def _warn_missing(owner: str, world, warnings: list[str]) -> None:
-    for node in _nodes(world.node_tree):
-        if node.bl_idname not in ("ShaderNodeTexEnvironment", "ShaderNodeTexImage"):
-            continue
-        if node.image is None or (not node.image.has_data and len(node.image.pixels) == 0):
-            name = node.image.name if node.image is not None else "(none)"
-            warnings.append(f'image "{name}" of world "{owner}" is missing; Cycles\' pink is used')
 
 
 def _sun_lamp(stage, node, name: str, sky: np.ndarray) -> list[SunLamp]:

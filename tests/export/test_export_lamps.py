@@ -120,11 +120,12 @@ def test_area_lamp_is_placed_by_its_transform(blender, export):
 
 
 @pytest.mark.parametrize("attributes", [{"energy": 0.0}, {"color": (0.0, 0.0, 0.0)}])
-def test_dark_lamps_are_left_out_silently(blender, export, attributes):
+def test_dark_lamps_are_left_out_and_named(blender, export, attributes):
     add_plane(blender)
     add_lamp(blender, "POINT", **attributes)
     exported = export()
-    assert exported.scene.lamps == () and exported.warnings == ()
+    assert exported.scene.lamps == ()
+    assert any('lamp "Lamp" has no energy' in text for text in exported.warnings)
 
 
 BAD = {

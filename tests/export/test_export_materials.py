@@ -356,3 +356,59 @@ def test_images_that_are_multiplied_are_decoded_first(blender, export):
     add_plane(blender, material=material)
     field = material_of(export()).emission
     np.testing.assert_allclose(value_at(field, 0, 0.3, 0.3), 2 * srgb_to_linear(128 / 255) ** 2, rtol=1e-5)
+
+
+def test_faces_without_material_are_named_once(blender, export):
+    for number in range(5):
+        add_plane(blender, f"Bare {number}")
+    add_plane(blender, "Painted", material=diffuse(blender))
+    said = [w for w in export().warnings if "without material" in w]
+    assert said == ['faces without material are grey, as in Cycles; objects: "Bare 0", "Bare 1", '
+                    '"Bare 2" and 2 more']  # fmt: skip
+
+
+def test_cyclic_tree_is_named_and_read(blender, export):
+    """Two Mix Shaders feed each other; Blender marks one link invalid and Cycles ignores it."""
+    material, nodes, link = add_material(blender, "Round")
+    first, second = (nodes.new("ShaderNodeMixShader") for _ in range(2))
+    red = nodes.new("ShaderNodeBsdfDiffuse")
+    for mix in (first, second):
+        link(red.outputs[0], mix.inputs[1])
+        link(red.outputs[0], mix.inputs[2])
+        mix.inputs[0].default_value = 0.0
+    link(first.outputs[0], second.inputs[1])
+    link(second.outputs[0], first.inputs[2])
+    surface(material, second)
+    add_plane(blender, material=material)
+    exported = export()
+    assert any('"Round": links that form a cycle' in w for w in exported.warnings)
+    np.testing.assert_allclose(material_of(exported).reflectance.value, 0.8)
+
+
+@pytest.mark.parametrize("output", [True, False])
+def test_unlinked_output_is_named(blender, export, output):
+    material, nodes, _ = add_material(blender, "Loose")
+    if not output:
+        nodes.clear()
+    add_plane(blender, material=material)
+    exported = export()
+    assert not np.any(material_of(exported).reflectance.value)
+    assert any('"Loose" has no shader linked' in w for w in exported.warnings)
+
+
+def test_missing_image_of_a_tree_that_cycles_evaluates(blender, export):
+    """Pink, half of it by a Math node, and named."""
+    image = blender.data.images.new("Lost", 4, 4)
+    image.source, image.filepath = "FILE", "//nowhere/lost.png"
+    material = image_material(blender, image, shader="ShaderNodeBsdfDiffuse")
+    tree = material.node_tree
+    texture = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeTexImage")
+    half = tree.nodes.new("ShaderNodeVectorMath")
+    half.operation, half.inputs[1].default_value = "MULTIPLY", (0.5, 0.5, 0.5)
+    shader = texture.outputs["Color"].links[0].to_node
+    tree.links.new(texture.outputs["Color"], half.inputs[0])
+    tree.links.new(half.outputs[0], shader.inputs["Color"])
+    add_plane(blender, material=material)
+    exported = export()
+    np.testing.assert_allclose(material_of(exported).reflectance.value, (0.5, 0, 0.5), atol=1e-4)
+    assert any('"Lost"' in w and '"Material"' in w for w in exported.warnings)

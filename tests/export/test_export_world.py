@@ -69,6 +69,24 @@ def test_black_and_missing_worlds(blender, export):
     np.testing.assert_allclose(pixels[0, 0], (0.2, 0.4, 0.6), rtol=1e-6)
 
 
+def test_world_without_nodes(blender, export):
+    """Its colour is its radiance."""
+    world = blender.data.worlds.new("Plain")
+    if blender.app.version >= (5, 0):
+        pytest.skip("worlds of this Blender always have nodes")
+    world.use_nodes, world.color = False, (0.1, 0.2, 0.3)
+    blender.context.scene.world = world
+    add_plane(blender)
+    np.testing.assert_allclose(export().scene.sky.pixels[0, 0], (0.1, 0.2, 0.3), rtol=1e-6)
+
+
+def test_world_with_an_empty_tree_is_black(blender, export):
+    world, _ = set_world(blender)
+    world.node_tree.nodes.clear()
+    add_plane(blender)
+    assert export().scene.sky is None
+
+
 def test_world_hidden_from_diffuse_rays(blender, export):
     add_plane(blender)
     world, _ = set_world(blender)
@@ -139,11 +157,14 @@ def test_camera_background_is_not_the_light(blender, export):
     np.testing.assert_allclose(export().scene.sky.pixels[0, 0], (0.25, 0.5, 1), rtol=1e-5)
 
 
-def test_missing_environment_image_warns(blender, export):
+@pytest.mark.parametrize("exists", [False, True])
+def test_missing_and_unreadable_environments_warn(blender, export, tmp_path, exists):
     add_plane(blender)
     _, node = set_world(blender, "ShaderNodeTexEnvironment")
     image = blender.data.images.new("Lost", 4, 4)
-    image.source, image.filepath = "FILE", "//nowhere/lost.hdr"
+    image.source, image.filepath = "FILE", str(tmp_path / "lost.hdr")
+    if exists:
+        (tmp_path / "lost.hdr").write_bytes(b"#?RADIANCE\nno picture")
     node.image = image
     exported = export()
     np.testing.assert_allclose(exported.scene.sky.pixels[0, 0], (1, 0, 1), atol=1e-5)
