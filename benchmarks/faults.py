@@ -34,6 +34,7 @@ class Place:
     """A folder with a scene, an earlier result of it, and temporary files of its own."""
 
     folder: Path
+    size: int = 256  # texels along an edge of the image
 
     @property
     def scene(self) -> Path:
@@ -46,8 +47,8 @@ class Place:
     def words(self) -> list[str]:
         """The command line of a bake that would replace everything earlier."""
         report = str(self.folder / "report.json")
-        image = ["--target", "image", "--resolution", "256", "--image-dir", str(self.images)]
-        return [str(self.scene), *image, "--report", report, "--error", "0.02"]
+        image = ["--target", "image", "--image-dir", str(self.images), "--resolution"]
+        return [str(self.scene), *image, str(self.size), "--report", report, "--quality=draft"]
 
     def contents(self) -> dict[str, str]:
         """Digests of all files below, and the folders."""
@@ -60,9 +61,9 @@ def _digest(path: Path) -> str:
     return "folder" if path.is_dir() else hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def make_place(folder: Path, scene: bytes) -> Place:
+def make_place(folder: Path, scene: bytes, size: int = 256) -> Place:
     """``folder`` filled with the scene and what an earlier bake might have left."""
-    place = Place(folder)
+    place = Place(folder, size)
     for each in (place.images, folder / "tmp"):
         each.mkdir(parents=True)
     place.scene.write_bytes(scene)
@@ -269,13 +270,13 @@ def folders(fresh, _) -> list[Row]:
 
 def removed_during(place: Place) -> Outcome:
     """The folder of the images goes while the light is gathered."""
-    target = place.folder / "elsewhere"
+    before, target = place.contents(), place.folder / "elsewhere"
     target.mkdir()
     words = place.words() + ["--image-dir", str(target)]
     bake = Bake(place, words)
     bake.wait_for("gather")
     target.rmdir()
-    return outcome(bake, place.contents())
+    return outcome(bake, before)
 
 
 def memories(fresh, _) -> list[Row]:

@@ -68,11 +68,8 @@ class Interrupts:
 
     @contextmanager
     def quiet(self):
-        """A section that an exception would break, such as the import of bpy.
-
-        Raises KeyboardInterrupt at its end if a signal came; when the end is long in coming, the
-        process is ended the hard way.
-        """
+        """A section that an exception would break, such as the import of bpy: a signal ends the
+        process there the hard way, or raises KeyboardInterrupt at its end, whichever is first."""
         self._quiet = True
         try:
             yield
@@ -101,6 +98,6 @@ class Interrupts:
             heard = self._ear.recv(1)
             while heard and heard[0] not in SIGNALS:
                 heard = self._ear.recv(1)
-        while heard and not self._left.wait(PATIENCE):
+        while heard and not self._left.wait(0 if self._quiet and not self._held else PATIENCE):
             if not self._held:
                 self.leave()

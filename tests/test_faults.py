@@ -1,0 +1,68 @@
+"""A bake under faults: a few of what ``python -m benchmarks.faults`` does.
+
+The scene, an earlier result, its image file and report stay byte for byte as they were; nothing
+else stays, in the folders or among temporary files; one line says what happened.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+
+import pytest
+
+pytest.importorskip("bpy")
+
+from benchmarks import faults  # noqa: E402
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="POSIX signals and limits")
+
+
+@pytest.fixture(scope="module")
+def scene() -> bytes:
+    return faults.demo_scene()
+
+
+@pytest.fixture
+def place(tmp_path, scene) -> faults.Place:
+    return faults.make_place(tmp_path / "place", scene, size=64)
+
+
+@pytest.mark.parametrize(
+    ("stage", "number"),
+    [("start", signal.SIGINT), ("gather", signal.SIGTERM), ("save", signal.SIGINT)],
+)
+def test_signal_ends_a_bake_within_a_second(stage, number, place):
+    found = faults.interrupt_at(place, stage, number)
+    assert (found.status, found.strange) == (130, ())
+    assert found.message == "radiosity: interrupted; nothing was written\n"
+    assert found.seconds < 1.0
+
+
+@pytest.mark.parametrize("stage", ["start", "save"])
+def test_kill_leaves_nothing_behind(stage, place):
+    found = faults.interrupt_at(place, stage, signal.SIGKILL, delay=0.02)
+    assert (found.status, found.strange) == (-signal.SIGKILL, ())
+
+
+def test_file_that_cannot_grow(place):
+    """2 kB are too few for 64² texels of 16 bytes, however they are packed."""
+    import resource
+
+    found = faults.limited(place, {resource.RLIMIT_FSIZE: 2_000})
+    assert (found.status, found.strange) == (1, ())
+    assert found.message.count("\n") == 1 and "disk not full" in found.message
+
+
+def test_memory_too_small_for_blender(place):
+    import resource
+
+    found = faults.limited(place, {resource.RLIMIT_AS: 1200 << 20})
+    assert (found.status, found.strange) == (1, ())
+    assert found.message.count("\n") == 1 and "ulimit -v" in found.message
+
+
+def test_folder_that_goes_during_the_bake(place):
+    found = faults.removed_during(place)
+    assert (found.status, found.strange) == (1, ())
+    assert found.message.count("\n") == 1 and "does not exist" in found.message
