@@ -34,7 +34,7 @@ class DirectLight:
 def direct_light(context: Context, count: int, per: int, place, key, stage: str) -> DirectLight:
     """Explicit light at ``count`` owners; ``place(chosen, group)`` gives their ``per`` Points."""
     result = DirectLight(np.zeros((count, 3)), np.zeros(count, bool), np.zeros(count))
-    if context.sources.count == 0 or count == 0:
+    if count == 0 or not (context.sources.always or context.sources.pools):
         return result
 
     def work(chunk):
@@ -126,19 +126,14 @@ def _samples(context: Context, light, position, normal, xi):
 
 def _unlinked(context: Context, light, rows, points: Points) -> np.ndarray | None:
     """(k,) bool: points on objects that their light is not linked to; None where all are lit."""
-    linked = context.sources.linked
-    if all(objects is None for objects in linked):
+    sources = context.sources
+    if sources.allowed is None:
         return None
     objects = context.scene.object[points.triangle].ravel()
     if rows is None:
-        only = linked[light]
-        return None if only is None else ~np.isin(objects, only)
-    dark = np.zeros(len(rows), bool)
-    for number in np.unique(light[rows]):
-        if linked[number] is not None:
-            mine = light[rows] == number
-            dark[mine] = ~np.isin(objects[rows[mine]], linked[number])
-    return dark
+        allowed = sources.allowed[sources.link[light]]
+        return None if allowed.all() else ~allowed[objects]
+    return ~sources.allowed[sources.link[light[rows]], objects[rows]]
 
 
 def _visible_each(context: Context, origins: np.ndarray, sample, rows: np.ndarray) -> np.ndarray:

@@ -31,6 +31,10 @@ class Emitters:
     back: np.ndarray  # (n,)
     round: np.ndarray  # (n,) bool
 
+    def take(self, chosen: np.ndarray) -> Emitters:
+        """Some of them."""
+        return Emitters(*(getattr(self, field.name)[chosen] for field in fields(self)))
+
 
 def join_emitters(parts: list[Emitters]) -> Emitters:
     """The lights of all parts, of which there is at least one."""
@@ -97,7 +101,7 @@ def build_tree(emitters: Emitters, top: int, size: int) -> LightTree:
     count = len(emitters.front)
     brightest = max(float((emitters.front + emitters.back).max()), 1e-300)  # float32 takes no 1e39
     emitters = replace(emitters, front=emitters.front / brightest, back=emitters.back / brightest)
-    order = _along_a_curve(emitters.center)
+    order = along_a_curve(emitters.center)
     blocks = 1
     while blocks * size < count:
         blocks *= 2
@@ -111,7 +115,7 @@ def build_tree(emitters: Emitters, top: int, size: int) -> LightTree:
     return LightTree(tuple(levels), lights)
 
 
-def _along_a_curve(center: np.ndarray) -> np.ndarray:
+def along_a_curve(center: np.ndarray) -> np.ndarray:
     """(n,) the lights' order along Morton's curve, on which neighbours are near in space."""
     low, high = center.min(axis=0), center.max(axis=0)
     extent = max(float((high - low).max()), 1e-300)

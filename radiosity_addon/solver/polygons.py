@@ -175,6 +175,15 @@ class Polygons:
         power = (self.area * self.color.mean(axis=1))[which]
         return power * facing * leaving / (square + 0.5 * reach**2)
 
+    def reaches(self, center: np.ndarray, half: np.ndarray) -> np.ndarray:
+        """(k,) bool: some box, centre and half edges (g, 3), has a part on the side that shines."""
+        reaches = self.two_sided.copy()
+        some = np.flatnonzero(~self.two_sided)
+        plane = np.einsum("ij,ij->i", self.origin[some], self.normal[some])
+        height = center @ self.normal[some].T + half @ np.abs(self.normal[some]).T - plane
+        reaches[some] = (height > 1e-9).any(axis=0)
+        return reaches
+
     def emitters(self) -> Emitters:
         """How they shine, roughly."""
         center, size = self.middle()

@@ -1,6 +1,6 @@
 """Sources: which of a scene's lights are sampled explicitly, gathered into kinds.
 
-Depends on ``scene``, ``geometry``, ``emitters``, ``choose``, ``polygons``, ``spheres``, ``suns``.
+Depends on ``scene``, ``geometry``, ``emitters``, ``choose``, ``reach``, ``polygons``, ``spheres``, ``suns``.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from .emitters import emissive_faces
 from .geometry import Geometry
 from .light_tree import join_emitters
 from .polygons import ELLIPSE, RECTANGLE, Polygons, join_polygons
+from .reach import lights_that_reach
 from .scene import AreaLamp, Lamp, PointLamp, Scene, SunLamp
 from .spheres import Spheres
 from .suns import Suns
@@ -27,9 +28,10 @@ class Sources:
     kinds: tuple  # of Polygons, Spheres, Suns
     kind: np.ndarray  # (n,) int: which kind a light belongs to
     place: np.ndarray  # (n,) int: its place in there
-    linked: tuple  # (n,) arrays of object numbers it lights, or None for all
+    link: np.ndarray  # (n,) int: which row of ``allowed`` tells what it lights
+    allowed: np.ndarray | None  # (m, n_objects) bool: objects that are lit; None: always all
     always: tuple  # of ints: lights that are sampled at every point
-    pools: tuple  # of Pool: the others, of which points choose some
+    pools: tuple  # of Pool: lights of which points choose some; those in neither light nothing
 
     @property
     def count(self) -> int:
@@ -64,24 +66,40 @@ def build_sources(
     kinds = tuple(made[kind] for kind in present)
     sizes = [len(kind.color) for kind in kinds]
     kind = np.repeat(np.arange(len(present)), sizes)
-    always, pools = _pools(kinds, kind)
-    sources = Sources(
-        kinds, kind, np.concatenate([np.arange(size) for size in sizes] or [np.zeros(0, int)]),
-        tuple(entry for kind in present for entry in objects[kind]), always, pools,
-    )  # fmt: skip
+    place = np.concatenate([np.arange(size) for size in sizes] or [np.zeros(0, int)])
+    links = tuple(entry for kind in present for entry in objects[kind])
+    always, pools = _pools(kinds, kind, lights_that_reach(kinds, links, scene, geometry))
+    sources = Sources(kinds, kind, place, *_links(links, len(scene.objects)), always, pools)
     return sources, explicit
 
 
-def _pools(kinds: tuple, kind: np.ndarray) -> tuple[tuple, tuple]:
-    """Near and distant lights, apart: all that are sampled everywhere, and pools of the others."""
+def _links(linked: tuple, objects: int) -> tuple[np.ndarray, np.ndarray | None]:
+    """``link`` and ``allowed`` of Sources, from arrays of object numbers or None for each light."""
+    rows: dict = {}
+    link = np.array([rows.setdefault(None if only is None else np.sort(only).tobytes(), len(rows))
+                     for only in linked], int)  # fmt: skip
+    if set(rows) <= {None}:
+        return link, None
+    allowed = np.ones((len(rows), objects), bool)
+    for row, only in {row: only for row, only in zip(link, linked) if only is not None}.items():
+        allowed[row] = False
+        allowed[row, only] = True
+    return link, allowed
+
+
+def _pools(kinds: tuple, kind: np.ndarray, useful: np.ndarray) -> tuple[tuple, tuple]:
+    """Near and distant lights, apart: those sampled everywhere, and pools to choose others from.
+    Only those that are ``useful`` (n,) bool take part."""
     always, pools = [], []
     for distant in (False, True):
         mine = [k for k, lights in enumerate(kinds) if isinstance(lights, Suns) == distant]
-        lights = np.flatnonzero(np.isin(kind, mine))
+        every = np.flatnonzero(np.isin(kind, mine))
+        lights = every[useful[every]]
         if len(lights) <= FEW:
             always += lights.tolist()
         else:
-            pools.append(make_pool(lights, join_emitters([kinds[k].emitters() for k in mine])))
+            emitters = join_emitters([kinds[k].emitters() for k in mine])
+            pools.append(make_pool(lights, emitters.take(useful[every])))
     return tuple(always), tuple(pools)
 
 

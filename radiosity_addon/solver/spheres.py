@@ -97,6 +97,16 @@ class Spheres:
         beam = self.beam(which, toward / distance[..., None], slack)
         return self.color.mean(axis=1)[which] * np.maximum(cosine, 0) * beam / square
 
+    def reaches(self, center: np.ndarray, half: np.ndarray) -> np.ndarray:
+        """(k,) bool: some box, centre and half edges (g, 3), has a part in the lamp's cone."""
+        toward = center[:, None] - self.position
+        distance = np.linalg.norm(toward, axis=2)
+        around = np.linalg.norm(half, axis=1)[:, None] + self.radius
+        distant = np.maximum(distance, 1e-300)
+        cosine = np.einsum("gki,ki->gk", toward, self.axis) / distant
+        angle = np.arccos(np.clip(cosine, -1, 1)) - np.arcsin(np.clip(around / distant, 0, 1))
+        return ((angle <= np.arccos(np.clip(self.edge, -1, 1))) | (distance <= around)).any(axis=0)
+
     def emitters(self) -> Emitters:
         """How they shine, roughly: a spot into the half-space before it."""
         power = self.color.mean(axis=1)

@@ -36,6 +36,10 @@ class Suns:
         cosine = np.einsum("...j,...j->...", self.toward[which], normal) + self.radius[which] + 1e-3
         return self.color.mean(axis=1)[which] * np.maximum(cosine, 0)
 
+    def reaches(self, center: np.ndarray, half: np.ndarray) -> np.ndarray:
+        """(k,) bool: always."""
+        return np.full(len(self.color), len(center) > 0)
+
     def emitters(self) -> Emitters:
         """How they shine, roughly: into all directions, from far away."""
         power = self.color.mean(axis=1) * FAR**2

@@ -1,0 +1,124 @@
+"""Kinds of light, and the lights that light nothing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks import stability_scenes as scenes
+from radiosity_addon.solver import sources as sources_module
+from radiosity_addon.solver.context import build_context
+from radiosity_addon.solver.progress import silent
+from radiosity_addon.solver.scene import AreaLamp, PointLamp, SunLamp
+from radiosity_addon.solver.spherical import direction_within, solid_angle
+
+DOWN, UP = np.array([0, 0, -1.0]), np.array([0, 0, 1.0])
+X, Y = np.array([0.2, 0, 0]), np.array([0, 0.2, 0])
+
+
+def area(name, center, normal) -> AreaLamp:
+    return AreaLamp(name, np.asarray(center, float), X, Y, np.asarray(normal, float), np.ones(3))
+
+
+def spot(name, position, axis, cone=0.5, radius=0.0) -> PointLamp:
+    return PointLamp(name, np.asarray(position, float), np.ones(3), radius,
+                     axis=np.asarray(axis, float), cone=cone)  # fmt: skip
+
+
+USEFUL = (
+    PointLamp("Point", np.array([0.5, 0.4, 0.7]), np.ones(3)),
+    spot("Spot", (0.5, 0.5, 0.9), DOWN),
+    area("Area", (0.3, 0.3, 0.9), DOWN),
+)
+USELESS = (
+    area("Away below", (0.5, 0.5, -0.1), DOWN),
+    area("Away above", (0.5, 0.5, 1.1), UP),
+    spot("Away", (0.5, 0.5, 1.2), UP),
+    spot("Past the corner", (2.0, 0.5, 2.0), (1, 0, 0), 1.0),
+    spot("Past, soft", (2.0, 0.5, 2.0), (1, 0, 0), 1.0, 0.1),
+)
+
+
+def context_of(*lamps, **changes):
+    return build_context(replace(scenes.lamp_room(), lamps=lamps, **changes), 0, 1, silent)
+
+
+def test_lights_that_light_nothing_are_not_sampled():
+    for lamp in USELESS:
+        context = context_of(lamp)
+        assert context.sources.count == 1 and context.sources.always == ()
+    for lamp in USEFUL:
+        assert context_of(lamp).sources.always == (0,)
+    assert len(context_of(*USEFUL, *USELESS).sources.always) == 3
+
+
+def test_dark_lamps_and_lamps_linked_to_nothing_are_not_sampled():
+    dark = PointLamp("Dark", np.full(3, 0.5), np.zeros(3))
+    assert context_of(dark).sources.count == 0
+    nothing = np.zeros(0, int)
+    linked = context_of(USEFUL[0], lamp_objects=(nothing,))
+    assert linked.sources.always == ()
+
+
+def test_a_beam_that_grazes_the_room_is_kept():
+    """From (2, 0.5, 0.5) along +z: the room's side x = 1 is 45° from the axis at z = 1.5 and up; its
+    nearest corners lie at angle 90° − atan((1 − 0.5) / 1) = 63.4° off the axis."""
+    for half, kept in ((50, 0), (75, 1)):
+        lamp = spot("Beam", (2.0, 0.5, 0.5), UP, 2 * np.radians(half))
+        assert len(context_of(lamp).sources.always) == kept
+
+
+def test_dropping_useless_lights_saves_rays_and_changes_nothing(monkeypatch):
+    """Eight lamps of which five light nothing: three are few enough to be sampled everywhere, eight
+    are not, and choosing costs accuracy. The results agree within the errors asked for, 2 % each."""
+    room = replace(scenes.lamp_room(), lamps=(*USEFUL, *USELESS))
+    found, _, solution = scenes.radiosity(room, 0.02)
+    monkeypatch.setattr(
+        sources_module, "lights_that_reach", lambda kinds, linked, *_: np.ones(len(linked), bool)
+    )
+    with_all, _, solution_with_all = scenes.radiosity(room, 0.02)
+    apart = (found - with_all) / np.maximum(found, found.mean())
+    assert np.sqrt((apart**2).mean()) < 0.04
+    assert solution.statistics.rays < 0.95 * solution_with_all.statistics.rays
+
+
+def test_lamps_of_one_link_share_a_row():
+    """Two lamps on the floor and one on all: two rows of objects."""
+    only = np.array([4])
+    context = context_of(*USEFUL, lamp_objects=(only, None, only.copy()))
+    allowed = context.sources.allowed[context.sources.link]
+    assert context.sources.allowed.shape == (2, 6)
+    assert sorted(allowed.sum(axis=1)) == [1, 1, 6] and allowed[:, 4].all()
+
+
+def test_suns_and_lamps_are_chosen_apart():
+    """Eight suns are too many for all to be sampled, whatever else there is."""
+    suns = [SunLamp(f"{i}", np.array([np.cos(i), np.sin(i), -1.0]) / np.sqrt(2), np.ones(3))
+            for i in range(8)]  # fmt: skip
+    sources = context_of(*USEFUL, *suns).sources
+    assert len(sources.always) == 3 and len(sources.pools) == 1
+    assert sorted(sources.pools[0].blocks.ravel()) == list(range(3, 11))
+
+
+@pytest.mark.parametrize("size", [0.01, 0.5, 2.0])
+def test_directions_fill_their_spherical_triangle(size):
+    """Directions through a triangle: all inside it, and the mean of 1 / p is its solid angle. Here
+    the density is tested by halves: the part of a sub-triangle is that of its solid angle, with a
+    standard error of 1 / (2 √n) at most."""
+    n = 1 << 14
+    a, b, c = (v / np.linalg.norm(v) for v in np.array([[0, 0, 1], [size, 0, 1], [0, size, 1.0]]))
+    xi = np.random.default_rng(0).random((n, 2))
+    many = [np.tile(v, (n, 1)) for v in (a, b, c)]
+    whole = solid_angle(*many)
+    found = direction_within(*many, whole, xi)
+    np.testing.assert_allclose(np.linalg.norm(found, axis=1), 1, rtol=1e-9)
+    x, y = (found[:, :2] / found[:, 2:]).T
+    assert x.min() > -1e-9 and y.min() > -1e-9 and (x + y).max() < size * (1 + 1e-9)
+    middle = np.array([size / 2, size / 2, 1.0])
+    half = solid_angle(a[None], b[None], middle[None] / np.linalg.norm(middle))
+    assert np.mean(y < x) == pytest.approx(float(half[0] / whole[0]), abs=3 / (2 * np.sqrt(n)))
+    part = np.array([0, size / 4, 1.0])
+    quarter = solid_angle(a[None], b[None], part[None] / np.linalg.norm(part))
+    assert np.mean(x + 4 * y < size) == pytest.approx(
+        float(quarter[0] / whole[0]), abs=3 / (2 * np.sqrt(n))
+    )
