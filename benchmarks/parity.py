@@ -152,9 +152,6 @@ the errors stand, the seconds are no measure of speed.
 KNOWN = """
 ## Known differences
 
-* **Emission from a picture or a node tree** is not sampled as a lamp is, but met by the rays that
-  elements and texels send out. It is right on average; small bright screens converge slowly.
-* **Emitting meshes of thousands of faces** (curves, texts) are slow to converge for the same reason.
 * **A picture with large parts of exact black** (here by clipping): indirect light comes out too
   bright, by half in this scene. Direct light and the colour itself agree.
 * **Lighting without colour on black surfaces**: Cycles bakes black there, we the light. The case

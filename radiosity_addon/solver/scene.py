@@ -41,7 +41,7 @@ def sides(materials: tuple[Material, ...]) -> list[Material]:
 
 @dataclass(frozen=True)
 class PointLamp:
-    """A disc of ``radius`` that faces every point it lights, as in Cycles.
+    """A disc of ``radius`` that faces every point it lights, as in Cycles; a ``ball`` is a sphere.
 
     ``intensity`` (3,) is its radiant intensity [W/sr] (P/4π for P watts).
 
@@ -56,6 +56,7 @@ class PointLamp:
     axis: np.ndarray | None = None
     cone: float = np.pi
     blend: float = 0.0
+    ball: bool = False
 
 
 @dataclass(frozen=True)

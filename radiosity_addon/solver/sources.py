@@ -1,6 +1,7 @@
 """Sources: which of a scene's lights are sampled explicitly, gathered into kinds.
 
-Depends on ``scene``, ``geometry``, ``emitters``, ``choose``, ``reach``, ``polygons``, ``spheres``, ``suns``.
+Depends on ``scene``, ``geometry``, ``emitters``, ``choose``, ``reach``, ``polygons``, ``spheres``,
+``balls``, ``suns``.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .balls import Balls
 from .choose import FEW, Pool, make_pool
 from .embree import Tracer
 from .emitters import emissive_faces
@@ -25,7 +27,7 @@ from .suns import Suns
 class Sources:
     """All explicit lights, numbered through their kinds."""
 
-    kinds: tuple  # of Polygons, Spheres, Suns
+    kinds: tuple  # of Polygons, Spheres, Balls, Suns
     kind: np.ndarray  # (n,) int: which kind a light belongs to
     place: np.ndarray  # (n,) int: its place in there
     link: np.ndarray  # (n,) int: which row of ``allowed`` tells what it lights
@@ -52,8 +54,8 @@ def build_sources(
     """Every light to sample, and (n_triangles,) bool: whose emission that covers."""
     faces, explicit = emissive_faces(scene, geometry, tracer)
     linked = {id(l): objects for l, objects in zip(scene.lamps, scene.lamp_objects or ())}
-    rows = {Polygons: [], Spheres: [], Suns: []}
-    objects = {Polygons: [None] * len(faces.color), Spheres: [], Suns: []}
+    rows = {Polygons: [], Spheres: [], Balls: [], Suns: []}
+    objects = {Polygons: [None] * len(faces.color), Spheres: [], Balls: [], Suns: []}
     for lamp in (*scene.lamps, *suns):
         if _shines(lamp):
             kind, row = _lamp_row(lamp, geometry)
@@ -117,7 +119,7 @@ def _lamp_row(lamp: Lamp, geometry: Geometry):
     if isinstance(lamp, PointLamp):
         spot = lamp.axis is not None
         edge = np.cos(min(lamp.cone, 2 * np.pi) / 2) if spot else -2.0
-        return Spheres, (
+        return Balls if lamp.ball and lamp.radius > 0 else Spheres, (
             np.asarray(lamp.intensity, float) / geometry.scale**2,
             geometry.normalised(lamp.position),
             lamp.radius / geometry.scale,

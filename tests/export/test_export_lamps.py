@@ -20,8 +20,11 @@ def irradiance(lamp):
     if isinstance(lamp, SunLamp):
         return lamp.irradiance * -lamp.direction[2]
     if isinstance(lamp, PointLamp):
-        # A soft lamp is a disc of radius r that faces the receiver: E = I / (d² + r²).
-        return lamp.intensity / (np.sum(lamp.position**2) + lamp.radius**2) * falloff(lamp)
+        # A soft lamp is a disc of radius r that faces the receiver: E = I / (d² + r²). A ball seen
+        # whole brings I / d², seen from inside I / r².
+        square, soft = np.sum(lamp.position**2), lamp.radius**2
+        whole = max(square, soft) if lamp.ball else square + soft
+        return lamp.intensity / whole * falloff(lamp)
     area = np.linalg.norm(np.cross(lamp.u, lamp.v)) * (np.pi / 4 if lamp.ellipse else 1.0)
     toward = lamp.center / np.linalg.norm(lamp.center)
     cosine = -lamp.normal @ toward
@@ -61,6 +64,12 @@ def add_lamp(bpy, kind, scale=(1, 1, 1), turn=0.0, **attributes):
 CASES = {
     "point": ("POINT", {"shadow_soft_size": 0.0}),
     "soft point": ("POINT", {"shadow_soft_size": 0.5}),
+    "ball": ("POINT", {"shadow_soft_size": 0.5, "use_soft_falloff": False}),
+    "ball around the plane": ("POINT", {"shadow_soft_size": 2.5, "use_soft_falloff": False}),
+    "spot ball": (
+        "SPOT",
+        {"shadow_soft_size": 0.2, "use_soft_falloff": False, "spot_size": 2.0, "spot_blend": 0.0},
+    ),
     "scaled point": ("POINT", {"shadow_soft_size": 0.1, "scale": (2, 2, 2)}),
     "coloured point": ("POINT", {"shadow_soft_size": 0.0, "color": (1.0, 0.5, 0.25)}),
     "point, energy as radiance": ("POINT", {"shadow_soft_size": 0.5, "normalize": False}),

@@ -7,6 +7,7 @@ import pytest
 
 from benchmarks import stability_scenes as scenes
 from radiosity_addon.solver import sources as sources_module
+from radiosity_addon.solver.balls import Balls
 from radiosity_addon.solver.context import build_context
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import AreaLamp, PointLamp, SunLamp
@@ -122,3 +123,43 @@ def test_directions_fill_their_spherical_triangle(size):
     assert np.mean(x + 4 * y < size) == pytest.approx(
         float(quarter[0] / whole[0]), abs=3 / (2 * np.sqrt(n))
     )
+
+
+def ball_samples(x, normal, radius: float, exact: bool, n: int = 1 << 14):
+    """The Sample of a ball of intensity 1 about the origin at n copies of a point."""
+    light = Balls(np.ones((1, 3)), np.zeros((1, 3)), np.array([radius]), DOWN[None], np.array([-2.0]),
+                  np.ones(1))  # fmt: skip
+    xi = np.random.default_rng(2).random((n, 2))
+    many = np.tile(np.asarray(x, float), (n, 1)), np.tile(np.asarray(normal, float), (n, 1))
+    return light.sample(0 if exact else np.zeros(n, int), *many, xi)
+
+
+def test_ball_seen_whole_is_a_point():
+    """A sphere of radiance I / πr² above the horizon: π r²/d² cosθ · I / πr² = I cosθ / d², here
+    cos 60° / 2² = 1/8 for any r up to d sin 30° = 1."""
+    normal = np.array([np.sin(np.pi / 3), 0, np.cos(np.pi / 3)])
+    for radius in (0.01, 0.5, 0.99):
+        sample = ball_samples((0, 0, -2.0), normal, radius, True)
+        np.testing.assert_allclose(sample.irradiance, 0.125, rtol=1e-6)
+
+
+@pytest.mark.parametrize("slope", [0.3, 0.0, -0.3])
+def test_ball_cut_by_the_horizon(slope):
+    """Single samples, averaged, are the closed form; at slope 0 half the sphere is seen: its upper
+    half's projection onto the horizon plane, by symmetry (σ − sinσ cosσ) / π of the hemisphere for
+    a half angle σ, here 30°."""
+    normal = np.array([np.sqrt(1 - slope**2), 0, slope])
+    exact = ball_samples((0, 0, -2.0), normal, 1.0, True).irradiance[0]
+    single = ball_samples((0, 0, -2.0), normal, 1.0, False).irradiance
+    assert single.mean() == pytest.approx(exact, abs=4 * single.std() / np.sqrt(len(single)))
+    if slope == 0:
+        sigma = np.radians(30)
+        assert exact == pytest.approx((sigma - np.sin(sigma) * np.cos(sigma)) / np.pi, rel=1e-6)
+
+
+def test_ball_from_inside():
+    """The same radiance I / πr² everywhere: irradiance I / r², whatever the place and normal."""
+    sample = ball_samples((0.1, 0.2, -0.3), (1, 0, 0), 0.5, True)
+    np.testing.assert_allclose(sample.irradiance, 4.0, rtol=1e-6)
+    away = np.linalg.norm(sample.segment + [0.1, 0.2, -0.3], axis=1)
+    np.testing.assert_allclose(away, 0.5, rtol=1e-4)  # segments end on the ball
