@@ -2,24 +2,33 @@
 
 from __future__ import annotations
 
+import importlib
 import warnings
 
 import numpy as np
 import pytest
 
+from radiosity_addon.export import export_scene
+from radiosity_addon.settings import Settings
 from tests.export.stage import add_material, add_object, add_plane, surface
 
 BUSY = ("is_updated", "is_updated_data", "is_evaluated", "session_uid", "original", "rna_type",
-        "is_updated_geometry", "is_updated_transform", "is_updated_shading",
+        "is_updated_geometry", "is_updated_transform", "is_updated_shading", "depsgraph",
         "storage_type")  # fmt: skip  # how Blender packs an attribute, not what it holds
 
 
 def add_everything(bpy):
-    """A file with a difficult material, a sky, modifiers, a text, a lamp and an instance."""
+    """A file with materials that Cycles evaluates (of two sides, in a group, with a picture from
+    disk), a sky, modifiers, a text, a lamp and render settings of the user's own."""
     material, nodes, link = add_material(bpy, "Noise")
     shader, noise = nodes.new("ShaderNodeBsdfDiffuse"), nodes.new("ShaderNodeTexNoise")
     link(noise.outputs["Color"], shader.inputs["Color"])
-    surface(material, shader)
+    mix, group = nodes.new("ShaderNodeMixShader"), nodes.new("ShaderNodeGroup")
+    group.node_tree = sides_group(bpy)
+    link(group.outputs[0], mix.inputs[0])
+    link(shader.outputs[0], mix.inputs[1])
+    link(nodes.new("ShaderNodeBsdfTransparent").outputs[0], mix.inputs[2])
+    surface(material, mix)
     plane = add_plane(bpy, "Floor", material=material, uv="Radiosity")
     plane.modifiers.new("Levels", "SUBSURF").render_levels = 1
     add_object(bpy, "Text", bpy.data.curves.new("Text", "FONT")).data.body = "x"
@@ -31,11 +40,28 @@ def add_everything(bpy):
     tree = world.node_tree
     sky = tree.nodes.new("ShaderNodeTexSky")
     tree.links.new(sky.outputs[0], tree.nodes["Background"].inputs["Color"])
+    scene = bpy.context.scene
+    scene.render.engine, scene.render.resolution_x = "CYCLES", 77
+    scene.render.filepath, scene.cycles.samples = "//mine", 7
+    scene.render.bake.margin, scene.render.use_compositing = 3, True
+    scene.frame_set(5)
     return plane
 
 
-def values(block, depth=0):
-    """The plain values of a data-block and of what it owns, as one nested structure."""
+def sides_group(bpy):
+    """A node group that gives 1 on backs."""
+    group = bpy.data.node_groups.new("Sides", "ShaderNodeTree")
+    group.interface.new_socket("Back", in_out="OUTPUT", socket_type="NodeSocketFloat")
+    side = group.nodes.new("ShaderNodeNewGeometry").outputs["Backfacing"]
+    group.links.new(side, group.nodes.new("NodeGroupOutput").inputs[0])
+    return group
+
+
+def values(block, seen=None):
+    """The plain values of a data-block and of all that it owns, as one nested structure; of what
+    it points to and of what came before in it only the name."""
+    seen = set() if seen is None else seen
+    seen.add((block.as_pointer(), block.bl_rna.identifier))
     result = {}
     for prop in block.bl_rna.properties:
         if prop.identifier in BUSY:
@@ -43,18 +69,27 @@ def values(block, depth=0):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)
             value = getattr(block, prop.identifier)
-        if prop.type in ("BOOLEAN", "INT", "FLOAT", "STRING", "ENUM"):
+        if prop.type == "POINTER":
+            result[prop.identifier] = owned(value, seen)
+        elif prop.type == "COLLECTION":
+            items = list(value)
+            result[prop.identifier] = [len(items), [owned(item, seen) for item in items[:200]]]
+        else:
             plain = isinstance(value, (bool, int, float, str, set))
             result[prop.identifier] = value if plain else np.ravel(value).tolist()
-        elif prop.type == "POINTER" and value is not None and hasattr(value, "name"):
-            result[prop.identifier] = value.name
-            if prop.identifier in ("node_tree", "cycles", "render") and depth < 2:
-                result[prop.identifier] = values(value, depth + 1)
-        elif prop.type == "COLLECTION" and depth < 3:
-            items = list(value)[:200]
-            deep = depth < 2
-            result[prop.identifier] = [values(i, depth + 1) for i in items] if deep else len(items)
     return result
+
+
+def owned(value, seen):
+    """A property's struct: its values where it is part of the block, else its name."""
+    import bpy
+
+    if value is None:
+        return None
+    apart = isinstance(value, bpy.types.ID) and not getattr(value, "is_embedded_data", False)
+    if apart or (value.as_pointer(), value.bl_rna.identifier) in seen:
+        return getattr(value, "name", "")
+    return values(value, seen)
 
 
 def flat(value, path=""):
@@ -113,21 +148,52 @@ def test_mode_stays_and_materials_are_still_evaluated(blender, export, mode):
     assert hasattr(scene.materials[scene.material[0]].reflectance, "pixels")
 
 
-def test_failure_leaves_nothing_either(blender, monkeypatch):
-    from radiosity_addon.export import evaluated, export_scene
-    from radiosity_addon.settings import Settings
+WHERE = [("parts", "_read", 1, OSError), ("evaluated", "_bake", 3, KeyboardInterrupt),
+         ("evaluated", "_bake", 6, OSError), ("panorama", "render", 2, KeyboardInterrupt)]  # fmt: skip
+
+
+@pytest.mark.parametrize("module, function, call, error", WHERE)
+def test_failure_and_interruption_leave_nothing_either(
+    blender, monkeypatch, module, function, call, error
+):
+    """Raised after the work of a step was done, with its temporary data-blocks still there: the
+    third bake is that of what passes a front, the sixth that of what passes a back."""
+    room = importlib.import_module(f"radiosity_addon.export.{module}")
+    work, calls = getattr(room, function), []
+
+    def fail(*args, **options):
+        result = work(*args, **options)
+        calls.append(1)
+        if len(calls) == call:
+            raise error("in the middle")
+        return result
 
     add_everything(blender)
     blender.context.view_layer.update()
     before = snapshot(blender)
-
-    def fail(*args):
-        raise OSError("no memory for the bake")
-
-    monkeypatch.setattr(evaluated, "_bake", fail)
-    with pytest.raises(OSError, match="no memory"):
+    monkeypatch.setattr(room, function, fail)
+    with pytest.raises(error, match="in the middle"):
         export_scene(blender.context, Settings())
     assert differences(before, snapshot(blender)) == {}
+
+
+def test_cancelling_first_midway_and_last_leaves_nothing(blender):
+    add_everything(blender)
+    blender.context.view_layer.update()
+    before = snapshot(blender)
+    fractions = []
+    export_scene(blender.context, Settings(), fractions.append)
+    assert len(fractions) >= 3
+    for last in (0, len(fractions) // 2, len(fractions) - 1):
+        reports = iter(fractions[:last])
+
+        def progress(fraction):
+            if next(reports, None) is None:
+                raise KeyboardInterrupt
+
+        with pytest.raises(KeyboardInterrupt):
+            export_scene(blender.context, Settings(), progress)
+        assert differences(before, snapshot(blender)) == {}
 
 
 def test_an_earlier_render_stays(blender, export, tmp_path):
