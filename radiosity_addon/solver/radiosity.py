@@ -205,16 +205,17 @@ def _fill_unknown(context, elements: Elements, transport: Transport, solution) -
 
 
 def _gathered_emission(context: Context, elements: Elements) -> np.ndarray | None:
-    """(2 n_cells + 1, 3) float32 exitance that rays must find, the same on both sides of a
-    triangle and over all of it (a texture's mean); None where there is none."""
-    triangles = np.flatnonzero(~context.explicit)
-    places = np.array([[1 / 6, 1 / 6], [4 / 6, 1 / 6], [1 / 6, 4 / 6], [1 / 3, 1 / 3]])
-    emission = np.zeros((len(context.explicit), 3))
-    for place in places:
-        uv = np.broadcast_to(place, (len(triangles), 2))
-        emission[triangles] += np.pi / len(places) * context.emission(triangles, uv)
+    """(2 n_cells + 1, 3) float32 exitance that rays must find, the same on both sides of a cell
+    and over all of it (a texture's mean); None where there is none."""
+    cells = np.flatnonzero(~context.explicit[elements.triangle])
+    corners = elements.corners[cells].astype(float)
+    weights = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4], [2, 2, 2]]) / 6
+    emission = np.zeros((len(elements.triangle), 3))
+    for weight in weights:
+        uv = np.einsum("c,ncd->nd", weight, corners)
+        emission[cells] += np.pi / len(weights) * context.emission(elements.triangle[cells], uv)
     if not emission.any():
         return None
     table = np.zeros((elements.miss + 1, 3), np.float32)
-    table[:-1] = np.repeat(emission[elements.triangle], 2, axis=0)
+    table[:-1] = np.repeat(emission, 2, axis=0)
     return table

@@ -8,6 +8,7 @@ import pytest
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver import cells
 from radiosity_addon.solver.context import build_context
+from radiosity_addon.solver.elements import build_elements
 from radiosity_addon.solver.emitters import as_polygons
 from radiosity_addon.solver.fields import Constant, CornerColors, Texture
 from radiosity_addon.solver.progress import silent
@@ -167,7 +168,19 @@ def test_no_emission_is_counted_twice():
 
     context = build_context(panel_over_floor(textured(HALF)), 0, 1, silent)
     assert context.explicit[-2:].all() and not context.explicit[:-2].any()
-    assert _gathered_emission(context, None) is None
+    elements = build_elements(context.geometry, context.scene.object, 200)
+    assert _gathered_emission(context, elements) is None
+
+
+def test_large_picture_met_by_rays_shows_its_parts():
+    """A panel as large as the floor, half of it shining: a quarter of the scene's area, left to rays.
+    They find the cells' own emission, not their triangle's mean: Lambert's formula for the half."""
+    panel = PANEL * [4, 4, 1]
+    scene = panel_over_floor(textured(HALF), panel)
+    assert not build_context(scene, 0, 1, silent).explicit.any()
+    half = np.array([(panel[0] + panel[1]) / 2, panel[1], panel[2], (panel[3] + panel[2]) / 2])
+    found, _ = floor_light(scene, 0.01)
+    assert relative(found[:, 0], means_of_lambert(scene, half, 3.0)) < 0.02
 
 
 def test_cells_keep_the_power():
