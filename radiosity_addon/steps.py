@@ -17,3 +17,13 @@ def finish(steps: Generator, progress: Callable[[float], None] = lambda fraction
         except StopIteration as end:
             return end.value
         progress(fraction)
+
+
+def scaled(low: float, high: float, steps: Generator):
+    """The same steps as a part of others: their 0 to 1 is ``low`` to ``high``."""
+    while True:
+        try:
+            fraction = next(steps)
+        except StopIteration as end:
+            return end.value
+        yield low + (high - low) * fraction

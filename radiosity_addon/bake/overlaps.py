@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..solver.receivers import Receivers
+from ..steps import finish
 from .clip import doubled_areas
-from .texels import OVERLAP, expand, texel_receivers
+from .texels import OVERLAP, expand, texel_steps
 
 SHARED = 0.02  # of a texel: two faces that both cover more of a full one may be in conflict
 
@@ -23,10 +25,16 @@ def overlap_layers(
     ``corners`` (n, 3) their vertices: among many faces in a texel those that share one are
     taken to be neighbours. ``resolution`` is that of the search for overlaps, in texels.
     """
+    return finish(overlap_steps(uv, face, corners, count, resolution))
+
+
+def overlap_steps(uv: np.ndarray, face: np.ndarray, corners: np.ndarray, count: int, resolution: int):
+    """``overlap_layers`` in steps of some hundredths of a second."""
     from scipy.sparse import csr_matrix
 
     layer = np.zeros(count, int)
-    pairs, certain = _sharing(uv, face, resolution)
+    cells = yield from texel_steps(uv, np.arange(len(uv)), resolution)
+    pairs, certain = _sharing(cells, uv, face, resolution)
     if not len(pairs):
         return layer
     rows, columns = np.repeat(face, 3), corners.ravel()
@@ -40,10 +48,9 @@ def overlap_layers(
     return layer
 
 
-def _sharing(uv, face, resolution) -> tuple[np.ndarray, np.ndarray]:
+def _sharing(cells: Receivers, uv, face, resolution) -> tuple[np.ndarray, np.ndarray]:
     """(m, 2) unique pairs of faces, smaller first, found in one texel covered more than once;
     (m,) bool: they were alone in it, so it is they that overlap."""
-    cells = texel_receivers(uv, np.arange(len(uv)), resolution)
     area = np.abs(doubled_areas(cells.corners)) * np.where(cells.square, 1.0, 0.5)
     area = area * np.abs(doubled_areas(uv))[cells.triangle] * resolution**2
     covered = np.bincount(cells.receiver, area, cells.count)

@@ -7,14 +7,17 @@ that lie wholly inside are one run (one square cell each), the few around it are
 
 from __future__ import annotations
 
+from typing import Iterator
+
 import numpy as np
 
 from ..solver.receivers import Receivers
+from ..steps import finish
 from .clip import clip_squares, doubled_areas, fan
 
 NEGLIGIBLE = 1e-6  # of a texel: a cell smaller than this is left out when its texel has others
 TOUCHED = 1e-8  # of a texel: a texel covered by less belongs to no face
-CHUNK = 1 << 16  # triangles, or texels to clip, worked on at once
+CHUNK = 1 << 14  # triangles, or texels to clip, worked on at once
 OVERLAP = 1.01  # a texel covered by more than this many texel areas has several owners
 
 
@@ -28,13 +31,20 @@ def texel_receivers(
     triangles overlap the texel is the mean over all of them (see ``overlapping_texels``).
     Raises ValueError on mismatched shapes.
     """
+    return finish(texel_steps(uv, triangle, resolution, image))
+
+
+def texel_steps(uv: np.ndarray, triangle: np.ndarray, resolution: int, image: int = 0):
+    """``texel_receivers`` in steps of some hundredths of a second."""
     uv = np.asarray(uv, float)
     if uv.ndim != 3 or uv.shape[1:] != (3, 2) or len(uv) != len(triangle):
         raise ValueError(f"uv has shape {uv.shape}; it must be ({len(triangle)}, 3, 2)")
     points = uv * resolution
     parts = [_empty()]
     for start in range(0, len(points), CHUNK):
-        parts += _cells(points[start : start + CHUNK], start, resolution)
+        for part in _cells(points[start : start + CHUNK], start, resolution):
+            parts.append(part)
+            yield start / len(points)
     texel, index, corners, square, area = (np.concatenate(column) for column in zip(*parts))
     del parts
     order = np.argsort(texel, kind="stable")
@@ -69,8 +79,8 @@ def _empty():
     return texel, texel, np.zeros((0, 3, 2)), np.zeros(0, bool), np.zeros(0)
 
 
-def _cells(points: np.ndarray, start: int, resolution: int) -> list[tuple]:
-    """Cells of a chunk of triangles: (texel, triangle, corners, square, area)."""
+def _cells(points: np.ndarray, start: int, resolution: int) -> Iterator[tuple]:
+    """Cells of a chunk of triangles, in pieces: (texel, triangle, corners, square, area)."""
     finite = np.isfinite(points).all((1, 2))
     area = np.zeros(len(points))
     area[finite] = np.abs(doubled_areas(points[finite]))
@@ -79,18 +89,16 @@ def _cells(points: np.ndarray, start: int, resolution: int) -> list[tuple]:
     points = points[usable]
     inverse = _barycentric(points)
     owner, row = _rows(points, resolution)
-    parts = []
     for at in range(0, len(owner), CHUNK):
         who, y = owner[at : at + CHUNK], row[at : at + CHUNK]
         outer, inner = _spans(points[who], y, resolution)
         whole = _whole(inner, who, y)
-        parts.append(_finish(whole, points, inverse, usable + start, resolution))
+        yield _finish(whole, points, inverse, usable + start, resolution)
         partial = _partial(outer, inner, who, y)
         for i in range(0, len(partial[0]), CHUNK):
             piece = tuple(column[i : i + CHUNK] for column in partial)
-            parts.append(_finish(_clipped(*piece, points), points, inverse, usable + start,
-                                 resolution))
-    return parts
+            cells = _clipped(*piece, points)
+            yield _finish(cells, points, inverse, usable + start, resolution)
 
 
 def _barycentric(points: np.ndarray) -> np.ndarray:

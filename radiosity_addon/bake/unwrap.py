@@ -10,9 +10,9 @@ import math
 
 import numpy as np
 
-from ..steps import finish
+from ..steps import finish, scaled
 from .layers import check_editable
-from .overlaps import overlap_layers
+from .overlaps import overlap_steps
 from .seams import cut_sharp_edges
 from .uv_maps import FALLBACK, HeldMap, find_uv_map, free_name, give_maps
 
@@ -89,10 +89,9 @@ def _unwrap(shape, gap: float, done: float):
     for _ in range(ATTEMPTS):
         uv, triangles, face = _lay_out(points, corner, start, gap)
         yield done
-        layer = overlap_layers(
+        layer = yield from scaled(done, done, overlap_steps(
             uv[triangles].astype(float), face, corner[triangles], len(start), CHECKED
-        )
-        yield done
+        ))  # fmt: skip
         if not layer.any():
             break
         size = np.diff(start, append=len(corner))

@@ -10,6 +10,7 @@ from ..bake.image import file_names, save_image, write_image
 from ..files import Publication
 from ..settings import Settings
 from ..solver.progress import Progress, silent
+from ..steps import finish
 from .job import Job, Result
 from .prepare import discard
 from .restore import remember_colors, remember_image
@@ -26,17 +27,24 @@ def apply(
     removed, and the exception goes on: ValueError for objects that changed meanwhile, OSError for
     files.
     """
+    steps = apply_steps(context, job, result, publication)
+    return finish(steps, lambda fraction: progress("Write", fraction))
+
+
+def apply_steps(context, job: Job, result: Result, publication: Publication | None = None):
+    """``apply`` in steps, one for each image or object. Closed before its end, it puts all back.
+    Nothing else may change the file between its steps, and no undo may come."""
     warnings: list[str] = []
     with ExitStack() as undo, ExitStack() as own:
         undo.callback(discard, context, job)
         files = publication or own.enter_context(Publication())
         objects = _find(job)
         if job.settings.target == "image":
-            earlier = _write_images(job, result, objects, progress, files, undo)
+            earlier = yield from _image_steps(job, result, objects, files, undo)
         else:
             earlier = []
             for index, item in enumerate(objects):
-                progress("Write", index / len(objects))
+                yield index / len(objects)
                 undo.callback(remember_colors(item, job.settings.name))
                 warnings += write_colors(
                     item, job.settings.name, result.colors[index], job.settings.domain
@@ -49,18 +57,19 @@ def apply(
     return tuple(warnings)
 
 
-def _write_images(job: Job, result: Result, objects, progress, files, undo) -> list:
+def _image_steps(job: Job, result: Result, objects, files, undo):
     """Images and their files; returns what forgets the earlier images when all is well."""
     paths = _file_paths(job)
     earlier = []
     for index, item in enumerate(objects):
-        progress("Write", index / len(objects))
+        yield index / len(objects)
         name = image_name(job.settings, item.name)
         put_back, forget = remember_image(name)
         undo.callback(put_back)
         earlier.append(forget)
         image = write_image(name, result.colors[index])
         if paths[index] is not None:
+            yield (index + 0.5) / len(objects)
             save_image(image, files.stage(paths[index]), _kind(job.settings))
     return earlier
 

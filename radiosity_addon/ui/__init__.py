@@ -17,7 +17,8 @@ def register() -> None:
         bpy.utils.register_class(cls)
     properties.register_properties()
     bpy.types.STATUSBAR_HT_header.append(progress.draw_status)
-    bpy.app.handlers.load_pre.append(lifetime.give_up)
+    for moment, handler in lifetime.HANDLERS:
+        getattr(bpy.app.handlers, moment).append(handler)
     bpy.utils.register_preset_path(presets.SHIPPED)
 
 
@@ -30,7 +31,8 @@ def unregister() -> None:
     session.forget()
     view.forget()
     bpy.utils.unregister_preset_path(presets.SHIPPED)
-    bpy.app.handlers.load_pre.remove(lifetime.give_up)
+    for moment, handler in lifetime.HANDLERS:
+        getattr(bpy.app.handlers, moment).remove(handler)
     bpy.types.STATUSBAR_HT_header.remove(progress.draw_status)
     properties.unregister_properties()
     for cls in reversed(_classes()):

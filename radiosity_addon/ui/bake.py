@@ -51,8 +51,9 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
             session.end()
             self.report({"INFO"}, rpt_("Bake cancelled; the scene is as it was"))
             return self._finish(context, {"CANCELLED"})
-        if event.type != "TIMER":
-            return {"PASS_THROUGH"}
+        if event.type != "TIMER":  # nothing else may change what is being written
+            writing = bake.stage is session.Stage.WRITE
+            return {"RUNNING_MODAL" if writing else "PASS_THROUGH"}
         return self._tick(context, bake)
 
     def execute(self, context):

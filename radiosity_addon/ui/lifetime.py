@@ -10,3 +10,12 @@ def give_up(*_) -> None:
     """Another file is about to be opened: end the bake and forget what is this file's."""
     session.forget()
     view.forget()
+
+
+@bpy.app.handlers.persistent
+def before_undo(*_) -> None:
+    """All of Blender's data are about to be replaced."""
+    session.undone()
+
+
+HANDLERS = (("load_pre", give_up), ("undo_pre", before_undo), ("redo_pre", before_undo))

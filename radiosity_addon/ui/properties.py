@@ -186,13 +186,18 @@ def settings_of(properties: RadiositySettings, objects: tuple[str, ...] = ()) ->
         name=properties.bake_name,
         passes=tuple(name for name in DEFAULTS.passes if name in asked),
         quality=DEFAULTS.quality if properties.quality == CUSTOM else properties.quality.lower(),
-        error=properties.error if properties.quality == CUSTOM else None,
-        time_limit=properties.time_limit if properties.use_time_limit else None,
+        error=typed(properties.error) if properties.quality == CUSTOM else None,
+        time_limit=typed(properties.time_limit) if properties.use_time_limit else None,
         seed=properties.seed,
         threads=properties.threads,
     )
     settings.check()
     return settings
+
+
+def typed(value: float) -> float:
+    """The number as the user typed it: Blender keeps 7 digits of it, 0.03 as 0.029999999."""
+    return float(f"{value:.7g}")
 
 
 def register_properties() -> None:

@@ -17,6 +17,10 @@ STAGES = {
     "write": "Writing the colors",
     "total": "Total",
 }
+REUSED = {
+    "solution": "Solved before: only gathered anew",
+    "transport": "Form factors of the last bake",
+}
 ENERGY = {"emitted": "Emitted", "absorbed": "Absorbed", "escaped": "Escaped"}
 LINE = 44  # characters of a warning in one line of the panel
 
@@ -91,6 +95,9 @@ def draw_time(layout, report: dict) -> None:
     column = layout.column(align=True)
     for name, label in STAGES.items():
         pair(column, label, words.duration(report["seconds"][name]))
+    reused = REUSED.get(report.get("reused"))
+    if reused:
+        column.label(text=reused, icon="FILE_REFRESH")
 
 
 def draw_warnings(layout, report: dict) -> None:

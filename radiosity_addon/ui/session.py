@@ -14,16 +14,19 @@ from pathlib import Path
 
 from ..bake.uv_maps import give_maps
 from ..settings import Settings
+from ..steps import scaled
 from .follow import follow
 from .keep_file import NAME, forget_kept
+from .payload import PACKAGE
 from .solver_process import SolverProcess
 
 # The shares of the whole that the solver's part has in the progress bar.
 SOLVE_FROM, SOLVE_TO = 0.05, 0.97
-BUDGET = 0.03  # seconds of reading in one step: a piece that takes longer has one of its own
+BUDGET = 0.02  # seconds of reading or writing in one step, but at least one piece of it
 # What reading imports, in pieces: all of SciPy's sparse matrices at once take half a second.
-LIBRARIES = ("numpy.testing", "numpy.f2py", "scipy", "scipy.linalg", "scipy.sparse",
-             "scipy.sparse.linalg", "scipy.sparse.csgraph")  # fmt: skip
+LIBRARIES = ("numpy.testing", "numpy.f2py", "scipy", "scipy.constants", "scipy.linalg",
+             "scipy.sparse", "scipy.sparse.linalg", "scipy.sparse.csgraph")  # fmt: skip
+OURS = ("bake.unwrap", "export.evaluated", "export.pipeline", "stages.prepare")
 
 
 class Stage(Enum):
@@ -53,7 +56,7 @@ class BakeSession:
         self._start = time.perf_counter()
         self._export_seconds = 0.0
         self._process: SolverProcess | None = None
-        self._reading = None  # the steps before the solve
+        self._steps = None  # of reading or writing, while they are taken
         self._job = self._result = None
         self._peak_memory, self._reused = 0, ""
         self._maps: list = []
@@ -71,14 +74,12 @@ class BakeSession:
         return self.elapsed * (1 - self.fraction) / self.fraction
 
     def step(self, context) -> None:
-        """Take the next step; the longest are one evaluation of the scene and the final write."""
+        """Take the next step; the longest is the one evaluation of the scene for rendering."""
         try:
-            if self.stage in (Stage.LOAD, Stage.EXPORT):
-                self._read_on(context)
-            elif self.stage is Stage.SOLVE:
+            if self.stage is Stage.SOLVE:
                 self._watch()
-            elif self.stage in (Stage.WAIT, Stage.WRITE):
-                self._write(context)
+            elif self.stage is not Stage.DONE:
+                self._take_steps(context)
         except BaseException:
             self.cancel()
             raise
@@ -90,37 +91,41 @@ class BakeSession:
 
     def cancel(self) -> None:
         """End the solver's process and remove its files; the scene is as it was."""
-        if self._reading is not None:
-            self._reading.close()
-            self._reading = None
+        if self._steps is not None:
+            self._steps.close()
+            self._steps = None
+        self._result = None  # which lies in the process's files
         if self._process is not None:
             self._process.close()
             self._process = None
 
-    def _read_on(self, context) -> None:
-        """Pieces of reading that take about ``BUDGET`` together."""
-        if self._reading is None:
-            self._reading = self._read(context.scene, context.view_layer)
+    def _take_steps(self, context) -> None:
+        """Pieces of reading or of writing that take about ``BUDGET`` together."""
+        if self._steps is None:
+            reading = self.stage is Stage.LOAD
+            self._steps = self._read(context) if reading else self._write(context)
         end = time.perf_counter() + BUDGET
-        for fraction in self._reading:
-            self.fraction = SOLVE_FROM * fraction
+        for self.fraction in self._steps:
             if time.perf_counter() >= end:
                 return
-        self._reading = None
+        self._steps = None
+        if self.stage is Stage.DONE:
+            self.cancel()
 
-    def _read(self, scene, view_layer):
+    def _read(self, context):
         """From the start of the process to the job in its hands, in steps."""
+        scene, view_layer = context.scene, context.view_layer
         self._process = SolverProcess(kept_file())
         yield 0.0
-        for name in LIBRARIES:
+        for name in (*LIBRARIES, *(f"{PACKAGE}.{name}" for name in OURS)):
             importlib.import_module(name)
             yield 0.0
         from ..stages.prepare import prepare_steps
 
         self.stage = Stage.EXPORT
-        yield 0.0
         before = self.elapsed
-        self._job, self._maps = yield from prepare_steps(scene, view_layer, self.settings)
+        reading = prepare_steps(scene, view_layer, self.settings)
+        self._job, self._maps = yield from scaled(0.0, SOLVE_FROM, reading)
         self._export_seconds = self.elapsed - before
         self._process.give(self._job)
         self.stage, self.fraction = Stage.SOLVE, SOLVE_FROM
@@ -131,20 +136,21 @@ class BakeSession:
         self.fraction = max(self.fraction, share)
         if self._process.finished():
             self._result, self._peak_memory, self._reused = self._process.result()
-            self.cancel()
             self.stage, self.detail = Stage.WRITE, ""
 
-    def _write(self, context) -> None:
+    def _write(self, context):
+        """From the result to the report, in steps; nothing is written while an object is edited."""
         from ..report import build_report
-        from ..stages.apply import apply
+        from ..stages.apply import apply_steps
 
         followed = follow(self._job, self._result)
         if followed.in_edit_mode:
             self.stage, self.detail = Stage.WAIT, followed.in_edit_mode
             return
-        before = self.elapsed
+        self.stage, self.detail, before = Stage.WRITE, "", self.elapsed
         give_maps(self._maps)
-        told = apply(context, followed.job, followed.result)
+        writing = apply_steps(context, followed.job, followed.result)
+        told = yield from scaled(SOLVE_TO, 1.0, writing)
         result = replace(followed.result, warnings=(*followed.result.warnings, *told))
         seconds = {
             "export": self._export_seconds,
@@ -161,6 +167,12 @@ def kept_file() -> Path:
     import bpy
 
     return Path(bpy.app.tempdir) / NAME
+
+
+def undone() -> None:
+    """An undo is about to replace the whole file: end a bake that is half written into it."""
+    if _current is not None and _current.stage is Stage.WRITE:
+        end()
 
 
 def forget() -> None:

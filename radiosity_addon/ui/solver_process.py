@@ -14,7 +14,10 @@ import subprocess
 import sys
 import tempfile
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from . import worker
 from .payload import read_payload, write_payload
@@ -87,12 +90,16 @@ class SolverProcess:
 
     def result(self):
         """The job's Result, the process's peak memory [bytes], and what of an earlier bake was used
-        again ("", "solution" or "transport"). Raises SolverFailed."""
+        again ("", "solution" or "transport"). The Result's colours are read from the process's
+        files when they are used: before ``close``. Raises SolverFailed."""
         status = self._process.poll()
         if status is None:
             raise SolverFailed("the solver is still running; wait for it to finish")
         if status == 0:
-            return read_payload(self._folder / worker.RESULT)
+            result, count, *rest = read_payload(self._folder / worker.RESULT)
+            paths = [self._folder / f"{worker.COLORS}{index}.npy" for index in range(count)]
+            colors = tuple(np.load(path, mmap_mode="r") for path in paths)
+            return replace(result, colors=colors), *rest
         failure = self._folder / worker.FAILURE
         if failure.exists():
             raise SolverFailed(failure.read_text(encoding="utf-8"))

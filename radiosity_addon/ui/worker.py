@@ -3,7 +3,8 @@
 Started by its path with the folder of one bake, and the file that keeps solves between bakes, as
 its arguments. It imports what it needs while Blender still reads the scene; a byte on standard
 input tells that the job is there. When standard input ends, Blender is gone and so are we. It
-tells its progress in a file of fixed length and renames the result last.
+tells its progress in a file of fixed length, writes each target's colours into a file of its own,
+and renames the result last.
 """
 
 from __future__ import annotations
@@ -15,9 +16,11 @@ import shutil
 import sys
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 
-JOB, RESULT, PROGRESS, FAILURE = "job", "result", "progress", "failure"  # files in the folder
+# Files in the folder; COLORS is followed by the target's number.
+JOB, RESULT, PROGRESS, FAILURE, COLORS = "job", "result", "progress", "failure", "colors-"
 PROGRESS_LENGTH = 128  # bytes
 PROGRESS_PAUSE = 0.05  # seconds between two writes
 FAILED = 1  # exit status
@@ -31,6 +34,7 @@ def main(folder: Path, keep: Path | None = None) -> int:
     threading.Thread(target=_listen, args=(folder, given), daemon=True).start()
     _step_back()
     package = _load_package(Path(__file__).resolve().parents[1])
+    numpy = importlib.import_module("numpy")
     payload, keep_file, meter, work, _ = (
         importlib.import_module(f"{package}.{name}")
         for name in ("ui.payload", "ui.keep_file", "meter", "job", "solver.sequence")
@@ -40,7 +44,10 @@ def main(folder: Path, keep: Path | None = None) -> int:
         kept = keep_file.read_kept(keep)
         with ProgressFile(folder / PROGRESS) as progress:
             result = work.run(payload.read_payload(folder / JOB), meter.Meter(progress), kept)
-        content = (result, _peak_memory(package), kept.reused)
+        for index, colors in enumerate(result.colors):
+            numpy.save(folder / f"{COLORS}{index}.npy", colors)
+        figures = (replace(result, colors=()), len(result.colors))
+        content = (*figures, _peak_memory(package), kept.reused)
         payload.write_payload(folder / f"{RESULT}.part", content)
         os.replace(folder / f"{RESULT}.part", folder / RESULT)
         keep_file.write_kept(keep, kept)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+import textwrap
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -71,15 +74,35 @@ def test_operator_bakes_and_reports(file):
     assert report["target_error"] == 0.1
 
 
-@pytest.mark.parametrize("call", ["EXEC_DEFAULT", "INVOKE_DEFAULT"])
-def test_operator_and_command_line_give_identical_colours(file, room, call):
-    file.ops.radiosity.bake(call)
-    here = colors(box(file).data)
+def press(bpy) -> None:
+    """What the button does in a window, events and all: Blender's module has none, so a plain
+    object with the operator's functions takes its place."""
+    from radiosity_addon.ui import bake
+
+    functions = {k: v for k, v in vars(bake.RADIOSITY_OT_bake).items() if not k.startswith("__")}
+    button = type("Button", (), {**functions, "report": lambda *_: None})()
+    assert button._begin(bpy.context)
+    status = {"PASS_THROUGH"}
+    while status <= {"PASS_THROUGH", "RUNNING_MODAL"}:
+        status = button.modal(bpy.context, SimpleNamespace(type="MOUSEMOVE", value="NOTHING"))
+        status = button.modal(bpy.context, SimpleNamespace(type="TIMER", value="NOTHING"))
+        time.sleep(0.01)
+    assert status == {"FINISHED"}
+
+
+def test_button_operator_and_command_line_give_identical_colours(file, room):
+    from radiosity_addon.ui import session
+
+    press(file)
+    button = colors(box(file).data)
+    session.forget()  # what was kept, so that both solve
+    file.ops.radiosity.bake()
+    assert np.array_equal(button, colors(box(file).data))
     line = [sys.executable, "-m", "radiosity_addon", str(room), "--quality", "draft"]
     done = subprocess.run(line, cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     file.ops.wm.open_mainfile(filepath=str(room.with_name("room_baked.blend")))
-    assert np.array_equal(here, colors(box(file).data))
+    assert np.array_equal(button, colors(box(file).data))
 
 
 def test_images_are_baked_to_a_new_map_and_file(file, tmp_path):
@@ -163,15 +186,163 @@ def test_file_holds_nothing_of_a_bake_that_runs(file, session):
     assert "Radiosity_Box" in file.data.images
 
 
-def test_cancel_leaves_the_scene_as_it_was(file, session):
+def everything(bpy) -> dict:
+    """Names of all data-blocks, and what the meshes carry."""
+    found = {}
+    for name in ("objects", "meshes", "images", "scenes", "materials", "lights", "cameras"):
+        found[name] = sorted(block.name for block in getattr(bpy.data, name))
+    for mesh in bpy.data.meshes:
+        found[mesh.name] = sorted((item.name, item.data_type) for item in mesh.attributes)
+    return found
+
+
+def many(bpy, count: int = 3) -> None:
+    """Copies of the box with meshes of their own, far away; images of 16 texels asked for."""
+    for index in range(count):
+        other = box(bpy).copy()
+        other.data, other.name, other.location = box(bpy).data.copy(), f"Other {index}", (5, 0, 0)
+        bpy.context.scene.collection.objects.link(other)
+    properties = bpy.context.scene.radiosity
+    properties.target, properties.resolution = "IMAGE", 16
+
+
+PHASES = {
+    "importing": lambda bake, bpy: bake.stage.name == "LOAD" and bake.elapsed > 0.01,
+    "reading": lambda bake, bpy: bake.stage.name == "EXPORT" and bake.fraction > 0,
+    "solving": lambda bake, bpy: bake.stage.name == "SOLVE",
+    "writing": lambda bake, bpy: bake.stage.name == "WRITE" and len(bpy.data.images) == 2,
+}
+
+
+@pytest.fixture
+def slowly(monkeypatch):
+    """One piece of work a step, so that every phase can be caught in its midst."""
+    from radiosity_addon.ui import session
+
+    monkeypatch.setattr(session, "BUDGET", 0.0)
+
+
+def reach(bpy, bake, phase: str) -> None:
+    deadline = time.monotonic() + 60
+    while not PHASES[phase](bake, bpy):
+        assert time.monotonic() < deadline and bake.stage.name != "DONE"
+        bake.step(bpy.context)
+        bake.wait(0.1)
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_cancel_in_every_phase_leaves_the_scene_as_it_was(file, session, slowly, phase):
     from radiosity_addon.ui.session import current
 
+    many(file)
+    before = everything(file)
     bake = session()
-    until(file, bake, "SOLVE")
+    reach(file, bake, phase)
     assert file.ops.radiosity.cancel() == {"FINISHED"}
     assert current() is None
-    assert not box(file).data.color_attributes
+    assert everything(file) == before
     assert not file.ops.radiosity.cancel.poll()
+
+
+@pytest.mark.parametrize("phase", ["reading", "writing"])
+def test_failure_in_the_midst_puts_everything_back(file, session, slowly, phase, monkeypatch):
+    from radiosity_addon.bake import unwrap
+    from radiosity_addon.stages import apply
+
+    many(file)
+    before = everything(file)
+    bake = session()
+    reach(file, bake, phase)
+
+    def fail(*_):
+        raise OSError("no space left")
+
+    monkeypatch.setattr(unwrap, "_lay_out", fail)
+    monkeypatch.setattr(apply, "write_image", fail)
+    with pytest.raises(OSError, match="no space"):
+        until(file, bake, "DONE")
+    assert everything(file) == before
+
+
+def test_files_that_cannot_be_put_in_place_take_the_bake_back(file, tmp_path, monkeypatch):
+    from radiosity_addon import files
+
+    def fail(self):
+        raise OSError("no space left")
+
+    monkeypatch.setattr(files.Publication, "commit", fail)
+    properties = file.context.scene.radiosity
+    properties.target, properties.write_files = "IMAGE", True
+    properties.resolution, properties.image_dir = 16, str(tmp_path / "out")
+    (tmp_path / "out").mkdir()
+    before = everything(file)
+    with pytest.raises(RuntimeError, match="no space"):
+        file.ops.radiosity.bake()
+    assert everything(file) == before and not properties.report
+    assert list((tmp_path / "out").iterdir()) == []
+
+
+@pytest.mark.parametrize("change", ["delete", "rename", "edit"])
+def test_objects_that_change_while_they_are_read(file, session, slowly, change):
+    many(file)
+    bake = session()
+    reach(file, bake, "reading")
+    while bake.fraction < 0.03:  # SOLVE_FROM times 0.6: the evaluation is over
+        bake.step(file.context)
+    other = file.data.objects["Other 1"]
+    if change == "delete":
+        file.data.objects.remove(other)
+    elif change == "rename":
+        other.name = "Crate"
+    else:
+        other.data = file.data.meshes.new("Empty")
+    until(file, bake, "DONE")
+    done = {entry["name"] for entry in bake.report["objects"] if entry["baked"]}
+    rest = {"Box", "Other 0", "Other 2"}
+    assert done == (rest | {"Crate"} if change == "rename" else rest)
+    assert {"Radiosity_" + name for name in done} == {image.name for image in file.data.images}
+
+
+@pytest.mark.parametrize("phase", ["reading", "writing"])
+def test_undo_and_another_file_end_a_bake_in_the_midst(file, session, slowly, phase):
+    from radiosity_addon.ui import lifetime
+    from radiosity_addon.ui.session import current
+
+    many(file)
+    before = everything(file)
+    bake = session()
+    reach(file, bake, phase)
+    lifetime.before_undo()
+    assert (current() is None) == (phase == "writing")
+    lifetime.give_up()
+    assert current() is None and everything(file) == before
+
+
+def test_blender_that_quits_takes_the_solver_and_all_files_along(room, tmp_path):
+    code = f"""
+        import sys, time, bpy, radiosity_addon
+        radiosity_addon.register()
+        bpy.ops.wm.open_mainfile(filepath={str(room)!r})
+        from radiosity_addon.ui import properties, session
+        scene = bpy.context.scene
+        scene.radiosity.quality, scene.radiosity.error = "CUSTOM", 1e-4  # minutes
+        session.begin(session.BakeSession("Scene", properties.settings_of(scene.radiosity)))
+        bake = session.current()
+        while bake.stage.name != "SOLVE":
+            bake.step(bpy.context)
+        time.sleep(1)
+        print(bake._process._process.pid, bpy.app.tempdir)
+    """
+    line = [sys.executable, "-c", textwrap.dedent(code)]
+    done = subprocess.run(
+        line, cwd=ROOT, env={**os.environ, "TMPDIR": str(tmp_path)}, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    pid, folder = done.stdout.strip().splitlines()[-1].split(maxsplit=1)
+    deadline = time.monotonic() + 10
+    while list(tmp_path.glob("radiosity-*")) or Path(folder).exists():
+        assert time.monotonic() < deadline, list(tmp_path.iterdir())
+        time.sleep(0.05)
 
 
 def test_renamed_object_is_followed(file, session):
@@ -179,8 +350,7 @@ def test_renamed_object_is_followed(file, session):
     until(file, bake, "WRITE")
     item = box(file)
     item.name = "Crate"
-    bake.step(file.context)
-    assert bake.stage.name == "DONE"
+    until(file, bake, "DONE")
     assert "Radiosity" in item.data.color_attributes
     assert [entry["name"] for entry in bake.report["objects"]] == ["Crate"]
 
@@ -192,7 +362,7 @@ def test_deleted_object_is_left_out_with_a_warning(file, session):
     bake = session()
     until(file, bake, "WRITE")
     file.data.objects.remove(other)
-    bake.step(file.context)
+    until(file, bake, "DONE")
     assert "Radiosity" in box(file).data.color_attributes
     assert any("Other was deleted" in text for text in bake.report["warnings"])
 

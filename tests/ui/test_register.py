@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import statistics
 import subprocess
 import sys
 import textwrap
@@ -9,15 +11,16 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 HEAVY = ("scipy", "embreex")
-# Other add-ons need a hundred milliseconds and more; 50 ms is our own limit, on any machine twice.
-MOST_SECONDS = 0.1
+MOST_SECONDS = 0.05  # of this process: what else the machine does is left out
+TRIES = 5
 
 
-def in_new_process(code: str) -> str:
-    """What ``code`` prints in a Python that has just started."""
-    done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(code)], cwd=ROOT, capture_output=True, text=True
-    )
+def in_new_process(code: str, compiled: Path) -> str:
+    """What ``code`` prints in a Python that has just started; it keeps bytecode in ``compiled``."""
+    environment = {**os.environ, "PYTHONPYCACHEPREFIX": str(compiled)}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
+    line = [sys.executable, "-c", textwrap.dedent(code)]
+    done = subprocess.run(line, cwd=ROOT, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return done.stdout.strip().splitlines()[-1]
 
@@ -49,7 +52,8 @@ def test_twice_in_a_row_leaves_nothing_behind(blender):
         assert traces(blender) == set()
 
 
-def test_enabling_is_quick_and_imports_nothing_heavy():
+def test_enabling_is_quick_and_imports_nothing_heavy(tmp_path):
+    """At every start of Blender but the first after the installation, which compiles."""
     code = f"""
         import sys, time
         import bpy, numpy
@@ -60,7 +64,8 @@ def test_enabling_is_quick_and_imports_nothing_heavy():
         assert not [name for name in {HEAVY} if name in sys.modules]
         print(seconds)
     """
-    assert min(float(in_new_process(code)) for _ in range(2)) < MOST_SECONDS
+    first, *others = [float(in_new_process(code, tmp_path)) for _ in range(1 + TRIES)]
+    assert statistics.median(others) < MOST_SECONDS
 
 
 def test_command_line_is_offered_by_blender(addon):
