@@ -4,6 +4,7 @@ import bpy
 from bpy.app.translations import pgettext_tip as tip_
 
 from . import session
+from .results import uv_map_of
 
 
 def chosen_objects(context) -> tuple[str, ...]:
@@ -13,26 +14,49 @@ def chosen_objects(context) -> tuple[str, ...]:
     return tuple(item.name for item in context.selected_objects if item.type == "MESH")
 
 
-def candidates(context):
-    """The objects that the user's choice points at, one by one."""
-    if context.scene.radiosity.objects_from == "SELECTED":
-        return iter(context.selected_objects)
-    return (item for item in context.view_layer.objects if item.type == "MESH")
+def survey(context) -> list[tuple]:
+    """(object, why it cannot be baked, empty when it can) for all that the user's choice points
+    at, by name. The same rules as the export's, which asks the evaluated scene."""
+    properties, layer = context.scene.radiosity, context.view_layer
+    if properties.objects_from == "SELECTED":
+        items = context.selected_objects
+    else:
+        items = [item for item in layer.objects if item.type == "MESH"]
+    rendered = _rendered(layer.layer_collection)
+    first: dict[str, str] = {}  # mesh: the object that gets its colours
+    found = []
+    for item in sorted(items, key=lambda item: item.name):
+        reason = _left_out(item, properties, rendered)
+        if not reason and properties.target == "VERTEX":
+            user = first.setdefault(item.data.name_full, item.name)
+            if user != item.name:
+                reason = tip_("it shares its mesh with {}, whose colors it shows").format(user)
+        found.append((item, reason))
+    return found
 
 
-def left_out(item, properties) -> str:
-    """Why ``item`` cannot be baked; empty when it can."""
+def _rendered(collection) -> set[str]:
+    """Names of the objects in collections of the view layer that are rendered."""
+    if collection.exclude or collection.collection.hide_render:
+        return set()
+    names = {item.name for item in collection.collection.objects}
+    return names.union(*map(_rendered, collection.children))
+
+
+def _left_out(item, properties, rendered: set[str]) -> str:
     if item.type != "MESH":
-        return tip_("it is no mesh")
-    if item.hide_render:
+        return tip_("it is no mesh: convert it to one")
+    if item.hide_render or item.name not in rendered:
         return tip_("it is disabled in renders")
+    instanced = item.parent is not None and item.parent.instance_type in ("VERTS", "FACES")
+    if instanced or (item.is_instancer and not item.show_instancer_for_render):
+        return tip_("only its instances are rendered")
     if not item.data.polygons and not item.data.is_editmode:
         return tip_("it has no faces")
-    if item.library or item.data.library:
-        return tip_("it is linked from another file: make it local")
-    uv_map = properties.uv_map.strip()
-    if properties.target == "IMAGE" and uv_map and uv_map not in item.data.uv_layers:
-        return tip_("it lacks the UV map")
+    if properties.target == "VERTEX" and (item.data.library or item.data.override_library):
+        return tip_("its mesh is linked from another file: make it local")
+    if properties.target == "IMAGE" and item.data.library and not uv_map_of(properties, item.data):
+        return tip_("its mesh is linked and lacks the UV map: make it local")
     return ""
 
 
@@ -50,7 +74,15 @@ def why_not(context) -> str:
     if properties.write_files and properties.target == "IMAGE":
         if properties.image_dir.startswith("//") and not bpy.data.filepath:
             return tip_("Save the file first: the image folder is relative to it")
-    if any(not left_out(item, properties) for item in candidates(context)):
+    baked = [item for item, reason in survey(context) if not reason]
+    name = properties.uv_map.strip()
+    if name and properties.target == "IMAGE":
+        lacking = (item.name for item in baked if name not in item.data.uv_layers)
+        item = next(lacking, None)
+        if item is not None:
+            text = tip_("{} has no UV map {}: unwrap it, or name another map or none")
+            return text.format(item, name)
+    if baked:
         return ""
     if properties.objects_from == "SELECTED":
         return tip_("Select a mesh that is rendered")

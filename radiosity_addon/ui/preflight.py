@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .choice import candidates, left_out
+from .choice import survey
 from .properties import CUSTOM
 from .report_store import load_report
 from ..settings import QUALITY_ERROR
@@ -37,8 +37,7 @@ def preflight(context) -> Preflight:
     """Look at the chosen objects, changing nothing. Cheap enough for a panel's redraw."""
     properties = context.scene.radiosity
     baked, skipped, receivers = [], [], 0
-    for item in candidates(context):
-        reason = left_out(item, properties)
+    for item, reason in survey(context):
         if reason:
             skipped.append((item.name, reason))
         else:

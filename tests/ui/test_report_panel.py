@@ -44,10 +44,62 @@ def test_preflight_lists_what_is_baked_and_why_the_rest_is_not(file):
     assert "renders" in reasons["Hidden"] and "no faces" in reasons["Empty mesh"]
 
 
-def test_preflight_names_a_missing_uv_map(file):
+def linked(bpy, tmp_path):
+    """An object whose mesh lives in another file."""
+    path = str(tmp_path / "library.blend")
+    mesh = bpy.data.objects["Box"].data.copy()
+    mesh.name = "Far"
+    bpy.data.libraries.write(path, {mesh}, fake_user=True)
+    bpy.data.meshes.remove(mesh)
+    with bpy.data.libraries.load(path, link=True) as (_, wanted):
+        wanted.meshes = ["Far"]
+    return add(bpy, "Linked", wanted.meshes[0])
+
+
+def varied(bpy, tmp_path) -> None:
+    """One object of each kind there is."""
+    mesh = bpy.data.objects["Box"].data
+    add(bpy, "Copy", mesh)  # comes before its twin, whose mesh it shares
+    add(bpy, "Twin", mesh)
+    add(bpy, "Hidden", mesh.copy()).hide_viewport = True  # renders all the same
+    for name, change in (("Shut", "hide_render"), ("Out", "exclude")):
+        collection = bpy.data.collections.new(name)
+        bpy.context.scene.collection.children.link(collection)
+        collection.objects.link(bpy.data.objects.new(f"In {name}", mesh.copy()))
+        owner = bpy.context.view_layer.layer_collection.children[name]
+        setattr(collection if change == "hide_render" else owner, change, True)
+    linked(bpy, tmp_path)
+    carrier = add(bpy, "Carrier", mesh.copy())
+    carrier.instance_type, carrier.show_instancer_for_render = "VERTS", False
+    add(bpy, "Passenger", mesh.copy()).parent = carrier
+    bpy.context.view_layer.update()
+
+
+@pytest.mark.parametrize("target", ["VERTEX", "IMAGE"])
+def test_preflight_agrees_with_the_export(file, tmp_path, target):
+    """What it lists as baked is what the export takes, and the rest is what that leaves out."""
+    from radiosity_addon.stages.prepare import discard, prepare
+    from radiosity_addon.ui.properties import settings_of
+
+    varied(file, tmp_path)
+    properties = file.context.scene.radiosity
+    properties.target, properties.resolution = target, 16
+    job = prepare(file.context, settings_of(properties))
+    found = plan(file)
+    assert set(found.baked) == {each.name for each in job.targets}
+    reasons = dict(found.left_out)
+    assert "renders" in reasons["In Shut"] and "In Out" not in reasons
+    assert "make it local" in reasons["Linked"] and "instances" in reasons["Carrier"]
+    assert ("shares its mesh with Box" in reasons.get("Twin", "")) == (target == "VERTEX")
+    discard(file.context, job)
+
+
+def test_missing_uv_map_is_named_by_the_button(file):
+    from radiosity_addon.ui.choice import why_not
+
     properties = file.context.scene.radiosity
     properties.target, properties.uv_map = "IMAGE", "Atlas"
-    assert "UV map" in dict(plan(file).left_out)["Box"]
+    assert "Box has no UV map Atlas" in why_not(file.context)
 
 
 def test_preflight_of_the_selection_names_what_is_no_mesh(file):
