@@ -17,6 +17,7 @@ from .embree import Tracer
 from .geometry import OFFSET, Geometry
 
 MANY = 1024  # overlapping faces that are cut; more are left to rays
+MOST_PAIRS = 1 << 24  # of overlapping faces and all others that are compared
 SLIVER = 1e-9  # of a triangle: a smaller remainder is nothing
 PROBES = np.array([[i + 0.5, j + 0.5] for i in range(4) for j in range(4 - i)]) / 4.5  # (10, 2)
 
@@ -28,6 +29,8 @@ def uncovered(geometry: Geometry, tracer: Tracer, cells: Cells) -> tuple[Cells, 
     chosen[cells.triangle] = True
     copies = exact_copies(geometry, chosen)
     shared = np.flatnonzero(overlapping(geometry, tracer, chosen & ~copies))
+    if len(shared) <= MANY:
+        shared = _with_flush(geometry, shared, np.flatnonzero(chosen & ~copies))
     if len(shared) > MANY:
         return cells.take(~copies[cells.triangle]), overlapping(geometry, tracer, chosen)
     whole = ~copies
@@ -37,6 +40,23 @@ def uncovered(geometry: Geometry, tracer: Tracer, cells: Cells) -> tuple[Cells, 
         covers = _covers(geometry, triangle, shared[:i])
         parts.append(_cut_away(cells.take(cells.triangle == triangle), covers))
     return join_cells(parts), np.zeros(len(chosen), bool)
+
+
+def _with_flush(geometry: Geometry, shared: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """(k,) int: ``shared`` and those ``others`` (n,) in the plane of one of them whose boxes meet:
+    probes miss what overlaps by a corner only."""
+    if len(shared) * len(others) > MOST_PAIRS:
+        return shared
+    corners = geometry.vertices[geometry.triangles[others]]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    found = np.isin(others, shared)
+    for triangle in shared:
+        own = geometry.vertices[geometry.triangles[triangle]]
+        meets = ((low <= own.max(axis=0)) & (high >= own.min(axis=0))).all(axis=1)
+        near = np.flatnonzero(meets)
+        height = (corners[near] - own[0]) @ geometry.normal[triangle]
+        found[near[np.abs(height).max(axis=1) <= 4 * OFFSET]] = True
+    return others[found]
 
 
 def _covers(geometry: Geometry, triangle: int, others: np.ndarray) -> np.ndarray:

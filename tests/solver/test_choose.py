@@ -1,0 +1,134 @@
+"""The choice among many lights: whatever its guesses, what is expected of it is the sum."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks import stability_scenes as scenes
+from radiosity_addon.solver.cells import whole_triangles
+from radiosity_addon.solver.choose import BLOCK, TOP, choose_lights, make_pool
+from radiosity_addon.solver.coincident import uncovered
+from radiosity_addon.solver.context import build_context
+from radiosity_addon.solver.light_tree import Emitters, build_tree, pick
+from radiosity_addon.solver.progress import silent
+from radiosity_addon.solver.scene import AreaLamp, PointLamp
+from tests.solver import meshes
+
+
+def hall(count: int, seed: int = 0):
+    """Point lamps, spots and area lamps in the unit room, of powers over two decades."""
+    random = np.random.default_rng(seed)
+    lamps = []
+    for i, place in enumerate(random.uniform(0.05, 0.95, (count, 3))):
+        power = 10 ** random.uniform(-1, 1) * np.ones(3)
+        axis = random.normal(size=3)
+        axis /= np.linalg.norm(axis)
+        across = np.linalg.svd(axis[None])[2][1:] * random.uniform(0.01, 0.1)
+        lamps.append((
+            PointLamp("", place, power, 0.02),
+            PointLamp("", place, power, 0.01, axis=axis, cone=1.5, blend=0.3),
+            AreaLamp("", place, *across, axis, 30 * power),
+        )[i % 3])  # fmt: skip
+    return build_context(replace(scenes.lamp_room(), lamps=tuple(lamps)), 0, 1, silent).sources
+
+
+def all_together(sources, position, normal) -> np.ndarray:
+    """(n,) unoccluded irradiance of all lights, mean of channels, by 128 samples of each."""
+    xi = np.random.default_rng(1).random((128, 2))
+    total = np.zeros(len(position))
+    for light in range(sources.count):
+        kind, place = sources.kinds[sources.kind[light]], sources.place[light]
+        for i, (x, n) in enumerate(zip(position, normal)):
+            many = np.tile(x, (128, 1)), np.tile(n, (128, 1))
+            sample = kind.sample(np.full(128, place), *many, xi)
+            total[i] += sample.irradiance.mean() * kind.color[place].mean()
+    return total
+
+
+@pytest.mark.parametrize("count", [10, 150, 600])
+def test_choices_bring_the_sum(count):
+    """With 2^14 numbers, evenly spread, a point's choices divided by their probability average to
+    the sum over all lights, within four standard errors of the mean (as if they were independent,
+    which is more)."""
+    sources = hall(count)
+    (pool,) = sources.pools
+    random = np.random.default_rng(3)
+    position = random.uniform(-0.45, 0.45, (3, 3))
+    normal = random.normal(size=(3, 3))
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    truth = all_together(sources, position, normal)
+    n = 1 << 14
+    for x, direction, expected in zip(position, normal, truth):
+        many = np.tile(x, (n, 1)), np.tile(direction, (n, 1))
+        level = ((np.arange(n) + 0.5) / n)[:, None]
+        (choice,) = choose_lights(sources, pool, *many, level)
+        values = np.zeros(n)
+        for number, kind in enumerate(sources.kinds):
+            rows = np.flatnonzero((sources.kind[choice.light] == number) & (choice.factor > 0))
+            place = sources.place[choice.light[rows]]
+            sample = kind.sample(place, many[0][rows], many[1][rows], random.random((len(rows), 2)))
+            values[rows] = sample.irradiance * kind.color[place].mean(axis=1) * choice.factor[rows]
+        assert values.mean() == pytest.approx(expected, abs=4 * values.std() / np.sqrt(n))
+        # Choosing by what they would bring leaves little to chance: even choice of one among
+        # ``count`` lights of such powers scatters by √count and more.
+        assert values.std() < 3 * values.mean()
+
+
+def test_every_light_is_in_one_block():
+    random = np.random.default_rng(0)
+    for count in (BLOCK * TOP - 1, BLOCK * TOP + 1, 5000):
+        emitters = Emitters(random.random((count, 3)), np.zeros(count), random.random((count, 3)),
+                            np.ones(count), np.zeros(count), np.zeros(count, bool))  # fmt: skip
+        tree = build_tree(emitters, TOP, BLOCK)
+        assert sorted(tree.blocks[tree.blocks >= 0]) == list(range(count))
+        assert tree.levels[0].count <= TOP and tree.levels[-1].count == len(tree.blocks)
+        total = [level.power.sum() for level in tree.levels]
+        np.testing.assert_allclose(total, count, rtol=1e-9)
+        for upper, lower in zip(tree.levels, tree.levels[1:]):
+            assert lower.count == 2 * upper.count
+
+
+def test_work_grows_with_the_logarithm():
+    """Ten times the lights add at most four levels, each of two nodes for a way down; the nodes
+    compared near the root and the lights at the end stay as many."""
+    depth = {}
+    for count in (1000, 10_000, 100_000):
+        zero = np.zeros(count)
+        center = np.random.default_rng(0).random((count, 3))
+        pool = make_pool(np.arange(count), Emitters(center, zero, center, zero + 1, zero, zero > 0))
+        depth[count] = len(pool.tree.levels)
+        assert pool.blocks.shape[1] == BLOCK and pool.tree.levels[0].count <= TOP
+    assert depth[10_000] - depth[1000] <= 4 and depth[100_000] - depth[10_000] <= 4
+
+
+def test_pick_is_in_proportion():
+    """Columns 1, 3, 0, 4 of 8: one eighth, three eighths, none, a half of evenly spread numbers; and
+    the numbers made anew are evenly spread again."""
+    n = 8000
+    column, chance, rest = pick(np.tile([1.0, 3, 0, 4], (n, 1)), (np.arange(n) + 0.5) / n)
+    assert list(np.bincount(column)) == [1000, 3000, 0, 4000]
+    np.testing.assert_allclose(chance, np.array([1, 3, 0, 4])[column] / 8)
+    for k in (0, 1, 3):
+        mine = np.sort(rest[column == k])
+        np.testing.assert_allclose(mine, (np.arange(len(mine)) + 0.5) / len(mine), atol=1e-6)
+    assert pick(np.zeros((2, 3)), np.full(2, 0.5))[1].max() == 0
+
+
+@pytest.mark.parametrize("size, offset", [(0.25, 0.0), (0.25, 0.1), (0.5, 0.0), (0.1, 0.02)])
+def test_overlapping_faces_cover_their_union_once(size, offset):
+    """A square of edge 1/4 and one of ``size``, moved by ``offset`` along x, cut 3 × 3: what is left
+    has the area of both less that of their intersection, a rectangle."""
+    first = scenes.quad((0.5, 0.5, 0.8), 0.25)
+    corners = scenes.quad((0.5 + offset, 0.5, 0.8), size)[0][[0, 1, 3, 2]]
+    scene = meshes.scene([*scenes.walls(1), first, meshes.grid(corners, 3)], 0.5, 0.0)
+    context = build_context(scene, 0, 1, silent)
+    lit = np.flatnonzero(scene.object >= 6)
+    cells, left = uncovered(
+        context.geometry, context.tracer, whole_triangles(lit, np.ones((len(lit), 3)))
+    )
+    assert not left.any()
+    across = max(min(0.125, offset + size / 2) - max(-0.125, offset - size / 2), 0)
+    union = 0.25**2 + size**2 - across * min(size, 0.25)
+    found = (cells.share * context.geometry.area[cells.triangle]).sum() * context.geometry.scale**2
+    assert found == pytest.approx(union, rel=1e-6)
