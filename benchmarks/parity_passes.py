@@ -33,15 +33,15 @@ def beside(reflectance):
 DARK = partial(scene, (1e-4,) * 3)
 CASES = (
     Case("direct", scene, ("direct",)),
-    Case("indirect", scene, ("indirect",)),
+    Case("indirect", scene, ("indirect",), effort=4),
     Case("direct, indirect", scene, ("direct", "indirect")),
     Case("direct, color", scene, ("direct", "color")),
-    Case("indirect, color", scene, ("indirect", "color")),
+    Case("indirect, color", scene, ("indirect", "color"), effort=4),
     Case("color", scene, ("color",)),
     Case("direct, reflectance 0", partial(scene, BLACK), ("direct",), stand_in=DARK),
-    Case("indirect, reflectance 0.2", partial(scene, (0.2,) * 3), ("indirect",)),
+    Case("indirect, reflectance 0.2", partial(scene, (0.2,) * 3), ("indirect",), effort=4),
     Case("indirect, reflectance 0", partial(beside, 0.0), ("indirect",),
-         stand_in=partial(beside, 0.2)),
+         stand_in=partial(beside, 0.2), effort=4),
     Case("emit", glowing_scene, ("emit",)),
     Case("all, the stage glows", glowing_scene),
 )

@@ -31,13 +31,15 @@ UNIT_SQUARE = [0, 0, 1, 0, 1, 1, 0, 1]
 class Case:
     """``build()`` fills the empty file and returns the object to bake. ``design``: why we differ
     from Cycles on purpose, "" where we must agree. ``stand_in``: what Cycles bakes instead, where
-    it cannot bake the case itself."""
+    it cannot bake the case itself. ``effort``: times as many samples as other cases have, where
+    Cycles is noisy."""
 
     name: str
     build: Callable
     passes: tuple[str, ...] = PASSES
     design: str = ""
     stand_in: Callable | None = None
+    effort: int = 1
 
 
 def stage(material=None, slab=None, lit: bool = False):

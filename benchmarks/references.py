@@ -46,14 +46,21 @@ def cycles_references(obj, size: int, samples: int, passes, uv_map="Radiosity") 
 
 def _kept_bake(obj, size, samples, seed, passes, uv_map):
     key = fingerprint(obj, size, samples, seed, passes, uv_map)
-    path = folder() / f"{obj.name}-{size}-{samples}-{seed}-{key}.npz"
+    name = f"{obj.name}-{size}-{samples}-{seed}-{key}"
+    return kept(name, lambda: cycles_bake(obj, size, samples, seed, passes, uv_map))
+
+
+def kept(name: str, bake):
+    """What ``bake()`` gives, or gave before under this ``name``: pixels (size, size, 3) float64,
+    mask (size, size) bool, and seconds."""
+    path = folder() / f"{name}.npz"
     if not path.exists():
-        pixels, mask, seconds = cycles_bake(obj, size, samples, seed, passes, uv_map)
+        pixels, mask, seconds = bake()
         partial = path.with_suffix(f".{os.getpid()}.npz")
         np.savez_compressed(partial, pixels=pixels.astype(np.float32), mask=mask, seconds=seconds)
         os.replace(partial, path)
-    with np.load(path) as kept:
-        return kept["pixels"].astype(float), kept["mask"], float(kept["seconds"])
+    with np.load(path) as found:
+        return found["pixels"].astype(float), found["mask"], float(found["seconds"])
 
 
 def fingerprint(obj, *options) -> str:

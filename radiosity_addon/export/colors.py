@@ -98,8 +98,9 @@ def mix(weight: Color, a: Color, b: Color) -> Color:
 
 def same(a: Color, b: Color) -> bool:
     """Whether two colours look alike everywhere."""
-    shape = all(getattr(a, n) == getattr(b, n) for n in ("mapping", "attribute", "channel", "encoded"))
-    return shape and np.array_equal(a.factor, b.factor) and np.array_equal(a.pixels, b.pixels)
+    names = ("mapping", "attribute", "channel", "encoded")
+    alike = all(getattr(a, name) == getattr(b, name) for name in names)
+    return alike and np.array_equal(a.factor, b.factor) and np.array_equal(a.pixels, b.pixels)
 
 
 def to_field(color: Color, uv_of, corners_of, limit: float) -> Field:

@@ -10,6 +10,7 @@ from .sockets import source, uses_nodes
 
 MAX_DEPTH = 16  # of groups in groups
 NAMED = 3  # of many objects
+TRANSLUCENT = "ShaderNodeBsdfTranslucent"
 IMAGE_NODES = ("ShaderNodeTexImage", "ShaderNodeTexEnvironment")
 
 
@@ -26,6 +27,8 @@ def material_remarks(material) -> list[str]:
         remarks.append(
             f'material "{name}": links that form a cycle or fit no socket are ignored, as in Cycles'
         )
+    if any(node.bl_idname == TRANSLUCENT and _is_linked(node) for node in nodes_of(tree)):
+        remarks.append(f'material "{name}" is translucent; in the bake no light passes through it')
     output = tree.get_output_node("CYCLES")
     if output is None or not any(source(output.inputs[way]) for way in ("Surface", "Volume")):
         remarks.append(f'material "{name}" has no shader linked to its output; it is black')
@@ -55,13 +58,17 @@ def missing_images(tree) -> list[str]:
         for node in node_tree.nodes:
             if node.bl_idname not in IMAGE_NODES or node.mute:
                 continue
-            if not any(output.is_linked for output in node.outputs):
+            if not _is_linked(node):
                 continue
             if node.image is None:
                 found["an image node's image"] = None
             elif node.image.source in ("FILE", "GENERATED") and is_missing(node.image):
                 found[f'image "{node.image.name}"'] = None
     return list(found)
+
+
+def _is_linked(node) -> bool:
+    return any(output.is_linked for output in node.outputs)
 
 
 def nodes_of(tree):

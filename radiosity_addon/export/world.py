@@ -16,7 +16,8 @@ from .remarks import missing_images, nodes_of
 from .sockets import Reader, source, uses_nodes
 
 SMOOTH_WIDTH, SMOOTH_SAMPLES = 512, 4  # of skies made by formulas
-IMAGE_WIDTH, IMAGE_SAMPLES = 2048, 4  # the widest of those that show images
+IMAGE_WIDTH, IMAGE_SAMPLES = 2048, 4  # the widest of those that show images; narrower ones get
+# more samples: a sun of few pixels, turned or not, must keep its light
 CLOSE_UP, DISC_SAMPLES = 64, 4  # pixels across twice the sun's disc
 
 
@@ -98,7 +99,8 @@ def _resolution(tree) -> tuple[int, int]:
     ]
     if not widths:
         return SMOOTH_WIDTH, SMOOTH_SAMPLES
-    return int(np.clip(max(widths), SMOOTH_WIDTH, IMAGE_WIDTH)) // 2 * 2, IMAGE_SAMPLES
+    width = int(np.clip(max(widths), SMOOTH_WIDTH, IMAGE_WIDTH)) // 2 * 2
+    return width, IMAGE_SAMPLES * (IMAGE_WIDTH // width)
 
 
 def _sun_lamp(stage, node, name: str, sky: np.ndarray) -> list[SunLamp]:

@@ -412,3 +412,10 @@ def test_missing_image_of_a_tree_that_cycles_evaluates(blender, export):
     exported = export()
     np.testing.assert_allclose(material_of(exported).reflectance.value, (0.5, 0, 0.5), atol=1e-4)
     assert any('"Lost"' in w and '"Material"' in w for w in exported.warnings)
+
+
+def test_translucency_is_named(blender, export):
+    material, nodes, _ = add_material(blender, "Paper")
+    surface(material, nodes.new("ShaderNodeBsdfTranslucent"))
+    add_plane(blender, material=material)
+    assert any('"Paper" is translucent' in w for w in export().warnings)
