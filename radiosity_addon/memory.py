@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 START, START_PER_CORE = 1700 << 20, 100 << 20  # bytes of address space, as measured
+ALWAYS, PER_RECEIVER, PER_TRIANGLE = 350e6, 1900.0, 700.0  # bytes of a bake, measured
 
 
 def peak_memory() -> int:
@@ -33,6 +34,15 @@ def available_memory() -> int | None:
         return _windows_available()
     known = [size for size in (_free_memory(), _address_space_left()) if size is not None]
     return min(known) if known else None
+
+
+def of_a_bake(receivers: float, triangles: float) -> float:
+    """Bytes that a bake takes, about, beside the ALWAYS of Blender and the libraries themselves.
+
+    ``receivers`` are the texels, or the pieces of faces that get light for vertex colours.
+    docs/stability.md compares it with what was measured.
+    """
+    return PER_RECEIVER * receivers + PER_TRIANGLE * triangles
 
 
 def require(needed: int, what: str, remedy: str) -> None:

@@ -23,6 +23,16 @@ def receiver_budget(areas: np.ndarray, samples: int = SAMPLES) -> float:
     return float(areas.sum()) / samples
 
 
+def most_receivers(triangles: list[int]) -> int:
+    """How many receivers objects of so many triangles get at most: a triangle of which the budget
+    wants x pieces, more than the least, has (√x + 1)² < 4 x."""
+    return 4 * SAMPLES + sum(count * _fewest_cuts(count) ** 2 for count in triangles)
+
+
+def _fewest_cuts(triangles: int) -> int:
+    return 2 if triangles <= COARSE_MESH else 1
+
+
 def face_receivers(
     vertices: np.ndarray, triangles: np.ndarray, triangle: np.ndarray, budget: float,
     least: int | None = None,
@@ -34,8 +44,7 @@ def face_receivers(
     ``COARSE_MESH`` triangles. Triangles without area get no receiver.
     """
     area = triangle_areas(vertices, triangles)
-    if least is None:
-        least = 2 if len(triangles) <= COARSE_MESH else 1
+    least = _fewest_cuts(len(triangles)) if least is None else least
     wanted = np.sqrt(area / budget) if budget > 0 else np.zeros(len(area))
     cuts = np.clip(np.ceil(wanted), least, FINEST).astype(int)
     cuts[~(area > 0)] = 0

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from .. import memory
+from ..bake.faces import most_receivers
 from ..bake.unwrap import unwrap_steps
 from ..bake.uv_maps import HeldMap, give_maps, given, remove_uv_maps
-from .. import memory
+from ..export.exported import Exported
 from ..settings import Settings
 from ..solver.progress import Progress, silent
 from ..steps import finish
 from .job import Job
 
 UV_MAP = "Radiosity"  # made where no map is named
-TEXEL_BYTES = 1100  # of memory per texel of an image, as measured at 1024 and 2048 texels
 
 
 def prepare(context, settings: Settings, progress: Progress = silent) -> Job:
@@ -34,7 +35,7 @@ def prepare_steps(scene, view_layer, settings: Settings, tell=lambda fraction: N
     settings.check()
     view_layer.update()  # what a script has just linked is not in its list before
     names, layer = _candidates(view_layer, settings), (scene.name, view_layer.name)
-    _check_memory(len(names), settings)
+    _check_images(len(names), settings)
     held: list[HeldMap] = []
     if settings.target == "image" and settings.uv_map is None:
         held = yield from unwrap_steps(names, UV_MAP, settings.resolution, settings.margin)
@@ -45,6 +46,7 @@ def prepare_steps(scene, view_layer, settings: Settings, tell=lambda fraction: N
     exported = yield from exporting
     if not exported.objects:
         raise ValueError("there is no mesh to bake; " + _reasons(exported.skipped))
+    _check_triangles(exported, settings)
     held = _of_targets(held, exported.objects)
     job = Job(
         settings=settings,
@@ -107,13 +109,27 @@ def _quoted(names, most: int = 5) -> str:
     return f"{text} and {len(names) - most} more" if len(names) > most else text
 
 
-def _check_memory(images: int, settings: Settings) -> None:
+def _check_images(images: int, settings: Settings) -> None:
     if settings.target == "image":
         memory.require(
-            images * settings.resolution**2 * TEXEL_BYTES,
+            memory.of_a_bake(images * settings.resolution**2, 0),
             f"baking {images} images of {settings.resolution} x {settings.resolution} texels",
             "lower --resolution or name fewer --objects",
         )
+
+
+def _check_triangles(exported: Exported, settings: Settings) -> None:
+    sizes = [target.stop - target.start for target in exported.objects]
+    if settings.target == "image":
+        receivers = len(sizes) * settings.resolution**2
+    else:
+        receivers = most_receivers(sizes)
+    triangles = len(exported.scene.triangles)
+    memory.require(
+        memory.of_a_bake(receivers, triangles),
+        f"baking {len(sizes)} objects in a scene of {triangles} triangles",
+        "name fewer --objects or simplify their meshes",
+    )
 
 
 def _reasons(skipped) -> str:

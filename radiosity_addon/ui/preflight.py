@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from .choice import survey
 from .properties import CUSTOM
 from .report_store import load_report
+from ..memory import ALWAYS, of_a_bake
 from ..settings import QUALITY_ERROR
 
 MOST_SHOWN = 8  # names in the panel
@@ -18,9 +19,6 @@ COVERED = 0.6  # of an image's texels, as a rule
 FIRST_SECONDS = 0.4  # start of the solver's process
 RATE = 20_000.0  # receivers a second at 3 % error
 POWER = 1.2  # time grows like error to this power
-BYTES_FIXED = 300e6
-BYTES_PER_RECEIVER = 1500.0
-BYTES_PER_TRIANGLE = 600.0
 
 
 @dataclass(frozen=True)
@@ -50,7 +48,7 @@ def preflight(context) -> Preflight:
         baked=tuple(baked),
         left_out=tuple(skipped),
         seconds=_seconds(properties, load_report(context.scene), receivers),
-        bytes=BYTES_FIXED + BYTES_PER_RECEIVER * receivers + BYTES_PER_TRIANGLE * triangles,
+        bytes=ALWAYS + of_a_bake(receivers, triangles),
     )
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from radiosity_addon.bake.faces import (
     face_receivers,
+    most_receivers,
     receiver_areas,
     receiver_budget,
     triangle_areas,
@@ -60,3 +61,17 @@ def test_square_cells_count_twice():
     receivers = texel_receivers(uv, np.array([0]), 4)
     area = receiver_areas(VERTICES, TRIANGLES, receivers)
     assert area.sum() == pytest.approx(6) and area.max() == pytest.approx(6 * 2 / 16)
+
+
+@pytest.mark.parametrize("cuts", [1, 12, 60, 90])
+def test_no_more_receivers_than_are_foreseen(cuts):
+    """Two grids of equal triangles, one 3 times as wide: at 60 cuts each triangle is to have 0.56
+    or 5 pieces, at 12 cuts 14 or 125."""
+    s, t = (place.ravel() for place in np.meshgrid(*[np.linspace(0, 1, cuts + 1)] * 2))
+    first = (np.arange(cuts)[:, None] * (cuts + 1) + np.arange(cuts)).ravel()
+    triangles = np.column_stack([first, first + 1, first + cuts + 2])
+    grids = [scale * np.column_stack([s, t, 0 * s]) for scale in (1, 3)]
+    budget = receiver_budget(np.concatenate([triangle_areas(g, triangles) for g in grids]))
+    numbers = np.arange(len(triangles))
+    made = sum(face_receivers(grid, triangles, numbers, budget).count for grid in grids)
+    assert made <= most_receivers([len(triangles)] * 2)
