@@ -22,6 +22,7 @@ from .sampling import cosine_directions, sobol, tangent_frames
 from .scene import Scene
 
 LARGEST_SHARE = 0.1  # of the scene's area: an object's glowing faces above it are left to rays
+BRIGHT = 4.0  # times the scene's mean radiance: what is less bright is left to rays, too
 MOST = 1 << 20  # lights; a scene with more emissive faces leaves them to rays
 PROBES = 1 << 20  # rays, of all sides together, that look where their light goes
 MOST_PROBES = 32  # of a side
@@ -33,7 +34,8 @@ def emissive_faces(scene: Scene, geometry: Geometry, tracer: Tracer) -> tuple[Po
     glowing = np.flatnonzero(_glowing(scene, geometry))
     cells, share = _cells(scene, geometry, glowing)
     explicit = np.zeros(len(scene.triangles), bool)
-    explicit[glowing[_small(scene, geometry, glowing, share)]] = True
+    chosen = _small(scene, geometry, glowing, share) & _bright(geometry, cells)[glowing]
+    explicit[glowing[chosen]] = True
     cells = cells.take(np.flatnonzero(explicit[cells.triangle]))
     if len(cells.triangle) > MOST:
         explicit[:] = False
@@ -77,6 +79,15 @@ def _small(scene: Scene, geometry: Geometry, triangle: np.ndarray, share: np.nda
     group = group.reshape(-1)
     area = np.bincount(group, geometry.area[triangle] * share)
     return area[group] <= LARGEST_SHARE * geometry.area.sum()
+
+
+def _bright(geometry: Geometry, cells: Cells) -> np.ndarray:
+    """(n_triangles,) bool: triangles much brighter than the scene on average. Where everything
+    glows alike (a furnace), rays find the light without noise, and choosing lights has some."""
+    area = geometry.area[cells.triangle] * cells.share
+    light = np.bincount(cells.triangle, area * cells.radiance.mean(axis=1), len(geometry.area))
+    glowing = np.bincount(cells.triangle, area, len(geometry.area))
+    return light * geometry.area.sum() > BRIGHT * light.sum() * glowing
 
 
 def as_polygons(geometry: Geometry, cells: Cells) -> Polygons:

@@ -16,6 +16,7 @@ from .sharp import edge_shrink
 # and 5e-7; nearer gaps than this cannot be told apart in float32 anyway.
 OFFSET = 5e-7
 SMALLEST, LARGEST = 1e-100, 1e100  # extent of a scene; powers of it must be numbers too
+ROUGH = 1e-4  # of a scene's extent: 32-bit vertices further apart than this have lost its shape
 
 
 @dataclass(frozen=True)
@@ -73,3 +74,21 @@ def build_geometry(vertices: np.ndarray, triangles: np.ndarray) -> Geometry:
     normal = cross / np.where(length > 0, length, 1)[:, None]
     shrink = edge_shrink(triangles, p0, e1, e2, OFFSET)
     return Geometry(unit, triangles, p0, e1, e2, normal, length / 2, shrink, scale, center)
+
+
+def rounding_warning(vertices: np.ndarray, geometry: Geometry) -> str | None:
+    """What to say of vertices (n, 3) that are 32-bit numbers too far from the origin for the
+    scene's size; None of others."""
+    used = np.asarray(vertices, np.float64)[np.unique(geometry.triangles)]
+    with np.errstate(over="ignore", under="ignore"):
+        single = used.astype(np.float32)
+    if len(used) == 0 or not np.array_equal(single, used):
+        return None
+    step = float(np.spacing(np.abs(single).max()))
+    if step <= ROUGH * geometry.scale:
+        return None
+    return (
+        f"the scene is {geometry.scale:.3g} units across and lies {np.abs(used).max():.3g} from "
+        f"the origin, where 32-bit vertices are rounded to {step:.2g}: its shape may be lost; model it "
+        "at the origin"
+    )

@@ -18,6 +18,7 @@ from .check import check_scene
 from .context import Context, build_context
 from .energy import energy_balance
 from .footprints import Footprints, build_footprints
+from .geometry import rounding_warning
 from .graph import build_graph
 from .judge import Judge, Surface, Verdict
 from .keep import Kept
@@ -41,6 +42,7 @@ STALLED = 0.7  # of its square: gathered light's error after half as many rays a
 HALVES = (0, 1)
 
 
+@np.errstate(under="ignore")  # light that vanishes beside the brightest is nothing
 def solve(
     scene: Scene, receivers: Receivers, settings, progress: Progress | None = None, project=None,
     kept: Kept | None = None,
@@ -79,7 +81,7 @@ def solve(
             target_error=settings.target_error,
             estimated_error=verdict.error,
             energy=energy,
-            warnings=tuple(_warnings(verdict, settings, radiosities)),
+            warnings=tuple(_warnings(context, verdict, settings, radiosities)),
             seconds={**clock.laps, "embree": context.embree_seconds},
         ),
     )
@@ -232,8 +234,11 @@ def _samples(*rounds) -> int:
     return sum(len(owners) * samples for owners, samples in rounds)
 
 
-def _warnings(verdict: Verdict, settings, radiosities):
+def _warnings(context: Context, verdict: Verdict, settings, radiosities):
     """What the user should know of the numbers."""
+    rounded = rounding_warning(context.scene.vertices, context.geometry)
+    if rounded:
+        yield rounded
     if verdict.error > settings.target_error:
         reason = "within the time limit" if settings.time_limit else f"in {MAX_ROUNDS} rounds"
         yield (

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 WINDOW = 33  # receivers
+LARGEST = 1e9  # in pictures: they are float32, which holds fourth powers up to here
 
 
 @dataclass(frozen=True)
@@ -35,9 +36,11 @@ def smooth(lattices: list, a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> 
     out_a, out_b = a.copy(), b.copy()
     error = (a - b) ** 2 / 2
     touched = np.zeros(len(a), bool)
-    scale = float(weight.max(initial=0)) or 1.0  # pictures are float32: keep their squares in range
+    peak = max(np.abs(a).max(initial=0), np.abs(b).max(initial=0))
+    scale = float(min(weight.max(initial=0) or 1.0, LARGEST / (peak or 1.0)))
+    weight = np.minimum(weight / scale, LARGEST)
     for lattice in lattices:
-        one, two, gain, level = _smooth_picture(lattice, a * scale, b * scale, weight / scale)
+        one, two, gain, level = _smooth_picture(lattice, a * scale, b * scale, weight)
         out_a[lattice.index] = lattice.read(one).astype(float) / scale
         out_b[lattice.index] = lattice.read(two).astype(float) / scale
         error[lattice.index] += lattice.read(gain).astype(float) / scale**2

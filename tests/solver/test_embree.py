@@ -1,0 +1,114 @@
+"""Tracer: nothing that Embree would read wrongly gets through, nothing that it says is lost."""
+
+import logging
+
+import numpy as np
+import pytest
+from embreex import rtcore
+
+from radiosity_addon.solver import embree
+from radiosity_addon.solver.embree import Tracer
+
+CORNERS = np.array([[0, 0, 0], [0.5, 0, 0], [0, 0.5, 0]])
+TRIANGLE = np.array([[0, 1, 2]])
+DOWN = np.array([[0, 0, -1]], np.float32)
+ABOVE = np.array([[0.1, 0.1, 0.5]], np.float32)
+
+
+def test_first_hit():
+    """From 0.5 above (0.1, 0.1) straight down on a triangle with legs of 0.5: u = v = 0.2."""
+    hits = Tracer(CORNERS, TRIANGLE).intersect(ABOVE, DOWN)
+    assert hits.triangle == [0] and hits.front == [True]
+    np.testing.assert_allclose([hits.u, hits.v, hits.distance], [[0.2], [0.2], [0.5]], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "vertices, triangles, message",
+    [
+        (CORNERS.ravel(), TRIANGLE, r"vertices have the shape \(9,\)"),
+        (CORNERS[:, :2], TRIANGLE, r"vertices have the shape \(3, 2\)"),
+        (CORNERS * np.nan, TRIANGLE, "vertices must be finite"),
+        (CORNERS * 3, TRIANGLE, r"within \[-1, 1\]"),
+        (CORNERS, TRIANGLE.ravel(), r"triangles are int64 \(3,\)"),
+        (CORNERS, TRIANGLE * 1.0, r"triangles are float64 \(1, 3\)"),
+        (CORNERS, TRIANGLE + 1, "do not exist"),
+        (CORNERS, TRIANGLE - 1, "do not exist"),
+        (CORNERS, TRIANGLE + (1 << 32), "do not exist"),  # 0, 1, 2 when cut to 32 bits
+    ],
+)
+def test_wrong_meshes_are_refused(vertices, triangles, message):
+    with pytest.raises(ValueError, match=message):
+        Tracer(vertices, triangles)
+
+
+@pytest.mark.parametrize("which", ["origins", "directions"])
+@pytest.mark.parametrize("method", ["intersect", "clear"])
+@pytest.mark.parametrize(
+    "spoil, message",
+    [
+        (lambda rays: rays.astype(float), "float64"),
+        (lambda rays: rays.ravel(), r"\(6,\)"),
+        (lambda rays: rays[:, :2].copy(), r"\(2, 2\)"),
+        (lambda rays: np.repeat(rays, 2, axis=0)[::2], "not contiguous"),
+        (lambda rays: np.asfortranarray(rays), "not contiguous"),
+        (lambda rays: rays[:1], "1 .*but 2|2 .*but 1"),
+        (lambda rays: rays * np.float32(np.nan), "not finite"),
+        (lambda rays: rays / np.float32(0), "not finite"),
+    ],
+)
+def test_wrong_rays_are_refused(which, method, spoil, message):
+    rays = {"origins": np.repeat(ABOVE, 2, axis=0), "directions": np.repeat(DOWN, 2, axis=0)}
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rays[which] = spoil(rays[which])
+    with pytest.raises(ValueError, match=message):
+        getattr(Tracer(CORNERS, TRIANGLE), method)(*rays.values())
+
+
+def test_long_rays_are_numbers():
+    """Their squares are not, in float32."""
+    assert not Tracer(CORNERS, TRIANGLE).clear(ABOVE, 1e30 * DOWN)[0]
+
+
+@pytest.mark.parametrize("lengths", [np.nan, np.array([np.nan])])
+def test_lengths_that_are_no_numbers_are_refused(lengths):
+    with pytest.raises(ValueError, match="lengths are not numbers"):
+        Tracer(CORNERS, TRIANGLE).clear(ABOVE, DOWN, lengths)
+
+
+@pytest.mark.parametrize("lengths", [np.ones(3), np.ones((2, 1))])
+def test_lengths_of_another_shape_are_refused(lengths):
+    with pytest.raises(ValueError, match="broadcast"):
+        Tracer(CORNERS, TRIANGLE).clear(np.repeat(ABOVE, 2, 0), np.repeat(DOWN, 2, 0), lengths)
+
+
+def test_no_rays_and_no_triangles_are_fine():
+    none = np.zeros((0, 3), np.float32)
+    assert len(Tracer(CORNERS, TRIANGLE).intersect(none, none).triangle) == 0
+    empty = Tracer(CORNERS, TRIANGLE[:0])
+    assert empty.intersect(ABOVE, DOWN).triangle == [-1] and empty.clear(ABOVE, DOWN).all()
+
+
+@pytest.fixture(params=[logging.WARNING, logging.CRITICAL + 1])
+def application(request):
+    """One that shows warnings, and one that shows nothing."""
+    root = logging.getLogger()
+    before = root.level
+    root.setLevel(request.param)
+    yield
+    root.setLevel(before)
+
+
+def test_what_the_device_logs_is_raised(application):
+    """As embreex reports its device: an error on its log, while the call returns normally."""
+    tracer = Tracer(CORNERS, TRIANGLE)
+
+    class Failing:
+        def run(self, *rays, **options):
+            rtcore.log.error("ERROR: %s", "out of memory")
+            return {"primID": 0, "u": 0, "v": 0, "tfar": 0, "Ng": np.zeros((1, 3))}
+
+    tracer._scene = Failing()
+    for method in (tracer.intersect, tracer.clear):
+        with pytest.raises(RuntimeError, match="Embree failed: ERROR: out of memory"):
+            method(ABOVE, DOWN)
+    assert not embree._DEVICE.messages  # said once
