@@ -240,4 +240,7 @@ def _save(bpy, path: Path) -> None:
     try:
         bpy.ops.wm.save_as_mainfile(filepath=str(path.resolve()), copy=True, check_existing=False)
     except RuntimeError as error:
-        raise OSError(f"the result cannot be saved: {str(error).strip()}") from error
+        raise OSError(
+            f"the result cannot be saved: {str(error).strip()}; free some space on its disk, or "
+            "choose another --output"
+        ) from error

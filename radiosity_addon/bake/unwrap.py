@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from ..export.meshes import within_reach
 from ..steps import finish, scaled
 from .layers import check_editable
 from .overlaps import overlap_steps
@@ -105,13 +106,13 @@ def _unwrap(shape, gap: float, done: float):
 
 def _shape(obj) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points (v, 3) in world size, so that texels are alike on all sides; vertex of each loop
-    (n_loops,); first loop of each face. Points that are not finite move to the origin."""
+    (n_loops,); first loop of each face. Points out of reach move to the origin."""
     source = obj.data
     points = _get(source.vertices, "co", 3, np.float32)
     size = np.array(obj.matrix_world, float)[:3, :3]
     if np.isfinite(size).all() and abs(np.linalg.det(size)) > 0:
         points = points @ size.T
-    points = np.nan_to_num(points, nan=0.0, posinf=0.0, neginf=0.0)
+    points = np.where(within_reach(points), points, 0.0)  # else Blender never ends
     corner = _get(source.loops, "vertex_index", 1, np.int32)[:, 0].astype(np.int64)
     return points, corner, _get(source.polygons, "loop_start", 1, np.int32)[:, 0]
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .materials import Palette, slot_keys
-from .meshes import sound_triangles
+from .meshes import FARTHEST, sound_triangles, within_reach
 from .parts import Part, is_mirrored, world_vertices
 
 
@@ -46,7 +46,7 @@ def assemble(parts: list[Part], warnings: list[str]) -> Geometry:
         _report_unsound(part.name, unfinite, empty, warnings)
         kept = np.flatnonzero(sound).astype(np.int32)
         order = np.array([0, 2, 1] if is_mirrored(part) else [0, 1, 2])
-        points = np.where(np.isfinite(points), points, 0.0) if unfinite else points
+        points = np.where(within_reach(points), points, 0.0) if unfinite else points
         vertices.append(points)
         triangles.append(part.mesh.triangles[kept][:, order] + base)
         owners.append(np.full(len(kept), index, np.int32))
@@ -68,7 +68,8 @@ def assemble(parts: list[Part], warnings: list[str]) -> Geometry:
 def _report_unsound(name: str, unfinite: int, empty: int, warnings: list[str]) -> None:
     if unfinite:
         warnings.append(
-            f'object "{name}": {unfinite} triangles with NaN or infinite vertices left out'
+            f'object "{name}": {unfinite} triangles with NaN or infinite vertices '
+            f"(beyond {FARTHEST:g}) left out"
         )
     if empty:
         warnings.append(f'object "{name}": {empty} triangles without area left out')

@@ -148,7 +148,7 @@ def test_unsound_faces_are_left_out_with_a_warning(blender, export):
     assert len(exported.scene.triangles) == 1
     assert np.all(np.isfinite(exported.scene.vertices))
     assert exported.warnings[:2] == (
-        'object "Broken": 2 triangles with NaN or infinite vertices left out',
+        'object "Broken": 2 triangles with NaN or infinite vertices (beyond 1e+18) left out',
         'object "Broken": 1 triangles without area left out',
     )
 
