@@ -101,7 +101,7 @@ def _difference(polygon: np.ndarray, cover: np.ndarray) -> list[np.ndarray]:
 
 
 def _half(polygon: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """The part (m, 2) of a convex polygon (k, 2) on the left of a line (Sutherland & Hodgman 1974)."""
+    """The part (m, 2) of a convex polygon (k, 2) left of a line (Sutherland & Hodgman 1974)."""
     along, away = end - start, polygon - start
     height = along[0] * away[:, 1] - along[1] * away[:, 0]
     corners = []

@@ -75,7 +75,8 @@ class LightTree:
         for level in self.levels[1:]:
             for k in range(xi.shape[1]):
                 children = 2 * node[:, k, None] + np.arange(2)
-                side, share, rest[:, k] = pick(_of_own(level, children, position, normal), rest[:, k])
+                strength = _of_own(level, children, position, normal)
+                side, share, rest[:, k] = pick(strength, rest[:, k])
                 node[:, k] = 2 * node[:, k] + side
                 chance[:, k] *= share
         return node, chance, rest

@@ -53,7 +53,7 @@ class Polygons:
         return self.origin + share * (self.u + self.v), size.max(axis=0)
 
     def sample(self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray) -> Sample:
-        """Sample light ``which`` (an int: exactly; or (n,) of them: each by itself) for n points."""
+        """Sample light ``which`` (an int: exactly; or (n,) of them: each alone) for n points."""
         if np.ndim(which) == 0 or len(which) == 0:
             return self._by_area(which, position, normal, xi, np.ndim(which) == 0)
         near = self._near(which, position)
@@ -61,7 +61,8 @@ class Polygons:
         sample = self._by_area(which, position, normal, xi, False)
         some = np.flatnonzero(angular)
         if len(some):
-            value, segment = self._by_solid_angle(which[some], position[some], normal[some], xi[some])
+            chosen = (array[some] for array in (which, position, normal, xi))
+            value, segment = self._by_solid_angle(*chosen)
             sample.irradiance[some], sample.segment[some] = value, segment
             sample.weight[some] = value > 0
         textured = np.flatnonzero(near & (self.triangle[which] >= 0))
@@ -130,13 +131,13 @@ class Polygons:
     def _texture_place(self, which, target: np.ndarray) -> np.ndarray:
         """(n, 2) barycentric coordinates, in their triangles, of places on lights."""
         u, v, away = self.u[which], self.v[which], target - self.origin[which]
-        uu, uv, vv, au, av = (np.einsum("ij,ij->i", p, q)
-                              for p, q in ((u, u), (u, v), (v, v), (away, u), (away, v)))  # fmt: skip
+        pairs = (u, u), (u, v), (v, v), (away, u), (away, v)
+        uu, uv, vv, au, av = (np.einsum("ij,ij->i", p, q) for p, q in pairs)
         below = np.maximum(uu * vv - uv * uv, 1e-300)
         s = np.clip((au * vv - av * uv) / below, 0, 1)[:, None]
         t = np.clip((av * uu - au * uv) / below, 0, 1)[:, None]
-        corners = self.corners[which]
-        return corners[:, 0] + s * (corners[:, 1] - corners[:, 0]) + t * (corners[:, 2] - corners[:, 0])
+        first, second, third = np.moveaxis(self.corners[which], 1, 0)
+        return first + s * (second - first) + t * (third - first)
 
     def _corners(self, which: int) -> list[np.ndarray]:
         """Corners in order, (3,) each; an ellipse becomes a polygon of the same area."""

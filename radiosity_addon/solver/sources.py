@@ -61,7 +61,9 @@ def build_sources(
             kind, row = _lamp_row(lamp, geometry)
             rows[kind].append(row)
             objects[kind].append(linked.get(id(lamp)))
-    made = {kind: kind(*(np.array(column) for column in zip(*rows[kind]))) for kind in rows if rows[kind]}
+    made = {
+        kind: kind(*(np.array(column) for column in zip(*mine))) for kind, mine in rows.items() if mine
+    }
     if len(faces.color):
         made[Polygons] = join_polygons([faces, made[Polygons]]) if Polygons in made else faces
     present = [kind for kind in rows if kind in made]

@@ -103,8 +103,8 @@ def test_work_grows_with_the_logarithm():
 
 
 def test_pick_is_in_proportion():
-    """Columns 1, 3, 0, 4 of 8: one eighth, three eighths, none, a half of evenly spread numbers; and
-    the numbers made anew are evenly spread again."""
+    """Columns 1, 3, 0, 4 of 8: one eighth, three eighths, none, a half of evenly spread numbers;
+    and the numbers made anew are evenly spread again."""
     n = 8000
     column, chance, rest = pick(np.tile([1.0, 3, 0, 4], (n, 1)), (np.arange(n) + 0.5) / n)
     assert list(np.bincount(column)) == [1000, 3000, 0, 4000]
@@ -117,8 +117,8 @@ def test_pick_is_in_proportion():
 
 @pytest.mark.parametrize("size, offset", [(0.25, 0.0), (0.25, 0.1), (0.5, 0.0), (0.1, 0.02)])
 def test_overlapping_faces_cover_their_union_once(size, offset):
-    """A square of edge 1/4 and one of ``size``, moved by ``offset`` along x, cut 3 × 3: what is left
-    has the area of both less that of their intersection, a rectangle."""
+    """A square of edge 1/4 and one of ``size``, moved by ``offset`` along x, cut 3 × 3: what is
+    left has the area of both less that of their intersection, a rectangle."""
     first = scenes.quad((0.5, 0.5, 0.8), 0.25)
     corners = scenes.quad((0.5 + offset, 0.5, 0.8), size)[0][[0, 1, 3, 2]]
     scene = meshes.scene([*scenes.walls(1), first, meshes.grid(corners, 3)], 0.5, 0.0)

@@ -32,7 +32,8 @@ def panel_over_floor(emission, panel=PANEL, divisions: int = 8) -> Scene:
         np.concatenate([floor[0], lamp[0]]),
         np.concatenate([floor[1], lamp[1] + len(floor[0])]).astype(np.int32),
         np.array([0] * count + [1] * 2, np.int32), np.array([0] * count + [1] * 2, np.int32),
-        (Material("Floor", Constant(np.full(3, 0.5))), Material("Panel", Constant(np.zeros(3)), emission)),
+        (Material("Floor", Constant(np.full(3, 0.5))),
+         Material("Panel", Constant(np.zeros(3)), emission)),
         ("Floor", "Panel"),
     )  # fmt: skip
 
@@ -173,7 +174,7 @@ def test_no_emission_is_counted_twice():
 
 
 def test_large_picture_met_by_rays_shows_its_parts():
-    """A panel as large as the floor, half of it shining: a quarter of the scene's area, left to rays.
+    """A panel as large as the floor, half of it shining: a quarter of the scene, left to rays.
     They find the cells' own emission, not their triangle's mean: Lambert's formula for the half."""
     panel = PANEL * [4, 4, 1]
     scene = panel_over_floor(textured(HALF), panel)
@@ -200,7 +201,8 @@ def test_dark_parts_are_no_lights():
     """One shining texel of 16²: all lights lie in it, and none elsewhere."""
     pixels = np.zeros((16, 16, 3))
     pixels[3, 12] = 1.0
-    found, glowing = cells.cut(panel_over_floor(textured(pixels)), np.array([128, 129]), np.full(2, 0.5))
+    scene = panel_over_floor(textured(pixels))
+    found, glowing = cells.cut(scene, np.array([128, 129]), np.full(2, 0.5))
     middle = UV[found.triangle - 128]
     place = np.einsum("nk,nkd->nd", np.stack([1 - found.corners.mean(axis=1).sum(axis=1),
                       *found.corners.mean(axis=1).T], 1), middle)  # fmt: skip
