@@ -79,6 +79,15 @@ def spoil(result: Result) -> Result:
     return replace(result, colors=(first, np.concatenate([second, second[:1]])))
 
 
+def test_image_whose_name_is_taken_is_told_of(pair, blender):
+    """A user's image is left alone, and ours gets a number from Blender."""
+    theirs = blender.data.images.new("Radiosity_First", 8, 2)
+    colors = tuple(np.ones((SIZE, SIZE, 4), np.float32) for _ in NAMES)
+    warnings = apply(bpy.context, a_job(target="image"), Result(colors, Statistics(), ()))
+    assert tuple(theirs.size) == (8, 2)
+    assert len(warnings) == 1 and "'First' is called 'Radiosity_First.001'" in warnings[0]
+
+
 def test_failure_at_the_second_object_takes_the_first_one_s_new_colours_back(pair):
     with pytest.raises(ValueError, match="bake again"):
         apply(bpy.context, a_job(), spoil(a_result(0.25, 0.75)))

@@ -40,7 +40,7 @@ def apply_steps(context, job: Job, result: Result, publication: Publication | No
         files = publication or own.enter_context(Publication())
         objects = _find(job)
         if job.settings.target == "image":
-            earlier = yield from _image_steps(job, result, objects, files, undo)
+            earlier = yield from _image_steps(job, result, objects, files, undo, warnings)
         else:
             earlier = []
             for index, item in enumerate(objects):
@@ -57,7 +57,7 @@ def apply_steps(context, job: Job, result: Result, publication: Publication | No
     return tuple(warnings)
 
 
-def _image_steps(job: Job, result: Result, objects, files, undo):
+def _image_steps(job: Job, result: Result, objects, files, undo, warnings: list[str]):
     """Images and their files; returns what forgets the earlier images when all is well."""
     paths = _file_paths(job)
     earlier = []
@@ -68,6 +68,11 @@ def _image_steps(job: Job, result: Result, objects, files, undo):
         undo.callback(put_back)
         earlier.append(forget)
         image = write_image(name, result.colors[index])
+        if image.name != name:
+            warnings.append(
+                f"the image of {item.name!r} is called {image.name!r}: {name!r} is another image "
+                "or too long; rename that, or choose another --name"
+            )
         if paths[index] is not None:
             yield (index + 0.5) / len(objects)
             save_image(image, files.stage(paths[index]), _kind(job.settings))
