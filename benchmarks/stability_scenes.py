@@ -86,6 +86,21 @@ def reversed_part(part):
     return part[0], part[1][:, ::-1]
 
 
+def half_reversed(part):
+    """Every other face turned."""
+    vertices, triangles = part
+    triangles = triangles.copy()
+    triangles[::2] = triangles[::2, ::-1]
+    return vertices, triangles
+
+
+def bowl(part):
+    """The faces below the middle of a closed mesh: an open shell."""
+    vertices, triangles = part
+    height = vertices[triangles].mean(axis=1)[:, 2]
+    return vertices, triangles[height < np.median(height)]
+
+
 def prism(degrees: float) -> list:
     """A closed prism 1 long: two walls 1 wide that meet under an angle, a base and two ends."""
     angle = np.radians(degrees)

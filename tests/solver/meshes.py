@@ -114,15 +114,12 @@ def scene(parts, reflectance=0.5, exitance=0.0) -> Scene:
         for i, (rho, q) in enumerate(zip(reflectances, exitances))
     )
     joined = np.concatenate([t + o for (_, t), o in zip(parts, offsets)])
-    vertices, index = np.unique(
-        np.concatenate([vertices for vertices, _ in parts])[joined.ravel()],
-        axis=0,
-        return_inverse=True,
-    )
+    vertices = np.concatenate([vertices for vertices, _ in parts])
+    vertices, index = np.unique(vertices, axis=0, return_inverse=True)
     owner = np.repeat(np.arange(len(parts)), [len(t) for _, t in parts]).astype(np.int32)
     return Scene(
         vertices=vertices,
-        triangles=index.reshape(-1, 3).astype(np.int32),
+        triangles=index.ravel()[joined].astype(np.int32),
         material=owner,
         object=owner.copy(),
         materials=materials,

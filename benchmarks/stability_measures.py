@@ -1,0 +1,280 @@
+"""Measures: how far the solver is from an exact answer or an invariant, one function a question."""
+
+from __future__ import annotations
+
+import logging
+import time
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from benchmarks import stability_scenes as scenes
+from benchmarks.stability_scenes import ALL, only, part_means, radiosity, walls, worst
+from radiosity_addon.settings import Settings
+from radiosity_addon.solver.form_factors import patch_form_factors
+from radiosity_addon.solver.scene import PointLamp, Scene
+from radiosity_addon.solver.second_kind import solve_second_kind
+from radiosity_addon.solver.sequence import solve
+from radiosity_addon.solver.solution import compose
+from tests.solver import exact, meshes
+
+
+def furnace(parts, rho: float, error: float = 0.01, divisions: int = 1) -> float:
+    """Everything emits 1 − ρ in a closed scene: B = 1 at every receiver."""
+    found, _, _ = radiosity(meshes.scene(parts, rho, 1 - rho), error, divisions)
+    return worst(found, 1.0)
+
+
+def sphere(rho: float) -> float:
+    """Octants of different emission in a closed sphere: relative RMS deviation from B = q + ρφ."""
+    q = np.linspace(0.2, 1.6, 8)
+    scene = meshes.sphere_scene(3, np.full((8, 1), rho), q[:, None])
+    area = meshes.areas(scene.vertices, scene.triangles)
+    expected = exact.closed_sphere(q[scene.object], np.full(len(area), rho), area)
+    found, _, _ = radiosity(scene, 0.01, 1)
+    return float(np.sqrt(np.mean((found[:, 0] / expected - 1) ** 2)))
+
+
+def applications(rho: float) -> float:
+    """Applications of the operator until a residual of 1e-8, one wall of 24 patches emitting."""
+    scene = meshes.scene([meshes.grid(corners, 2) for corners in scenes.CORNERS])
+    patch = np.arange(len(scene.triangles))
+    factors, _ = patch_form_factors(scene, patch, 1 << 10, 2)
+    source = (scene.object == 0).astype(float)
+    found = solve_second_kind(lambda x: rho * (factors @ x), source, 1e-8, 400)
+    return found.iterations if found.residual <= 1e-8 else np.inf
+
+
+def open_strips(rho: float) -> float:
+    """Sparrow's facing strips, 200 long, mean B."""
+    scene = meshes.strips_scene(rho, 200.0, 1)
+    return worst(part_means(scene, 0.005, 8).mean(), exact.facing_strips(rho)[2])
+
+
+def refused(scene: Scene, message: str) -> float:
+    """0 where the scene is refused with that in the message, 1 where not."""
+    try:
+        radiosity(scene)
+    except ValueError as error:
+        return 0.0 if message in str(error) else 1.0
+    return 1.0
+
+
+@lru_cache(maxsize=None)
+def plain_room(error: float) -> np.ndarray:
+    """Mean B of the walls of the lit room at the origin."""
+    return part_means(scenes.lamp_room(), error)
+
+
+def brightness(factor: float) -> float:
+    """The same room, its lamp ``factor`` times as bright."""
+    room = scenes.lamp_room()
+    lamp = room.lamps[0]
+    bright = replace(room, lamps=(replace(lamp, intensity=lamp.intensity * factor),))
+    return worst(part_means(bright) / factor, plain_room(0.01))
+
+
+def mixed_brightness() -> float:
+    """A lamp of 1e30 and one of 1e-30 in one room: the sum is the first, to rounding."""
+    room = scenes.lamp_room()
+    big = replace(room.lamps[0], intensity=np.full(3, 1e30))
+    small = PointLamp("Small", np.array([0.2, 0.2, 0.2]), np.full(3, 1e-30))
+    alone = part_means(replace(room, lamps=(big,)))
+    return worst(part_means(replace(room, lamps=(big, small))), alone)
+
+
+def placed(scale: float, offset: float) -> float:
+    """The lit room at another scale and place against the unit room at the origin."""
+    return worst(part_means(scenes.lamp_room(scale=scale, offset=offset)), plain_room(0.01))
+
+
+def small_lamp(ratio: float) -> float:
+    """A two-sided black square of that edge emits 1 W in a room of ρ = ½ and area 6: of the light
+    that arrives half is absorbed, Σ A (1 − ρ) H = 1 and so Σ A B = 1, but for what falls back on
+    the lamp itself (order ratio², less than the limit)."""
+    exitance = np.zeros((7, 1))
+    exitance[6] = 1 / (2 * ratio**2)
+    parts = [*scenes.walls(), scenes.quad((0.5, 0.5, 0.5), ratio)]
+    scene = meshes.scene(parts, np.array([0.5] * 6 + [0.0])[:, None], exitance)
+    return worst(part_means(scene)[:6].sum(), 1.0)
+
+
+def thin_room(gap: float, error: float, plates: bool) -> float:
+    """Floor emits 1, top and sides nothing: infinite plates but for a rim as wide as the gap (a
+    solve of the six faces with their form factors lies 1.3e-4 from those at a gap of 1e-4).
+    Receivers on the ``plates`` alone, or as many on each side."""
+    scene = meshes.box_scene((1, 1, gap), 1, 0.5, np.array([0, 0, 0, 0, 1.0, 0])[:, None])
+    receivers = meshes.triangle_receivers(scene, 8)
+    if plates:
+        receivers = only(receivers, scene.object[receivers.triangle] >= 4)
+    found = np.pi * compose(solve(scene, receivers, Settings(error=error)), ALL)[:, 0]
+    owner = scene.object[receivers.triangle]
+    wanted = exact.infinite_plates(1, 0, 0.5, 0.5), exact.infinite_plates(0, 1, 0.5, 0.5)
+    return max(worst(found[owner == 4 + k].mean(), wanted[k]) for k in (0, 1))
+
+
+def slab() -> float:
+    """Opposite faces of 1 × 100 × 0.01."""
+    scene = meshes.box_scene((1, 100, 0.01))
+    return worst(patch_form_factors(scene, scene.object, 1 << 16)[0][4, 5], 0.9899535671)
+
+
+def near_plates(gap: float) -> float:
+    """Form factor of 1 × 2 rectangles."""
+    low = np.array([[0, 0, 0], [1, 0, 0], [1, 2, 0], [0, 2, 0]], float)
+    high = low[[0, 3, 2, 1]] + [0, 0, gap]
+    scene = meshes.scene([meshes.grid(low, 1), meshes.grid(high, 1)])
+    found = patch_form_factors(scene, scene.object, 1 << 15)[0][0, 1]
+    return worst(found, exact.parallel_rectangles(1, 2, gap))
+
+
+def closed_rows(degrees: float) -> float:
+    """Rows of a closed prism sum to 1."""
+    scene = meshes.scene(scenes.prism(degrees))
+    found, _ = patch_form_factors(scene, scene.object, 1 << 12)
+    return float(np.abs(found.sum(axis=1) - 1).max())
+
+
+def wedge(degrees: float) -> float:
+    """Form factor of two strips 1 wide, 2000 long, that share an edge: 1 − sin(α/2), but for the
+    ends, a share of order 1/2000 of what leaves them. In shares of all light that leaves."""
+    angle = np.radians(degrees)
+    scene = meshes.wedge_scene(angle, 2000.0)
+    found = patch_form_factors(scene, scene.object, 1 << 16)[0]
+    return float(np.abs(found[[0, 1], [1, 0]] - (1 - np.sin(angle / 2))).max())
+
+
+def sealed(parts, dark=None, **sun) -> float:
+    """Brightest receiver on the ``dark`` parts (all of them) inside closed rooms beside the sun."""
+    scene = scenes.beside_the_sun(parts, **sun)
+    found, receivers, _ = radiosity(scene)
+    dark = range(len(parts)) if dark is None else dark
+    return float(found[np.isin(scene.object[receivers.triangle], dark)].max())
+
+
+def next_room() -> float:
+    """Brightest receiver of a dark room whose one wall is also a lit room's: its edges are shared
+    by three walls each."""
+    both = [(v + [x, 0, 0], t) for x in (0, 1) for v, t in scenes.walls(2)]
+    dark = [part for k, part in enumerate(both[6:]) if k != 0]  # without its −x wall, at x = 1
+    scene = meshes.scene([*both[:6], *dark], 0.5)
+    lamp = PointLamp("Lamp", np.array([0.5, 0.4, 0.7]), np.ones(3))
+    found, receivers, _ = radiosity(replace(scene, lamps=(lamp,)))
+    return float(found[scene.object[receivers.triangle] >= 6].max())
+
+
+def same_as_room(parts, divisions: int = 1) -> float:
+    """Mean B of each wall of the lit room, however its walls are cut, against a finer solve of the
+    plain room."""
+    return worst(part_means(scenes.lamp_room(parts), 0.01, divisions)[:6], plain_room(0.003))
+
+
+def lamp_with(extra: list, exitance: list) -> float:
+    """Light on the walls of a room under a square lamp with something lying on it."""
+    lamp = scenes.quad((0.5, 0.5, 0.8), 0.25)
+    means = []
+    for parts, values in (([], []), (extra, exitance)):
+        rho = np.array([0.5] * 6 + [0.0] * (1 + len(parts)))[:, None]
+        glow = np.array([0.0] * 6 + [1.0] + values)[:, None]
+        scene = meshes.scene([*scenes.walls(), lamp, *parts], rho, glow)
+        means.append(part_means(scene)[:6].mean())
+    return worst(means[1], means[0])
+
+
+def lamps(count: int) -> float:
+    """``count`` lamps of equal power over a floor, total power fixed: half of it is absorbed by
+    every reflection, Σ A B = Φ as for one lamp."""
+    random = np.random.default_rng(0)
+    many = tuple(
+        PointLamp(f"{i}", place, np.full(3, 1 / (4 * np.pi * count)))
+        for i, place in enumerate(random.uniform(0.1, 0.9, (count, 3)))
+    )
+    return worst(part_means(replace(scenes.lamp_room(), lamps=many), 0.03).sum(), 1.0)
+
+
+@lru_cache(maxsize=1)
+def boxes(count: int) -> Scene:
+    """A furnace with ``count`` small boxes, an object each."""
+    side = int(np.ceil(count ** (1 / 3)))
+    places = np.stack(np.meshgrid(*[np.arange(side)] * 3), -1).reshape(-1, 3)[:count]
+    faces, _ = meshes.box_polygons((0.4 / side,) * 3)
+    box = meshes.scene([meshes.grid(face[::-1], 1) for face in faces])
+    parts = [(box.vertices + place, box.triangles) for place in (places + 0.3) / side]
+    return meshes.scene([*scenes.walls(1), *parts], 0.5, 0.5)
+
+
+def many_objects(count: int) -> float:
+    """B = 1 in that furnace."""
+    return worst(radiosity(boxes(count), 0.03, 1)[0], 1.0)
+
+
+def growth(run, few: int, many: int) -> float:
+    """How many times as long ``run(many)`` takes as ``run(few)``, the better of two runs each."""
+    return _seconds(run, many) / _seconds(run, few)
+
+
+def _seconds(run, count: int) -> float:
+    run(count)  # once for what is made once: scenes, imports
+    times = []
+    for _ in range(2):
+        start = time.perf_counter()
+        run(count)
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def random_failures(count: int) -> float:
+    """0 where ``count`` random scenes are all solved or rightly refused, 1 where one is not."""
+    from benchmarks.stability_random import run  # hypothesis is not needed for the other rows
+
+    try:
+        run(count)
+    except Exception:
+        logging.getLogger(__name__).exception("a random scene fails")
+        return 1.0
+    return 0.0
+
+
+def real_furnace(name: str, rho: float) -> float:
+    """A furnace closed around real meshes; NaN where their file is not here."""
+    from benchmarks.scenes import SceneMissing
+    from benchmarks.stability_real import room_around
+
+    try:
+        parts = room_around(name)
+    except SceneMissing:
+        return np.nan
+    return furnace(parts, rho, 0.03)
+
+
+def with_triangle(scene: Scene, corners) -> float:
+    """Largest change of the others' B by one more triangle (3, 3)."""
+    count, start = len(scene.triangles), len(scene.vertices)
+    more = replace(
+        scene, vertices=np.concatenate([scene.vertices, corners]),
+        triangles=np.concatenate([scene.triangles, [[start, start + 1, start + 2]]]),
+        material=np.append(scene.material, 0), object=np.append(scene.object, 0),
+    )  # fmt: skip
+    whole = meshes.triangle_receivers(more)
+    found = solve(more, only(whole, whole.triangle < count), Settings(error=0.05))
+    before = solve(scene, meshes.triangle_receivers(scene), Settings(error=0.05))
+    return float(np.abs(compose(found, ALL) - compose(before, ALL)).max())
+
+
+def alone(scene: Scene) -> float:
+    """Light that comes back to a single triangle, none of which may; 1 where it is not lit."""
+    _, _, solution = radiosity(scene)
+    lit = np.isfinite(solution.direct).all() and (solution.direct > 0).all()
+    return float(solution.indirect.max()) if lit else 1.0
+
+
+def rounding(rounded: bool) -> float:
+    """0 where a room of edge 1e-6 at a distance of 1 is warned of if and only if its vertices are
+    float32 numbers: those are 6e-8 apart there, 6 % of the edge."""
+    room = scenes.lamp_room(walls(1), scale=1e-6, offset=1e6)
+    if rounded:
+        room = replace(room, vertices=room.vertices.astype(np.float32).astype(float))
+    _, _, solution = radiosity(room, 0.1, 1)
+    said = any("origin" in text for text in solution.statistics.warnings)
+    return float(said != rounded)

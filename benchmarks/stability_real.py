@@ -1,0 +1,29 @@
+"""Real meshes for the furnace: Suzanne, and scene files where they are. Needs bpy."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from benchmarks.scenes import SCENES
+from radiosity_addon.export import export_scene
+from radiosity_addon.settings import Settings
+from tests.solver import meshes
+
+
+def room_around(name: str) -> list:
+    """All triangles of the scene ``name`` ("suzanne", or a file of ``benchmarks.scenes``), and a
+    closed box around them. Raises SceneMissing where its file is not there."""
+    import bpy
+
+    if name == "suzanne":
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        bpy.ops.mesh.primitive_monkey_add()
+    else:
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        SCENES[name].build()
+    bpy.context.view_layer.update()
+    scene = export_scene(bpy.context, Settings(), lambda fraction: None).scene
+    low, high = scene.vertices.min(axis=0), scene.vertices.max(axis=0)
+    margin = 0.05 * (high - low).max()
+    box, _ = meshes.box_polygons(high - low + 2 * margin, low - margin)
+    return [*(meshes.grid(face, 1) for face in box), (scene.vertices, scene.triangles)]
