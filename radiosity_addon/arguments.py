@@ -36,6 +36,8 @@ def parse(argv: list[str], opened: bool = False) -> Request:
         parser.error("nothing to bake; name a SCENE.blend or give --demo cornell")
     if found.output and not found.output.lower().endswith(".blend"):
         parser.error(f"--output is {found.output!r}; its name must end in .blend")
+    if found.report and found.report.lower().endswith(".blend"):
+        parser.error(f"--report is {found.report!r}; it is JSON, and no .blend may be lost to it")
     if found.image_dir and found.target != "image":
         parser.error("--image-dir writes images; add --target image")
     if found.format and not found.image_dir:

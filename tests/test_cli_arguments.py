@@ -70,6 +70,7 @@ def test_objects_named_twice_are_baked_once():
         ("a.blend --demo cornell", "choose one"),
         ("--demo sphere", "cornell"),
         ("a.blend --output result.png", ".blend"),
+        ("a.blend --report a.blend", "JSON"),
         ("a.blend --image-dir d", "--target image"),
         ("a.blend --target image --format exr", "--image-dir"),
         ("a.blend --target texture", "vertex"),
