@@ -265,3 +265,13 @@ def test_tiny_cornell(blender, tmp_path, monkeypatch):
     methods = [rung.method for rung in result["rungs"]]
     assert methods[:2] == ["ours", "Cycles"]
     assert any("as good: Cycles" in line for line in said)
+
+
+def test_tiny_bakes_again(blender):
+    from benchmarks.again import measure, table
+    from benchmarks.scenes import lit_by_a_lamp_panel
+
+    rows = measure(lit_by_a_lamp_panel, error=0.1, size=32)
+    assert [row.reused for row in rows] == ["solution"] * 3 + ["transport"]
+    assert all(row.again < row.fresh for row in rows)
+    assert table(rows).count("\n") == 5

@@ -8,10 +8,14 @@ from __future__ import annotations
 
 import os
 import shutil
+import subprocess
+import sys
 import time
 from pathlib import Path
 
 import pytest
+
+blender_command = sys.modules["window"].blender_command  # loaded by conftest.py
 
 BAKE, CANCEL = (900, 133), (1007, 133)  # the buttons in a sidebar at the right of the 3D View
 VIEW = (400, 500)  # somewhere over the scene
@@ -144,6 +148,42 @@ def test_one_undo_takes_the_whole_bake_back_and_redo_brings_it(room):
     assert not room.ask("answer = bpy.context.scene.radiosity.report")
     room.key("ctrl+shift+z")
     room.until(lambda: baked(room) == 17, "redo does not bring the bake")
+
+
+COLORS = """
+import hashlib, numpy
+digest = hashlib.sha256()
+for item in sorted((i for i in bpy.data.objects if i.type == "MESH"), key=lambda i: i.name):
+    layer = item.data.color_attributes["Radiosity"].data
+    values = numpy.empty(4 * len(layer), numpy.float32)
+    layer.foreach_get("color", values)
+    digest.update(values.tobytes())
+answer = digest.hexdigest()
+"""
+
+
+def test_script_and_command_line_give_the_colours_of_the_button(room, profile, tmp_path):
+    """What the click has baked is baked again, from scratch: by bpy.ops, and by ``--command`` in
+    another Blender, from a copy of the file."""
+    button = room.ask(COLORS)
+    path, baked_path = tmp_path / "scene.blend", tmp_path / "baked.blend"
+    room.ask(f"bpy.ops.wm.save_as_mainfile(filepath={str(path)!r}, copy=True)")
+    room.ask(IMPORTS + "session.forget()")
+    assert room.ask(press("bpy.ops.radiosity.bake()")) == "{'FINISHED'}"
+    assert room.ask(COLORS) == button
+    words = ["--background", path, "--command", "radiosity", "--quality", "draft"]
+    run_blender(profile, *words, "--output", baked_path)
+    told = run_blender(profile, "--background", baked_path, "--python-expr",
+                       COLORS.replace("answer = ", "import bpy\nprint('COLORS', ") + ")")
+    assert f"COLORS {button}" in told
+
+
+def run_blender(profile: dict, *words) -> str:
+    """What another Blender of the same profile prints."""
+    line = [*blender_command(), *map(str, words)]
+    done = subprocess.run(line, env={**os.environ, **profile}, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
 
 
 def press(operator: str) -> str:
