@@ -12,7 +12,7 @@ import os
 STAGES = {  # in order; what is called when one begins
     "start": "radiosity_addon.command:_import_bpy",
     "open": "radiosity_addon.command:_open",
-    "export": "radiosity_addon.export:export_scene",
+    "export": "radiosity_addon.job:prepare",
     "elements": "radiosity_addon.solver.sequence:build_context",
     "transport": "radiosity_addon.solver.radiosity:trace_transport",
     "solve": "radiosity_addon.solver.radiosity:solve_second_kind",
