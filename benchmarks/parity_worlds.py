@@ -22,7 +22,7 @@ def new_world():
     import bpy
 
     bpy.context.scene.world = world = bpy.data.worlds.new("World")
-    world.cycles.sampling_method, world.cycles.sample_map_resolution = "MANUAL", 512  # is faster
+    world.cycles.sampling_method, world.cycles.sample_map_resolution = "MANUAL", 1024  # is faster
     tree = empty_tree(world)
 
     def finish(color, strength=1.0):

@@ -18,9 +18,10 @@ from benchmarks.parity import GROUPS, Row, chosen, line, measure, write_page
 from benchmarks.parity_stage import Case
 
 BOUND = 0.05
-SIZE, PICTURE_SIZE = 32, 64
-FAST = ("point, radius 0.3", "area, disc", "image with a small sun, turned", "image, sRGB",
-        "tinted transparent", "collection instances", "direct, reflectance 0")  # fmt: skip
+SIZE, SAMPLES = 32, 16
+FAST = {"point, radius 0.3": {}, "area, disc": {}, "image with a small sun, turned": {"samples": 64},
+        "image, sRGB": {"size": 64}, "tinted transparent": {}, "collection instances": {},
+        "direct, reflectance 0": {}}  # fmt: skip
 
 
 @pytest.fixture(autouse=True)
@@ -32,8 +33,7 @@ def own_references(tmp_path, monkeypatch):
 @pytest.mark.parametrize("name", FAST)
 def test_we_agree_with_cycles(blender, name):
     [(group, case)] = chosen([name])
-    size = PICTURE_SIZE if name.startswith("image,") else SIZE
-    row = measure(group, case, error=0.03, size=size, samples=16)
+    row = measure(group, case, error=0.03, **({"size": SIZE, "samples": SAMPLES} | FAST[name]))
     assert row.error.error - 2 * row.error.uncertainty <= BOUND, line(row)
     assert uncertainty_of_the_bound(row.error) < BOUND / 4, f"too noisy to judge by: {line(row)}"
 

@@ -39,7 +39,7 @@ class Palette:
         self.surfaces.append((name, *sides))
         if back is not None and not same(front.emission, back.emission):
             self.warnings.append(
-                f'material "{name}" emits otherwise on its back; what its front emits is used on both'
+                f'material "{name}" emits otherwise on its back; the light of its front is used'
             )
         return len(self.surfaces) - 1
 

@@ -23,7 +23,8 @@ class Constant:
 class Texture:
     """An image looked up through a UV map.
 
-    ``pixels``: (height, width, 3) float32, linear working space unless encoded, row 0 at v = 0 as in Blender.
+    ``pixels``: (height, width, 3) float32, linear working space unless encoded, row 0 at v = 0
+    as in Blender.
     ``uv``: (n_triangles, 3, 2) float32, the UV of each corner; shared between textures.
     ``extension``: REPEAT, EXTEND, CLIP (black outside) or MIRROR. ``interpolation``: Linear or
     Closest. ``factor``: (3,) multiplies the lookup. ``encoded``: the pixels are sRGB-encoded, and

@@ -355,7 +355,8 @@ def test_images_that_are_multiplied_are_decoded_first(blender, export):
     surface(material, add)
     add_plane(blender, material=material)
     field = material_of(export()).emission
-    np.testing.assert_allclose(value_at(field, 0, 0.3, 0.3), 2 * srgb_to_linear(128 / 255) ** 2, rtol=1e-5)
+    expected = 2 * srgb_to_linear(128 / 255) ** 2
+    np.testing.assert_allclose(value_at(field, 0, 0.3, 0.3), expected, rtol=1e-5)
 
 
 def test_faces_without_material_are_named_once(blender, export):

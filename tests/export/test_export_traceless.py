@@ -156,7 +156,8 @@ def test_mode_stays_and_materials_are_still_evaluated(blender, export, mode):
 
 
 WHERE = [("parts", "_read", 1, OSError), ("evaluated", "_bake", 3, KeyboardInterrupt),
-         ("evaluated", "_bake", 6, OSError), ("panorama", "render", 2, KeyboardInterrupt)]  # fmt: skip
+         ("evaluated", "_bake", 6, OSError),
+         ("panorama", "render", 2, KeyboardInterrupt)]  # fmt: skip
 
 
 @pytest.mark.parametrize("module, function, call, error", WHERE)

@@ -39,7 +39,7 @@ def irradiance(scene):
 def test_light_passes_to_the_side_that_sees_a_clear_one(clear_from_below, expected):
     """What is black from one side and clear from the other lets the sun reach the floor, or not;
     its front has the sun in either case."""
-    black, clear = Material("", grey(0), transmittance=grey(0)), Material("", grey(0), transmittance=grey(1))
+    black, clear = (Material("", grey(0), transmittance=grey(share)) for share in (0, 1))
     front, back = (black, clear) if clear_from_below else (clear, black)
     pane = Material("Pane", front.reflectance, transmittance=front.transmittance, back=back)
     below, above = irradiance(floor_and_pane(Material("Floor", grey(0)), pane))
