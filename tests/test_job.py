@@ -6,6 +6,7 @@ import pickle
 import subprocess
 import sys
 import textwrap
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,10 +18,10 @@ from radiosity_addon.export.exported import ExportedObject
 from radiosity_addon.job import Job, run
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.fields import Constant
-from radiosity_addon.solver.progress import Cancelled
+from radiosity_addon.solver.progress import Cancelled, silent
 from radiosity_addon.solver.receivers import concatenate
 from radiosity_addon.solver.scene import Material, Scene, SunLamp
-from radiosity_addon.stages.layout import slice_receivers
+from radiosity_addon.stages.layout import lay_out, slice_receivers
 
 ROOT = Path(__file__).resolve().parents[1]
 SQUARE = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], float)
@@ -109,3 +110,16 @@ def test_a_slice_is_numbered_from_zero():
     assert part.count == 9
     for name in ("receiver", "triangle", "corners", "square", "grid"):
         assert np.array_equal(getattr(part, name), getattr(second, name)), name
+
+
+@pytest.mark.parametrize(
+    ("modifiers", "remedy"), [(("Bevel", "Array"), "apply the modifiers"), ((), "without overlaps")]
+)
+def test_overlap_names_its_remedy(modifiers, remedy):
+    """Both triangles of the square laid on the same half of the image."""
+    job = square_job("image")
+    uv = np.repeat(UV[:1], 2, axis=0)
+    job = replace(job, targets=(replace(job.targets[0], uv=uv, modifiers=modifiers),))
+    (warning,) = lay_out(job, silent).warnings
+    assert "overlap" in warning and remedy in warning
+    assert all(name in warning for name in modifiers)

@@ -113,3 +113,10 @@ def test_nearest_in_triangle():
     np.testing.assert_allclose(weights[:2], [(0.5, 0.25, 0.25)] * 2)
     np.testing.assert_allclose(weights[2], (1, 0, 0))
     np.testing.assert_allclose(distance, (0, 2, 1))
+
+
+def test_modifiers_that_change_faces_are_named(blender, export):
+    thing = add_cube(blender)
+    add_modifiers(thing, NEARLY["bevel"] + MODIFIERS["deform"])
+    assert export().objects[0].modifiers == ("BEVEL",)
+    assert export().objects[0].n_loops == len(thing.data.loops) == 24
