@@ -123,14 +123,13 @@ def _quarters(corners: np.ndarray) -> np.ndarray:
 def build_elements(geometry: Geometry, group: np.ndarray, target: int) -> Elements:
     """About ``target`` elements of equal area; ``group`` (n_triangles,) int32 are not mixed.
 
-    Triangles above the mean element area are cut into 4^k cells. Smaller ones are joined with
+    Triangles above the mean element area are cut into n² cells. Smaller ones are joined with
     others of the same group whose centroids share a cube of that size and whose normals point
     alike. Of small but long ones (slivers) the cells are joined so.
     """
     total = geometry.area.sum()
     size = np.sqrt(total / max(target, 1)) if total > 0 else 1.0
-    level = np.rint(np.log2(np.maximum(np.sqrt(geometry.area) / size, 0.5)))
-    grid = np.clip(2.0**level, 1, MAX_GRID).astype(np.int32)
+    grid = np.clip(np.rint(np.sqrt(geometry.area) / size), 1, MAX_GRID).astype(np.int32)
     large = grid > 1
     grid = np.maximum(grid, _along_slivers(geometry, ~large, size))
     cells = grid.astype(np.int64) ** 2

@@ -39,6 +39,10 @@ class Graph:
         """(n, c)."""
         return picture.T
 
+    def beside(self, picture: np.ndarray) -> np.ndarray:
+        """Of (c, n) >= 0, above 0 at the receivers that have a neighbour above 0."""
+        return self.step(picture, 0)
+
     def step(self, picture: np.ndarray, level: int) -> np.ndarray:
         """The kernel of a level applied to (c, n) values."""
         values = picture.T

@@ -13,7 +13,7 @@ import numpy as np
 from .lighting import Lighting
 from .parallel import map_chunks
 from .sampling import uniform
-from .smooth import smooth, smooth_map, widest
+from .smooth import dilate, smooth, smooth_map, widest
 
 # Smoothing that trades bias for noise as well as it can leaves a squared bias of half the squared
 # noise (h² against 1/h in two dimensions). Cross-validation sees less of it, because levels are
@@ -102,15 +102,17 @@ class Judge:
         total = max(verdict.direct_square.mean(), 0) + max(verdict.gather_square.mean(), 0)
         measured = verdict.error**2 / total if total > 0 else 1.0
         result = []
-        for square, share in (
-            (verdict.direct_square, DIRECT_SHARE), (verdict.gather_square, 1 - DIRECT_SHARE)
+        for square, share, spread in (
+            # Shadow rays that agree may have missed what shows next to them.
+            (verdict.direct_square, DIRECT_SHARE, lambda chosen: dilate(self.lattices, chosen)),
+            (verdict.gather_square, 1 - DIRECT_SHARE, lambda chosen: chosen),
         ):
             allowed = share * goal**2 / max(measured, 1e-12)
             excess = max(square.mean(), 0) / allowed
             if excess <= 1:
                 result.append((np.zeros(0, int), 1.0))
                 continue
-            result.append((np.flatnonzero(square > 0.3 * allowed), excess))
+            result.append((np.flatnonzero(spread(square > 0.3 * allowed)), excess))
         return tuple(result)
 
     def _common(self, apart: np.ndarray) -> float:

@@ -59,6 +59,12 @@ class Lattice:
         self.inner(result, 0, 0)[:] += total
         return result
 
+    def beside(self, picture: np.ndarray) -> np.ndarray:
+        """Of (c, height, width) >= 0, the largest of each texel and the eight around it."""
+        from scipy.ndimage import maximum_filter
+
+        return maximum_filter(picture, (1, 3, 3))
+
     def inner(self, picture: np.ndarray, dy: int, dx: int) -> np.ndarray:
         """A view of (c, height, width) without the padding, moved by (dy, dx)."""
         (height, width), pad = self.shape, self.pad

@@ -16,6 +16,7 @@ from scipy.ndimage import uniform_filter1d
 
 WINDOW = 33  # receivers
 LARGEST = 1e9  # in pictures: they are float32, which holds fourth powers up to here
+MARGIN = 0.65  # of a receiver's own variance: the gain from which on neighbours have a share
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,15 @@ def smooth_map(lattices: list, values: np.ndarray, levels: int = 3) -> np.ndarra
     return result
 
 
+def dilate(lattices: list, chosen: np.ndarray) -> np.ndarray:
+    """(count,) bool: ``chosen`` (count,) bool and those beside them."""
+    result = chosen.copy()
+    for lattice in lattices:
+        picture = lattice.beside(lattice.spread(chosen[:, None]))
+        result[lattice.index] = lattice.read(picture)[:, 0] > 0
+    return result
+
+
 def widest(lattices: list, values: np.ndarray) -> np.ndarray:
     """(count, c) values averaged as widely as the kernels reach; their mean without neighbours."""
     if not lattices:
@@ -78,6 +88,7 @@ def widest(lattices: list, values: np.ndarray) -> np.ndarray:
 def _smooth_picture(lattice, a, b, weight):
     raw = lattice.spread(a), lattice.spread(b)
     square = lattice.spread(weight) ** 2
+    noise = (0.5 * (raw[0] - raw[1]) ** 2 * square).mean(axis=0, keepdims=True)
     now, best = raw, raw
     best_change = np.zeros_like(raw[0][:1])  # of the squared error
     gain, total = np.zeros_like(raw[0]), np.zeros_like(raw[0])
@@ -88,9 +99,10 @@ def _smooth_picture(lattice, a, b, weight):
             + (after[1] - now[1]) * (after[1] + now[1] - 2 * raw[0])
         )
         local = (total * square).mean(axis=0, keepdims=True)
+        least = -MARGIN * noise
         for k in range(min(level + 2, lattice.levels)):
-            local = lattice.step(local, k)
-        better = local < best_change
+            local, least = lattice.step(local, k), lattice.step(least, k)
+        better = (local < best_change) & (local < least)
         best_change = np.where(better, local, best_change)
         best = tuple(np.where(better, new, old) for new, old in zip(after, best))
         gain = np.where(better, total, gain)
