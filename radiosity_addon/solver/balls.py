@@ -19,7 +19,9 @@ from .spheres import Spheres
 class Balls(Spheres):
     """Spheres of constant radiance I / πr² (a spot's: within its beam), radius above 0."""
 
-    def sample(self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray) -> Sample:
+    def sample(
+        self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray, per: int = 1
+    ) -> Sample:
         """Sample the solid angle of the ball, or from inside it the hemisphere, as Cycles does."""
         toward = self.position[which] - position
         distance, radius = length(toward), self.radius[which]

@@ -60,7 +60,7 @@ def _light_points(context: Context, points: Points, key):
         table = sobol(per, 2, *key, number, 1)
         shift = points.turn[:, [2, 0]].astype(float)
         xi = ((table[:, None] + shift) % 1.0).reshape(-1, 2)
-        for sample, color, rows in _samples(context, light, position, normal, xi):
+        for sample, color, rows in _samples(context, light, position, normal, xi, per):
             dark = _unlinked(context, light, rows, points)
             if dark is not None:
                 sample.irradiance[dark] = 0
@@ -104,13 +104,13 @@ def _lights_for(context: Context, points: Points, position, normal, key):
     return pairs
 
 
-def _samples(context: Context, light, position, normal, xi):
+def _samples(context: Context, light, position, normal, xi, per: int):
     """Yield (sample, colour, rows): of one light at all points (rows None), or of each kind at the
     points (k,) whose light is of that kind."""
     sources = context.sources
     if np.ndim(light) == 0:
         kind, place = sources.kinds[sources.kind[light]], int(sources.place[light])
-        yield kind.sample(place, position, normal, xi), kind.color[place], None
+        yield kind.sample(place, position, normal, xi, per), kind.color[place], None
         return
     for number, kind in enumerate(sources.kinds):
         rows = np.flatnonzero(sources.kind[light] == number)

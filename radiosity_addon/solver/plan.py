@@ -15,7 +15,7 @@ MOST_ROW_RAYS = 10_000_000  # of all elements together: they are kept in memory
 
 @dataclass(frozen=True)
 class Plan:
-    """Numbers are per half; rays and points are powers of two, as Sobol sets want."""
+    """Numbers are per half; rays and points are 2^k or 3·2^k, as Sobol sets want."""
 
     goal: float  # estimated relative error that more samples are sized for
     enough: float  # estimated relative error at which to stop
@@ -40,8 +40,8 @@ def make_plan(error: float, receivers: int, smoothing: bool) -> Plan:
         rays = max(rays // 2, 4)
     points = 4 if error < 0.06 else 2
     # Few receivers cost next to nothing, and few samples of few receivers agree by chance.
-    rays = max(rays, power_of_two(FIRST_RAYS / max(receivers, 1), 4, 256))
-    points = max(points, power_of_two(FIRST_RAYS / 4 / max(receivers, 1), 2, 16))
+    rays = max(rays, round_up(FIRST_RAYS / max(receivers, 1), 4, 256))
+    points = max(points, round_up(FIRST_RAYS / 4 / max(receivers, 1), 2, 16))
     return Plan(
         goal=0.75 * error,
         enough=0.85 * error,
@@ -53,9 +53,10 @@ def make_plan(error: float, receivers: int, smoothing: bool) -> Plan:
     )
 
 
-def power_of_two(number: float, low: int, high: int) -> int:
-    """The power of two next above ``number``, between ``low`` and ``high`` (powers of two)."""
-    result = low
-    while result < min(number, high):
-        result *= 2
-    return result
+def round_up(number: float, low: int, high: int) -> int:
+    """The next above ``number`` of 2^k and 3·2^k, which Sobol sets like; between ``low``, a power
+    of two, and ``high``."""
+    size = low
+    while size < min(number, high):
+        size = size * 3 // 2 if size & (size - 1) == 0 else size * 4 // 3
+    return size

@@ -17,6 +17,7 @@ from .spherical import direction_within, solid_angle
 
 TRIANGLE, RECTANGLE, ELLIPSE = range(3)
 RIM = 48  # corners of the polygon that stands for an ellipse
+FAR = 16  # times the reach of a footprint: a form factor's curvature across it is < 0.1 % there
 NEAR = 0.1  # of a light's distance: a larger one is sampled by solid angle, and as its texture is
 
 
@@ -52,10 +53,13 @@ class Polygons:
         size[3, self.shape == TRIANGLE] = 0
         return self.origin + share * (self.u + self.v), size.max(axis=0)
 
-    def sample(self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray) -> Sample:
-        """Sample light ``which`` (an int: exactly; or (n,) of them: each alone) for n points."""
+    def sample(
+        self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray, per: int = 1
+    ) -> Sample:
+        """Sample light ``which`` (an int: exactly; or (n,) of them: each alone) for n points, which
+        are ``per`` of each owner, point-major."""
         if np.ndim(which) == 0 or len(which) == 0:
-            return self._by_area(which, position, normal, xi, np.ndim(which) == 0)
+            return self._by_area(which, position, normal, xi, np.ndim(which) == 0, per)
         near = self._near(which, position)
         angular = near & (self.shape[which] != ELLIPSE) & (self.spread[which] >= np.pi)
         sample = self._by_area(which, position, normal, xi, False)
@@ -78,7 +82,7 @@ class Polygons:
         away = position - center[which]
         return size[which] ** 2 > NEAR**2 * np.einsum("ij,ij->i", away, away)
 
-    def _by_area(self, which, position, normal, xi, exact: bool) -> Sample:
+    def _by_area(self, which, position, normal, xi, exact: bool, per: int = 1) -> Sample:
         """Sample uniformly by area; where ``exact``, with the irradiance of the whole light."""
         s, t = self.place(which, xi)
         target = self.origin[which] + s[:, None] * self.u[which] + t[:, None] * self.v[which]
@@ -92,9 +96,28 @@ class Polygons:
             beam = spread_falloff(np.abs(side) / np.sqrt(square), self.spread[which])
             value = np.where(shines, weight * beam * self.area[which], 0)
             return Sample(value, (value > 0) * 1.0, segment, 1.0, False)
-        corners = self._corners(which)
-        factor = np.where(shines, np.pi * polygon_form_factor(position, normal, corners), 0)
+        factor = np.where(shines, np.pi * self._form_factor(which, position, normal, per), 0)
         return Sample(factor, np.where(factor > 0, weight, 0), segment, 1.0, True)
+
+    def _form_factor(self, which: int, position, normal, per: int) -> np.ndarray:
+        """(n,) the form factor at each point, or that at the middle of its owner's points where
+        these are so far from the light, and so close together, that it makes no difference."""
+        corners = self._corners(which)
+        if per == 1:
+            return polygon_form_factor(position, normal, corners)
+        places, facing = position.reshape(per, -1, 3), normal.reshape(per, -1, 3)
+        middle = places.mean(axis=0)
+        offset = places - middle
+        reach = np.sqrt(np.einsum("pij,pij->pi", offset, offset).max(axis=0))
+        center, size = (values[which] for values in self.middle())
+        flat = (np.abs(facing - facing[0]) < 1e-6).all(axis=(0, 2))
+        far = flat & (length(center - middle) - size > FAR * reach)
+        result = np.empty(places.shape[:2])
+        result[:, far] = polygon_form_factor(middle[far], facing[0, far], corners)
+        near = np.flatnonzero(~far)
+        points = (array[:, near].reshape(-1, 3) for array in (places, facing))
+        result[:, near] = polygon_form_factor(*points, corners).reshape(per, -1)
+        return result.ravel()
 
     def _segment(self, which, position, target) -> tuple[np.ndarray, np.ndarray]:
         """(n, 3) to just before places on lights, and (n,) heights of the points above them."""

@@ -24,7 +24,7 @@ from .judge import Judge, Surface, Verdict
 from .keep import Kept
 from .lattice import build_lattices
 from .lighting import add_direct, add_gathered, no_light, place_on
-from .plan import Plan, make_plan, power_of_two
+from .plan import Plan, make_plan, round_up
 from .points import footprint_points
 from .progress import Progress, silent
 from .radiosity import Radiosity, solve_radiosity
@@ -38,6 +38,7 @@ MAX_SAMPLES = 1 << 14  # rays or points of a receiver in one round
 ELEMENTS_SHARE = 0.8  # of the goal: a larger error common to neighbours wants finer elements
 MOST_ELEMENTS = 200_000
 LAST_RESTART = 4  # rounds: later, too much would be gathered anew
+DIRECT_RATE = 0.8  # points for shadows to lower their squared error by a factor: its power
 STALLED = 0.7  # of its square: gathered light's error after half as many rays again, at most
 HALVES = (0, 1)
 # Edges of elements differ by half between the halves, so that few coincide: what the elements'
@@ -225,10 +226,12 @@ class _Rounds:
 
     def _more(self, verdict: Verdict, plan: Plan, light):
         """(owners, samples of each) to add, of points for direct light and of rays."""
-        numbers = (light[0].points, light[0].rays)
+        numbers = ((light[0].points, 4, DIRECT_RATE), (light[0].rays, 8, 1.0))
         return [
-            (owners, power_of_two(had.max() * min(factor - 1, 7), 4, MAX_SAMPLES))
-            for (owners, factor), had in zip(self.judge.mark(verdict, plan.goal), numbers)
+            (owners, round_up(had.max() * (min(factor**rate, 8) - 1), least, MAX_SAMPLES))
+            for (owners, factor), (had, least, rate) in zip(
+                self.judge.mark(verdict, plan.goal), numbers
+            )
         ]
 
 

@@ -30,7 +30,9 @@ class Spheres:
         """Centres (k, 3) and radii (k,)."""
         return self.position, self.radius
 
-    def sample(self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray) -> Sample:
+    def sample(
+        self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray, per: int = 1
+    ) -> Sample:
         """Sample the disc of the lamp's radius r that faces the point, as Cycles' soft lamps do.
 
         Seen whole from a distance d it brings I cosθ / (d² + r²): a uniform disc's irradiance

@@ -23,7 +23,9 @@ class Suns:
     toward: np.ndarray  # (k, 3) unit, to the sun
     radius: np.ndarray  # (k,) tangent of the half angle
 
-    def sample(self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray) -> Sample:
+    def sample(
+        self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray, per: int = 1
+    ) -> Sample:
         """Sample a direction in the disc."""
         toward = np.broadcast_to(self.toward[which], position.shape)
         direction = toward + disc(toward, xi) * np.reshape(self.radius[which], (-1, 1))
