@@ -91,7 +91,8 @@ def _seconds(work) -> float:
 
 def table(rows: list[Row]) -> str:
     """Markdown."""
-    lines = ["| changed | from scratch | again | again / scratch | used again |", "|---|---|---|---|---|"]
+    lines = ["| changed | from scratch | again | again / scratch | used again |"]
+    lines.append("|---|---|---|---|---|")
     lines += [
         f"| {row.change} | {row.fresh:.2f} s | {row.again:.2f} s | {row.ratio:.2f} | {row.reused} |"
         for row in rows

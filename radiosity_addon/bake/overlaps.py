@@ -28,7 +28,7 @@ def overlap_layers(
     return finish(overlap_steps(uv, face, corners, count, resolution))
 
 
-def overlap_steps(uv: np.ndarray, face: np.ndarray, corners: np.ndarray, count: int, resolution: int):
+def overlap_steps(uv, face, corners, count: int, resolution: int):
     """``overlap_layers`` in steps of some hundredths of a second."""
     from scipy.sparse import csr_matrix
 

@@ -26,7 +26,8 @@ BUDGET = 0.02  # seconds of reading or writing in one step, but at least one pie
 # What reading imports, in pieces: all of SciPy's sparse matrices at once take half a second.
 LIBRARIES = ("numpy.testing", "numpy.f2py", "scipy", "scipy.constants", "scipy.linalg",
              "scipy.sparse", "scipy.sparse.linalg", "scipy.sparse.csgraph")  # fmt: skip
-OURS = ("bake.unwrap", "export.evaluated", "export.pipeline", "stages.prepare")
+OURS = ("bake.unwrap", "export.shaders", "export.materials", "export.lights", "export.world",
+        "export.evaluated", "export.pipeline", "stages.prepare", "stages.apply", "report")
 
 
 class Stage(Enum):

@@ -15,7 +15,10 @@ from pathlib import Path
 import pytest
 
 MOST_PAUSE = 0.1  # seconds between two answers of the window
-IMPORTS = "import sys\nsession = next(m for n, m in sys.modules.items() if n.endswith('.ui.session'))\n"
+IMPORTS = """
+import sys
+session = next(m for n, m in sys.modules.items() if n.endswith(".ui.session"))
+"""
 # Seventeen spheres of 2,048 faces under a sun, where there is no other scene.
 SPHERES = """
 for item in list(bpy.data.objects):
