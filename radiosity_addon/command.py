@@ -17,7 +17,9 @@ from .scratch import Scratch
 from .terminal import Terminal, debugging
 
 DONE, FAILED = 0, 1
-BLEND_MAGIC = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")  # plain, Zstandard, gzip
+PLAIN, ZSTANDARD, GZIP = BLEND_MAGIC = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")
+LAST_BLOCK, SEEK_TABLE_END = b"ENDB", b"\xb1\xea\x92\x8f"  # of a plain and a compressed .blend
+TAIL = 64  # bytes, enough for the head of the last block
 # What bad input raises; anything else is a fault of ours.
 EXPECTED = (ValueError, OSError, RuntimeError, MemoryError, ImportError)
 SHARES = {"prepare": (0.0, 0.1), "run": (0.1, 0.95), "apply": (0.95, 1.0)}  # of the whole
@@ -236,11 +238,27 @@ def _baked(scene: Path) -> Path:
 
 
 def _save(bpy, path: Path) -> None:
-    """Save the open file as a copy. Raises OSError with Blender's reason."""
+    """Save the open file as a copy. Raises OSError with Blender's reason, or where it has none."""
     try:
         bpy.ops.wm.save_as_mainfile(filepath=str(path.resolve()), copy=True, check_existing=False)
+        whole = _is_whole(path)
     except RuntimeError as error:
-        raise OSError(
-            f"the result cannot be saved: {str(error).strip()}; free some space on its disk, or "
-            "choose another --output"
-        ) from error
+        raise OSError(_unsaved(str(error).strip())) from error
+    if not whole:
+        raise OSError(_unsaved("its end is missing"))
+
+
+def _is_whole(path: Path) -> bool:
+    """Whether a .blend has its end: Blender does not tell when a compressed one gets cut short."""
+    with open(path, "rb") as handle:
+        start = handle.read(len(PLAIN))
+        handle.seek(max(0, path.stat().st_size - TAIL))
+        end = handle.read()
+    if start.startswith(ZSTANDARD):
+        return end.endswith(SEEK_TABLE_END)
+    return start == PLAIN and LAST_BLOCK in end
+
+
+def _unsaved(reason: str) -> str:
+    return (f"the result cannot be saved: {reason}; free some space on its disk, or choose "
+            "another --output")

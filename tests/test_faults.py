@@ -54,6 +54,27 @@ def test_file_that_cannot_grow(place):
     assert found.message.count("\n") == 1 and "disk not full" in found.message
 
 
+def test_blend_cut_short_is_noticed(blender, tmp_path):
+    """Blender reports success when a compressed file cannot grow."""
+    from radiosity_addon.command import _is_whole
+
+    for compress in (False, True):
+        path = tmp_path / "whole.blend"
+        blender.ops.wm.save_as_mainfile(filepath=str(path), compress=compress)
+        assert _is_whole(path)
+        path.write_bytes(path.read_bytes()[:-1000])
+        assert not _is_whole(path)
+
+
+def test_blend_that_cannot_grow(place):
+    import resource
+
+    words = [str(place.scene), "--quality", "draft"]
+    found = faults.limited(place, {resource.RLIMIT_FSIZE: 20_000}, words)
+    assert (found.status, found.strange) == (1, ())
+    assert found.message.count("\n") == 1 and "cannot be saved" in found.message
+
+
 def test_memory_too_small_for_blender(place):
     import resource
 
