@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 
 from . import __version__
-from .job import Job, Result
+from .stages.job import Job, Result
 
 STAGES = ("elements", "transport", "solve", "gather")  # timed by the solver
 ENERGY = ("emitted", "absorbed", "escaped")  # [W]

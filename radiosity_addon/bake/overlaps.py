@@ -30,13 +30,13 @@ def overlap_layers(
 
 def overlap_steps(uv, face, corners, count: int, resolution: int):
     """``overlap_layers`` in steps of some hundredths of a second."""
-    from scipy.sparse import csr_matrix
-
     layer = np.zeros(count, int)
     cells = yield from texel_steps(uv, np.arange(len(uv)), resolution)
     pairs, certain = _sharing(cells, uv, face, resolution)
     if not len(pairs):
         return layer
+    from scipy.sparse import csr_matrix  # which most meshes do without
+
     rows, columns = np.repeat(face, 3), corners.ravel()
     touches = csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(count, columns.max() + 1))
     apart = np.asarray(touches[pairs[:, 0]].multiply(touches[pairs[:, 1]]).sum(1)).ravel() == 0

@@ -1,4 +1,4 @@
-"""Seams: a mesh cut open along its sharp edges. NumPy and SciPy only.
+"""Seams: a mesh cut open along its sharp edges. NumPy only.
 
 A mesh is ``points (v, 3)``, ``corner (n_loops,)`` the vertex of each face corner, face after face,
 and ``start (n_faces,)`` the first corner of each face.
@@ -7,6 +7,8 @@ and ``start (n_faces,)`` the first corner of each face.
 from __future__ import annotations
 
 import numpy as np
+
+from ..components import connected_components
 
 
 def cut_sharp_edges(
@@ -17,9 +19,6 @@ def cut_sharp_edges(
     An edge is smooth when exactly two faces use it, in opposite directions, and their normals
     differ by at most ``angle`` [rad].
     """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
     count = len(corner)
     following = np.arange(1, count + 1)
     following[np.append(start[1:], count) - 1] = start
@@ -27,10 +26,9 @@ def cut_sharp_edges(
     normal = face_normals(points, corner, start, following)
     a, b = _smooth_pairs(corner, following, normal[face], np.cos(angle))
     rows, columns = np.concatenate([a, following[a]]), np.concatenate([following[b], b])
-    graph = coo_matrix((np.ones(len(rows), bool), (rows, columns)), shape=(count, count))
-    _, label = connected_components(graph, directed=False)
+    label = connected_components(count, rows, columns)
     _, first = np.unique(label, return_index=True)
-    return points[corner[first]], label.astype(np.int64)
+    return points[corner[first]], label
 
 
 def face_normals(points, corner, start, following) -> np.ndarray:

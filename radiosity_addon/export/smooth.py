@@ -1,4 +1,4 @@
-"""Smooth groups: which loops of a mesh are one unknown. Depends on NumPy, SciPy; reads bpy meshes.
+"""Smooth groups: which loops of a mesh are one unknown. Depends on NumPy; reads bpy meshes.
 
 Loops at a vertex belong together when one gets from face to face around the vertex over edges
 that are flatter than SMOOTH_ANGLE, not marked sharp, shared by just two faces and wound alike.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..components import connected_components
 from .meshes import bulk
 
 SMOOTH_ANGLE = np.radians(30.0)
@@ -40,9 +41,6 @@ def polygon_normals(vertices, loop_vertex, start, count) -> np.ndarray:
 
 def group_loops(loop_vertex, loop_edge, start, count, normals, sharp) -> np.ndarray:
     """The groups from plain arrays; ``loop_edge`` is the edge from a loop to the next one."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
     n_loops = len(loop_vertex)
     polygon = np.repeat(np.arange(len(start)), count)
     follow = _next_loop(start, count)
@@ -53,8 +51,7 @@ def group_loops(loop_vertex, loop_edge, start, count, normals, sharp) -> np.ndar
     first, second = first[flat], second[flat]
     rows = np.concatenate([first, follow[first]])
     columns = np.concatenate([follow[second], second])
-    graph = coo_matrix((np.ones(len(rows), bool), (rows, columns)), shape=(n_loops, n_loops))
-    return connected_components(graph, directed=False)[1].astype(np.int32)
+    return connected_components(n_loops, rows, columns).astype(np.int32)
 
 
 def _next_loop(start: np.ndarray, count: np.ndarray) -> np.ndarray:

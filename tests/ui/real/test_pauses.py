@@ -19,6 +19,11 @@ IMPORTS = """
 import sys
 session = next(m for n, m in sys.modules.items() if n.endswith(".ui.session"))
 """
+IMPORT_ALL = """
+import importlib
+for name in (*session.LIBRARIES, *(f"{session.PACKAGE}.{name}" for name in session.OURS)):
+    importlib.import_module(name)
+"""
 # Seventeen spheres of 2,048 faces under a sun, where there is no other scene.
 SPHERES = """
 for item in list(bpy.data.objects):
@@ -59,9 +64,9 @@ with bpy.context.temp_override(window=window, area=area):
 
 @pytest.fixture(scope="module")
 def compiled(profile):
-    """SciPy's files were compiled by an earlier session, as in all sessions but the first."""
+    """An earlier session has compiled what a bake imports, as in all sessions but the first."""
     window = sys.modules["window"]  # loaded by conftest.py
-    code = "import scipy.constants, scipy.linalg, scipy.sparse.csgraph"
+    code = IMPORTS + IMPORT_ALL
     line = [*window.blender_command(), "--background", "--python-expr", code]
     subprocess.run(line, env={**os.environ, **profile}, check=True, capture_output=True)
 

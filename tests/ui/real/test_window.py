@@ -131,7 +131,7 @@ def test_cancel_button_cancels_within_a_second(room, tmp_path):
 
 
 def test_bake_by_a_click(room, tmp_path):
-    room.ask("bpy.context.scene.radiosity.quality = 'DRAFT'")
+    room.ask(IMPORTS + "session.forget()\nbpy.context.scene.radiosity.quality = 'DRAFT'")
     room.click(*BAKE)
     room.until(lambda: baked(room) == 17, "the bake does not end", patience=240)
     room.until(lambda: progress(room) is None, "the bake does not end")
@@ -173,8 +173,8 @@ def test_script_and_command_line_give_the_colours_of_the_button(room, profile, t
     assert room.ask(COLORS) == button
     words = ["--background", path, "--command", "radiosity", "--quality", "draft"]
     run_blender(profile, *words, "--output", baked_path)
-    told = run_blender(profile, "--background", baked_path, "--python-expr",
-                       COLORS.replace("answer = ", "import bpy\nprint('COLORS', ") + ")")
+    code = f"import bpy{COLORS}print('COLORS', answer)"
+    told = run_blender(profile, "--background", baked_path, "--python-expr", code)
     assert f"COLORS {button}" in told
 
 
