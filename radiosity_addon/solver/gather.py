@@ -1,6 +1,6 @@
 """Gather: cosine-distributed rays from points, and the light they bring back.
 
-Depends on ``context``, ``points``, ``elements``, ``passage``, ``parallel``. One ray of n carries 1/n of the
+Depends on ``context``, ``points``, ``elements``, ``passage``, ``guide``, ``parallel``. One ray of n carries 1/n of the
 irradiance: rows built from rays have entries >= 0 and sums <= 1, whatever the geometry.
 """
 
@@ -13,6 +13,7 @@ import numpy as np
 from .context import Context
 from .elements import Elements
 from .embree import Hits
+from .guide import Guide, Learning
 from .parallel import map_chunks
 from .passage import followed
 from .points import Points, grouped_chunks
@@ -39,25 +40,58 @@ def shoot(context: Context, points: Points, rays: int, *key: int) -> tuple[list[
     """``rays`` cosine-distributed rays from each owner, shared among its points.
 
     Returns what they met and their directions (rays, R, 3) float32; ray (m, r) has the number
-    m·R + r. ``rays`` is a multiple of the points per owner. One matrix product turns the shared
-    directions.
+    m·R + r. ``rays`` is a multiple of the points per owner.
     """
-    per, count = points.shape
-    frames = points.frames()
-    # A run of consecutive Sobol points covers the hemisphere evenly by itself; every n-th would not.
-    local = cosine_directions(sobol(rays, 2, *key)).reshape(per, -1, 3)
-    origins = np.empty((per, rays // per, count, 3), np.float32)
-    directions = np.empty_like(origins)
-    for p in range(per):
-        axes = frames[p % len(frames)].transpose(1, 0, 2).reshape(3, 3 * count)
-        directions[p] = (local[p] @ axes).reshape(-1, count, 3)
-        origins[p] = points.position[p]
+    return _trace(context, points, _shared_directions(points, sobol(rays, 2, *key)))
+
+
+def shoot_guided(context: Context, points: Points, rays: int, guide: Guide, owners, *key: int):
+    """The same as ``guide`` aims them for ``owners`` (R,), and the cells (rays, R) they are in."""
+    xi = sobol(rays, 2, *key).astype(np.float32)[:, None] + points.turn[:, :2]
+    xi -= xi >= 1
+    place, cells = guide.aim(owners, xi)
+    return *_trace(context, points, _own_directions(points, place)), cells
+
+
+def _trace(context: Context, points: Points, directions: np.ndarray):
+    """Rays in ``directions`` (per, rays per point, R, 3) from the points: see ``shoot``."""
+    origins = np.empty_like(directions)
+    origins[:] = points.position[:, None]
     origins, flat = origins.reshape(-1, 3), directions.reshape(-1, 3)
     met = [Met(context.tracer.intersect(origins, flat))]
     if context.transmits.any():
         later = followed(context, origins, flat, met[0].hits)
         met += [Met(hits, number, weight) for number, hits, weight in later]
-    return met, directions.reshape(rays, count, 3)
+    return met, flat.reshape(-1, *directions.shape[2:])
+
+
+def _shared_directions(points: Points, xi: np.ndarray) -> np.ndarray:
+    """(per, rays per point, R, 3) float32 at places ``xi`` (rays, 2) of the square, the same for
+    all owners but for a turn. One matrix product makes them."""
+    # A run of consecutive Sobol points covers the hemisphere evenly by itself; every n-th would not.
+    per, count = points.shape
+    frames = points.frames(points.turn[:, 2])
+    local = cosine_directions(xi).reshape(per, -1, 3)
+    directions = np.empty((per, local.shape[1], count, 3), np.float32)
+    for p in range(per):
+        axes = frames[p % len(frames)].transpose(1, 0, 2).reshape(3, 3 * count)
+        directions[p] = (local[p] @ axes).reshape(-1, count, 3)
+    return directions
+
+
+def _own_directions(points: Points, place: np.ndarray) -> np.ndarray:
+    """(per, rays per point, R, 3) float32 at places (rays, R, 2) of the square."""
+    per, count = points.shape
+    frames = points.frames()
+    local = cosine_directions(place.reshape(-1, 2)).reshape(per, -1, count, 3)
+    x, y, z = (np.ascontiguousarray(local[..., axis]) for axis in range(3))
+    directions = np.empty(local.shape, np.float32)
+    for axis in range(3):  # inner loops over owners, not over three numbers
+        tangent, bitangent, normal = (frames[:, None, :, k, axis] for k in range(3))
+        along = x * tangent
+        along += y * bitangent
+        np.add(along, z * normal, out=directions[..., axis])
+    return directions
 
 
 def sides_hit(elements: Elements, hits: Hits) -> np.ndarray:
@@ -79,39 +113,74 @@ class Gathered:
 
 
 def gather(
-    context: Context, elements: Elements, reflected: np.ndarray, emitted: np.ndarray | None,
-    count: int, rays: int, place, key, stage: str,
+    context: Context, radiosity, count: int, rays: int, place, key, stage: str,
+    owners: np.ndarray, learning: Learning, guide: Guide | None = None,
 ) -> Gathered:
     """Light that ``rays`` from each of ``count`` owners bring; ``place(chosen, group)`` gives the
-    owners' Points. ``reflected`` and ``emitted`` (2 n_cells + 1, 3) float32: radiosity of cell
-    sides, 0 in the last."""
+    owners' Points. ``radiosity`` has ``elements`` and, by cell side, ``reflected`` and ``emitted``
+    (2 n_cells + 1, 3) float32, 0 in the last. ``owners`` (count,) are the receivers' numbers;
+    ``learning`` is told what their rays bring, ``guide`` aims them."""
     result = Gathered(np.zeros((count, 3)), np.zeros((count, 3)))
+    elements = radiosity.elements
 
     def work(chunk):
         group, chosen = chunk
-        met, directions = shoot(context, place(chosen, group), rays, *key, group, 3)
-        bounced, first = 0.0, 0.0
+        points, whose = place(chosen, group), owners[chosen]
+        key_ = (*key, group, 3)
+        if guide is None:
+            met, directions = shoot(context, points, rays, *key_)
+            cells, weight = learning.cells(sobol(rays, 2, *key_), points.turn[:, 2], whose), None
+        else:
+            met, directions, cells = shoot_guided(context, points, rays, guide, whose, *key_)
+            weight = np.take(guide.weight, cells.ravel())[:, None]
+        bounced, first, brought = 0.0, 0.0, np.zeros(cells.size, np.float32)
         for part in met:
             sides = sides_hit(elements, part.hits)
-            bounced = bounced + mean_of_rays(np.take(reflected, sides, axis=0), part, rays, len(chosen))
-            first = first + sky_mean(context.sky, sides == elements.miss, part, directions)
-            if emitted is not None:
-                first = first + mean_of_rays(np.take(emitted, sides, axis=0), part, rays, len(chosen))
-        return chosen, bounced, first
+            light = np.take(radiosity.reflected, sides, axis=0)
+            bounced = bounced + mean_of_rays(light, part, rays, len(chosen), weight)
+            direct = _first_hand(context, radiosity.emitted, sides, part, directions)
+            if direct is not None:
+                first = first + mean_of_rays(direct, part, rays, len(chosen), weight)
+                light = light + direct
+            brought[slice(None) if part.rays is None else part.rays] += _brought(light, part)
+        return chosen, bounced, first, learning.sums(cells, brought)
 
     chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // rays))
-    for chosen, bounced, first in map_chunks(work, chunks, context.threads, context.tick(stage)):
+    for chosen, bounced, first, sums in map_chunks(
+        work, chunks, context.threads, context.tick(stage)
+    ):
         result.bounced[chosen] = bounced
         result.first[chosen] = first
+        learning.add(sums)
     return result
 
 
-def mean_of_rays(values: np.ndarray, met: Met, rays: int, count: int) -> np.ndarray:
-    """(R, 3) mean over each owner's ``rays`` of values (k, 3) at what they met, weighted."""
+def _brought(light: np.ndarray, met: Met) -> np.ndarray:
+    """(k,) mean of the channels of light (k, 3), as much of it as comes through."""
+    return np.mean(light if met.weight is None else light * met.weight, axis=1)
+
+
+def _first_hand(context: Context, emitted, sides: np.ndarray, met: Met, directions: np.ndarray):
+    """(k, 3) float32 light from the sky, and emission met; None where there is neither."""
+    if context.sky is None:
+        return None if emitted is None else np.take(emitted, sides, axis=0)
+    light = np.zeros((len(sides), 3), np.float32) if emitted is None else emitted[sides]
+    missed = np.flatnonzero(met.hits.triangle < 0)
+    numbers = missed if met.rays is None else met.rays[missed]
+    light[missed] += context.sky(directions.reshape(-1, 3)[numbers])
+    return light
+
+
+def mean_of_rays(values: np.ndarray, met: Met, rays: int, count: int, weight=None) -> np.ndarray:
+    """(R, 3) mean over each owner's ``rays`` of values (k, 3) at what they met, of which the share
+    ``met.weight`` comes through, of rays with ``weight`` (rays · R, 1), 1 where None."""
+    if met.weight is not None:
+        values = values * met.weight
+    if weight is not None:
+        values = values * (weight if met.rays is None else weight[met.rays])
     if met.rays is None:
         return values.reshape(rays, -1, 3).mean(axis=0)
     owner = met.rays % count
-    values = values * met.weight
     sums = [np.bincount(owner, values[:, channel], count) for channel in range(3)]
     return np.stack(sums, 1) / rays
 

@@ -1,6 +1,6 @@
 """Lighting: sums of light over a half's points and rays, at each receiver.
 
-Depends on ``context``, ``direct``, ``gather``, ``footprints``, ``points``.
+Depends on ``context``, ``direct``, ``gather``, ``guide``, ``footprints``, ``points``.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from .context import Context
 from .direct import direct_light
 from .footprints import Footprints
 from .gather import gather
+from .guide import Guide, Learning
 from .points import footprint_points
 from .radiosity import Radiosity
 from .sampling import uniform
@@ -72,16 +73,18 @@ def add_direct(context: Context, footprints, lighting: Lighting, owners, per: in
 
 
 def add_gathered(
-    context: Context, footprints, lighting: Lighting, radiosity: Radiosity, owners, rays: int, *key
+    context: Context, footprints, lighting: Lighting, radiosity: Radiosity, owners, rays: int, *key,
+    learning: Learning, guide: Guide | None = None,
 ) -> None:
-    """Add ``rays`` gathered rays to each of ``owners`` (k,) int."""
+    """Add ``rays`` gathered rays to each of ``owners`` (k,) int. A ray that a guide aimed counts
+    as many as it is worth."""
     key = (context.seed, 21, *key)
     owners = _simple_first(footprints, owners)
     place = place_on(footprints, owners, int(np.clip(rays // 4, min(rays, 4), MOST_POINTS)), *key)
     found = gather(
-        context, radiosity.elements, radiosity.reflected, radiosity.emitted,
-        len(owners), rays, place, key, "gather",
+        context, radiosity, len(owners), rays, place, key, "gather", owners, learning, guide
     )
-    lighting.bounced[owners] += rays * found.bounced
-    lighting.first[owners] += rays * found.first
-    lighting.rays[owners] += rays
+    worth = rays if guide is None else rays * guide.worth[guide.cluster[owners]][:, None]
+    lighting.bounced[owners] += worth * found.bounced
+    lighting.first[owners] += worth * found.first
+    lighting.rays[owners] += worth

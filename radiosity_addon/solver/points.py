@@ -50,11 +50,11 @@ class Points:
         turn = ((self.turn + stagger) % 1.0).reshape(-1, 3)
         return Points(*arrays, turn)
 
-    def frames(self) -> np.ndarray:
-        """(per or 1, R, 3, 3) float32 tangent frames, an owner's all turned alike; 1 where an
-        owner's points lie in one plane."""
+    def frames(self, turn: np.ndarray | float = 0.0) -> np.ndarray:
+        """(per or 1, R, 3, 3) float32 tangent frames, an owner's all turned alike by ``turn`` (R,);
+        1 where an owner's points lie in one plane."""
         flat = self.normal.strides[0] == 0
-        return tangent_frames(self.normal[:1] if flat else self.normal, self.turn[:, 2])
+        return tangent_frames(self.normal[:1] if flat else self.normal, turn)
 
 
 _POINT_ARRAYS = ("position", "normal", "triangle", "uv")

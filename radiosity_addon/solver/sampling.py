@@ -58,7 +58,7 @@ def tangent_frames(normal: np.ndarray, turn: np.ndarray | float = 0.0) -> np.nda
     """
     normal = np.asarray(normal, np.float32)
     x, y, z = normal[..., 0], normal[..., 1], normal[..., 2]
-    sign = np.copysign(np.float32(1), z)
+    sign = np.where(z > -1 / 3, np.float32(1), np.float32(-1))  # not at 0: walls stand there
     a = -1 / (sign + z)
     b = x * y * a
     angle = np.asarray(turn, np.float32) * np.float32(2 * np.pi)

@@ -20,6 +20,7 @@ from .energy import energy_balance
 from .footprints import Footprints, build_footprints
 from .geometry import rounding_warning
 from .graph import build_graph
+from .guide import Guide, clusters_of, make_guide, start_learning
 from .judge import Judge, Surface, Verdict
 from .keep import Kept
 from .lattice import build_lattices
@@ -151,20 +152,23 @@ class _Rounds:
     kept: Kept | None
 
     def run(self, plan: Plan) -> tuple[Verdict, list[Radiosity]]:
-        """A first round for all receivers, then more where the error is; finer elements first
-        where it is theirs."""
+        """A first round for all receivers, then more where the error is, with rays aimed by what
+        the first brought; finer elements first where the error is theirs."""
         everyone = np.arange(self.footprints.count)
         light = [no_light(len(everyone)) for _ in HALVES]
         plan, radiosities = self._solve(plan)
         direct, gathered = (everyone, plan.points), (everyone, plan.rays)
+        learning = start_learning(clusters_of(*self.footprints.middle(), self.footprints.area))
+        guide = None
         before = np.inf  # what gathered light's squared error was, before the last rays
         for step in range(MAX_ROUNDS):
             began, work = time.perf_counter(), _samples(direct, gathered)
-            self._add(light, radiosities, direct, gathered, step)
+            self._add(light, radiosities, direct, gathered, step, guide, learning)
             verdict = self.judge.weigh(light)
             self.clock.lap("gather")
             if verdict.error <= plan.enough:
                 break
+            guide = make_guide(learning)
             square = verdict.gather_square.mean()
             excess = verdict.common / (ELEMENTS_SHARE * plan.goal)
             if square > STALLED * before:
@@ -179,7 +183,7 @@ class _Rounds:
                     half.forget_gathered()
                 direct, gathered = (everyone[:0], plan.points), (everyone, plan.rays)
                 continue
-            direct, gathered = self._more(verdict, plan, light)
+            direct, gathered = self._more(verdict, plan, light, guide)
             grown = len(gathered[0]) * gathered[1] > light[0].rays.sum() / 2
             before = square if grown else np.inf
             ahead = _samples(direct, gathered)
@@ -217,22 +221,22 @@ class _Rounds:
             self.kept.add(self.context, plan, radiosities)
         return plan, radiosities
 
-    def _add(self, light, radiosities, direct, gathered, step: int) -> None:
+    def _add(self, light, radiosities, direct, gathered, step: int, guide, learning) -> None:
         for half in HALVES:
             add_direct(self.context, self.footprints, light[half], *direct, step, half)
             add_gathered(
-                self.context, self.footprints, light[half], radiosities[half], *gathered, step, half
+                self.context, self.footprints, light[half], radiosities[half], *gathered, step, half,
+                guide=guide, learning=learning,
             )
 
-    def _more(self, verdict: Verdict, plan: Plan, light):
+    def _more(self, verdict: Verdict, plan: Plan, light, guide: Guide | None):
         """(owners, samples of each) to add, of points for direct light and of rays."""
-        numbers = ((light[0].points, 4, DIRECT_RATE), (light[0].rays, 8, 1.0))
-        return [
-            (owners, round_up(had.max() * (min(factor**rate, 8) - 1), least, MAX_SAMPLES))
-            for (owners, factor), (had, least, rate) in zip(
-                self.judge.mark(verdict, plan.goal), numbers
-            )
-        ]
+        (shaded, direct_factor), (dim, gather_factor) = self.judge.mark(verdict, plan.goal)
+        points = light[0].points.max() * (min(direct_factor**DIRECT_RATE, 8) - 1)
+        rays = light[0].rays.mean() * (min(gather_factor, 8) - 1)
+        if guide is not None and len(dim):
+            rays /= guide.worth[guide.cluster[dim]].mean()
+        return (shaded, round_up(points, 4, MAX_SAMPLES)), (dim, round_up(rays, 8, MAX_SAMPLES))
 
 
 def _samples(*rounds) -> int:
