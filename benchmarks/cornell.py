@@ -11,6 +11,8 @@ from __future__ import annotations
 import argparse
 import json
 
+from radiosity_addon.solver.parallel import thread_count
+
 from .bake import our_bake, warm_up
 from .error import comparable_texels, reference_noise, triangle_uvs
 from .ladder import Rung, cycles_ladder, judged, seconds_for, table
@@ -61,8 +63,8 @@ def build():
 def _figures(effort: str, bake) -> str:
     figures = bake.statistics
     seconds = ", ".join(f"{name} {value:.2f}" for name, value in figures.seconds.items())
-    embree = figures.seconds.get("embree")
-    share = f"; {bake.seconds / embree:.1f} × Embree's own time" if embree else ""
+    embree = figures.seconds.get("embree", 0.0) / thread_count(0)
+    share = f"; {bake.seconds / embree:.1f} × Embree alone on all cores" if embree else ""
     return (f"ours, {effort}: estimated {100 * figures.estimated_error:.2f} %, "
             f"{figures.elements} elements, {figures.rays / 1e6:.2f} M rays, "
             f"{figures.iterations} iterations; {seconds}{share}")  # fmt: skip
