@@ -94,7 +94,8 @@ def build_context(scene: Scene, seed: int, threads: int, progress: Progress) -> 
     if sky is not None:
         sky = Skylight((np.pi / unit * sky.pixels).astype(np.float32))
     return Context(
-        scene, geometry, tracer, shadow, veil, transmits, sources, explicit, sky, unit, seed, threads, progress
+        scene, geometry, tracer, shadow, veil, transmits, sources, explicit, sky, unit, seed,
+        threads, progress,
     )
 
 

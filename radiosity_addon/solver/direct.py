@@ -1,7 +1,7 @@
 """Direct light: irradiance from explicit lights, shadows included.
 
-Depends on ``context``, ``choose``, ``sources``, ``passage``, ``points``, ``parallel``. Each light's irradiance is its
-unoccluded value, exact by Lambert's formula for polygons, times the visible share, sampled. So a
+Depends on ``context``, ``choose``, ``sources``, ``passage``, ``points``, ``parallel``. Each light's
+irradiance is its unoccluded value, exact by Lambert's formula for polygons, times the visible share, sampled. So a
 wall that touches a lamp is right, and a receiver that sees the whole light has no noise.
 """
 

@@ -18,7 +18,7 @@ from .sampling import cosine_directions, tangent_frames
 from .scene import Scene
 
 BLOCK = 1 << 16  # rays traced at once
-SHRINK = 1e-4  # points keep this share of a triangle away from its edges, or walls there are crossed
+SHRINK = 1e-4  # of a triangle: what points keep away from its edges, lest walls there be crossed
 DIMENSIONS = 5  # which triangle, where in it (2), in which direction (2)
 
 

@@ -1,7 +1,7 @@
 """Gather: cosine-distributed rays from points, and the light they bring back.
 
-Depends on ``context``, ``points``, ``elements``, ``passage``, ``guide``, ``parallel``. One ray of n carries 1/n of the
-irradiance: rows built from rays have entries >= 0 and sums <= 1, whatever the geometry.
+Depends on ``context``, ``points``, ``elements``, ``passage``, ``guide``, ``parallel``. One ray of n
+carries 1/n of the irradiance: rows built from rays have entries >= 0 and sums <= 1, whatever the geometry.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def _trace(context: Context, points: Points, directions: np.ndarray):
 def _shared_directions(points: Points, xi: np.ndarray) -> np.ndarray:
     """(per, rays per point, R, 3) float32 at places ``xi`` (rays, 2) of the square, the same for
     all owners but for a turn. One matrix product makes them."""
-    # A run of consecutive Sobol points covers the hemisphere evenly by itself; every n-th would not.
+    # Consecutive Sobol points cover the hemisphere evenly by themselves; every n-th would not.
     per, count = points.shape
     frames = points.frames(points.turn[:, 2])
     local = cosine_directions(xi).reshape(per, -1, 3)

@@ -89,6 +89,6 @@ def rounding_warning(vertices: np.ndarray, geometry: Geometry) -> str | None:
         return None
     return (
         f"the scene is {geometry.scale:.3g} units across and lies {np.abs(used).max():.3g} from "
-        f"the origin, where 32-bit vertices are rounded to {step:.2g}: its shape may be lost; model it "
-        "at the origin"
+        f"the origin, where 32-bit vertices are rounded to {step:.2g}: its shape may be lost; "
+        "model it at the origin"
     )

@@ -1,7 +1,7 @@
 """Judge: from two independent halves of the light to a result, its error, and what to add.
 
-Depends on ``smooth``, ``lighting``, ``parallel``. The error is the local relative RMS error of docs/theory.md:
-each receiver is judged against its own brightness or the mean brightness, whichever is larger.
+Depends on ``smooth``, ``lighting``, ``parallel``. The error is the local relative RMS error of
+docs/theory.md: each receiver is judged against its own brightness or the mean brightness, whichever is larger.
 """
 
 from __future__ import annotations
@@ -63,7 +63,8 @@ class Judge:
         """Combine the halves."""
         (direct_a, bounced_a, first_a), (direct_b, bounced_b, first_b) = (h.means() for h in halves)
         gain = self._gain()
-        rough = self._radiance((direct_a + direct_b + first_a + first_b) / 2, (bounced_a + bounced_b) / 2)
+        direct = (direct_a + direct_b + first_a + first_b) / 2
+        rough = self._radiance(direct, (bounced_a + bounced_b) / 2)
         level = rough.mean(axis=1)
         level = np.maximum(level, level.mean())
         level = np.where(level > 0, level, 1.0)

@@ -1,7 +1,7 @@
 """Lattice: the texels of an image as neighbours of each other on the surface.
 
-Depends on NumPy and ``parallel``. An à-trous kernel (Holschneider et al. 1989) averages texels at distances
-1, 2, 4, ...; neighbours are used in opposite pairs only, f(x+d) + f(x−d) − 2 f(x), so that light
+Depends on NumPy and ``parallel``. An à-trous kernel (Holschneider et al. 1989) averages texels at
+distances 1, 2, 4, ...; neighbours are used in opposite pairs only, f(x+d) + f(x−d) − 2 f(x), so that light
 that varies linearly stays as it is, at the edge of a wall too.
 """
 
@@ -83,7 +83,8 @@ def build_lattices(grid, position, normal, threads: int = 1, levels: int = LEVEL
         row, column = (grid[index, 1:] - low + pad).T
         shape = tuple((high - low + 1 + 2 * pad).tolist())
         lattice = Lattice(index, row * shape[1] + column, shape, pad, ())
-        lattices.append(replace(lattice, weights=_weights(lattice, position, normal, levels, threads)))
+        weights = _weights(lattice, position, normal, levels, threads)
+        lattices.append(replace(lattice, weights=weights))
     return lattices
 
 

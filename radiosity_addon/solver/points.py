@@ -118,7 +118,8 @@ def points_on(geometry: Geometry, triangle, u, v, front, turn) -> Points:
     normal = np.where(front[..., None], 1.0, -1.0) * geometry.normal[triangle]
     position = geometry.at(triangle, uv) + OFFSET * normal
     return Points(
-        position.astype(np.float32), normal.astype(np.float32), triangle, uv.astype(np.float32), turn
+        position.astype(np.float32), normal.astype(np.float32), triangle, uv.astype(np.float32),
+        turn,
     )
 
 

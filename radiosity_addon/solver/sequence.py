@@ -225,8 +225,8 @@ class _Rounds:
         for half in HALVES:
             add_direct(self.context, self.footprints, light[half], *direct, step, half)
             add_gathered(
-                self.context, self.footprints, light[half], radiosities[half], *gathered, step, half,
-                guide=guide, learning=learning,
+                self.context, self.footprints, light[half], radiosities[half], *gathered, step,
+                half, guide=guide, learning=learning,
             )
 
     def _more(self, verdict: Verdict, plan: Plan, light, guide: Guide | None):

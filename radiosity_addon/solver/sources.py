@@ -62,7 +62,8 @@ def build_sources(
             rows[kind].append(row)
             objects[kind].append(linked.get(id(lamp)))
     made = {
-        kind: kind(*(np.array(column) for column in zip(*mine))) for kind, mine in rows.items() if mine
+        kind: kind(*(np.array(column) for column in zip(*mine)))
+        for kind, mine in rows.items() if mine
     }
     if len(faces.color):
         made[Polygons] = join_polygons([faces, made[Polygons]]) if Polygons in made else faces

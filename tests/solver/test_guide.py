@@ -13,7 +13,7 @@ from tests.solver import exact, meshes
 
 
 def learnt_from(light):
-    """A guide for one receiver whose evenly spread rays brought ``light(x, y)``; None if useless."""
+    """A guide for one receiver whose evenly spread rays brought ``light(x, y)``, or None."""
     learning = start_learning(np.zeros(1, int))
     x, y = np.random.default_rng(0).random((2, 200_000))
     row, column = (x * ROWS).astype(int), (y * COLUMNS).astype(int)
