@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import cg
 
-TOLERANCE = 1e-10  # of the residual, relative, after scaling the diagonal to 1
+TOLERANCE = 1e-8  # of the residual, relative, after scaling the diagonal to 1
 ITERATIONS = 400
 ROUNDS = 4  # of solving, fixing what left its bounds there, and solving for the rest
 

@@ -31,51 +31,8 @@ def fit_corners(
     weights: np.ndarray,
     domain: str = "corner",
 ) -> np.ndarray:
-    """Colours (n_loops, 3) for ``corner``, (n_vertices, 3) for ``point``, float64, >= 0.
-
-    ``receivers`` lie on the target's triangles (scene numbers), ``values`` (count, 3) is the
-    light and ``weights`` (count,) its area; weight 0 leaves a receiver out (a part of the face
-    that nobody can see, inside another object). A colour stays within the light on the faces
-    around it, widened by as much as a linear course of the light needs: a shadow edge across a
-    large face makes no colour darker than the shadow. Corners without light take that of their
-    vertex, else the object's mean. ``point`` gives a row for each vertex up to the last one that
-    a loop uses. Raises ValueError on wrong shapes or light that is not finite.
-    """
-    values, weights = np.asarray(values, float), np.asarray(weights, float)
-    _check(target, receivers, values, weights)
-    group = target.loop_vertex if domain == "point" else target.loop_smooth_group
-    unknowns = int(group.max(initial=-1)) + 1
-    corners = _corner_map(target, group, unknowns)
-    light = _data(receivers, weights, target.start, target.stop - target.start)
-    bounds = _bounds(corners, light, values, weights, target.loop_vertex, group)
-    sampling = (light.sampling @ corners).tocsr()
-    normal = (sampling.T @ diags(weights) @ sampling + _stiffness(corners, light)).tocsr()
-    right = sampling.T @ (weights[:, None] * values)
-    colors = np.empty((unknowns, 3))
-    for channel in range(3):
-        same = [c for c in range(channel) if np.array_equal(values[:, c], values[:, channel])]
-        colors[:, channel] = (
-            colors[:, same[0]]
-            if same
-            else solve_bounded(normal, right[:, channel], *(x[:, channel] for x in bounds))
-        )
-    return colors if domain == "point" else colors[group]
-
-
-def _check(target, receivers, values, weights) -> None:
-    if target.corner_map is None or target.loop_vertex is None:
-        raise ValueError(f"{target.name!r} was exported without its loops; export for vertices")
-    if values.shape != (receivers.count, 3) or weights.shape != (receivers.count,):
-        raise ValueError(
-            f"light {values.shape} and weights {weights.shape} do not fit {receivers.count} "
-            f"receivers of {target.name!r}"
-        )
-    bad = int((~np.isfinite(values).all(1)).sum() + (~np.isfinite(weights) | (weights < 0)).sum())
-    if bad:
-        raise ValueError(
-            f"{bad} receivers of {target.name!r} have light or area that is not finite; look for "
-            "infinite values among the lamps, the sky and the emission strengths"
-        )
+    """Colours of the target's corners or points for light ``values`` (count, 3): see CornerFit."""
+    return corner_fit(target, receivers, weights, domain).colors(values)
 
 
 @dataclass(frozen=True)
@@ -86,6 +43,84 @@ class _Light:
     triangle: np.ndarray  # (count,) the triangle of the receiver's first cell
     area: np.ndarray  # (n,) area with light known on it
     cuts: np.ndarray  # (n,) float64: square root of the number of receivers with weight
+
+
+@dataclass(frozen=True)
+class CornerFit:
+    """What the fit of a target's colours needs but the light: made once, used for any light."""
+
+    weights: np.ndarray  # (count,) area of each receiver
+    loop_vertex: np.ndarray  # (n_loops,)
+    group: np.ndarray  # (n_loops,) the unknown of each loop
+    corners: csr_matrix  # (3 n, unknowns)
+    light: _Light
+    sampling: csr_matrix  # (count, unknowns): light at receivers from the unknowns
+    normal: csr_matrix  # (unknowns, unknowns)
+    per_loop: bool
+    name: str
+
+    def colors(self, values: np.ndarray) -> np.ndarray:
+        """Colours (n_loops, 3) of corners, or (n_vertices, 3) of points, float64, >= 0, that fit
+        the light ``values`` (count, 3) at the receivers.
+
+        A colour stays within the light on the faces around it, widened by as much as a linear
+        course of the light needs: a shadow edge across a large face makes no colour darker than
+        the shadow. Corners without light take that of their vertex, else the object's mean. Raises
+        ValueError on wrong shapes or light that is not finite.
+        """
+        values = np.asarray(values, float)
+        _check(self.name, values, self.weights)
+        bounds = _bounds(
+            self.corners, self.light, values, self.weights, self.loop_vertex, self.group
+        )
+        right = self.sampling.T @ (self.weights[:, None] * values)
+        colors = np.empty((self.corners.shape[1], 3))
+        for channel in range(3):
+            same = [c for c in range(channel) if np.array_equal(values[:, c], values[:, channel])]
+            colors[:, channel] = (
+                colors[:, same[0]]
+                if same
+                else solve_bounded(self.normal, right[:, channel], *(x[:, channel] for x in bounds))
+            )
+        return colors[self.group] if self.per_loop else colors
+
+
+def corner_fit(
+    target: ExportedObject, receivers: Receivers, weights: np.ndarray, domain: str = "corner"
+) -> CornerFit:
+    """The fit for a target's colours on ``domain``, corner or point.
+
+    ``receivers`` lie on the target's triangles (scene numbers) and stand for the areas ``weights``
+    (count,); weight 0 leaves a receiver out (a part of the face that nobody can see, inside
+    another object). ``point`` gives a colour for each vertex up to the last one that a loop uses.
+    Raises ValueError for a target that was exported without its loops.
+    """
+    if target.corner_map is None or target.loop_vertex is None:
+        raise ValueError(f"{target.name!r} was exported without its loops; export for vertices")
+    weights = np.asarray(weights, float)
+    _check(target.name, np.zeros((receivers.count, 3)), weights)
+    group = target.loop_vertex if domain == "point" else target.loop_smooth_group
+    corners = _corner_map(target, group, int(group.max(initial=-1)) + 1)
+    light = _data(receivers, weights, target.start, target.stop - target.start)
+    sampling = (light.sampling @ corners).tocsr()
+    normal = (sampling.T @ diags(weights) @ sampling + _stiffness(corners, light)).tocsr()
+    return CornerFit(
+        weights, target.loop_vertex, group, corners, light, sampling, normal, domain != "point",
+        target.name,
+    )
+
+
+def _check(name: str, values: np.ndarray, weights: np.ndarray) -> None:
+    if values.shape != (len(weights), 3) or weights.ndim != 1:
+        raise ValueError(
+            f"light {values.shape} and weights {weights.shape} do not fit the receivers of {name!r}"
+        )
+    bad = int((~np.isfinite(values).all(1)).sum() + (~np.isfinite(weights) | (weights < 0)).sum())
+    if bad:
+        raise ValueError(
+            f"{bad} receivers of {name!r} have light or area that is not finite; look for "
+            "infinite values among the lamps, the sky and the emission strengths"
+        )
 
 
 def _data(receivers: Receivers, weights, start: int, triangles: int) -> _Light:

@@ -39,6 +39,10 @@ class Graph:
         """(n, c)."""
         return picture.T
 
+    def around(self, level: int) -> int:
+        """Levels of kernels that average what decides whether to go to ``level``."""
+        return min(level + 2, 3)
+
     def beside(self, picture: np.ndarray) -> np.ndarray:
         """Of (c, n) >= 0, above 0 at the receivers that have a neighbour above 0."""
         return self.step(picture, 0)

@@ -59,6 +59,10 @@ class Lattice:
         self.inner(result, 0, 0)[:] += total
         return result
 
+    def around(self, level: int) -> int:
+        """Levels of kernels that average what decides whether to go to ``level``."""
+        return min(level + 2, self.levels)
+
     def beside(self, picture: np.ndarray) -> np.ndarray:
         """Of (c, height, width) >= 0, the largest of each texel and the eight around it."""
         from scipy.ndimage import maximum_filter

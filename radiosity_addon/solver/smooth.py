@@ -32,8 +32,17 @@ class Smoothed:
 def smooth(lattices: list, a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> Smoothed:
     """Smooth two independent halves a, b (count, c) alike.
 
-    ``weight`` (count, c) takes them to relative errors, by which levels are chosen.
+    ``weight`` (count, c) takes them to relative errors, by which levels are chosen. Columns
+    without light cost nothing.
     """
+    lit = a.any(axis=0) | b.any(axis=0)
+    if not lit.all():
+        found = smooth(lattices, a[:, lit], b[:, lit], weight[:, lit]) if lit.any() else None
+        arrays = [np.zeros(a.shape) for _ in range(3)]
+        if found is not None:
+            for array, some in zip(arrays, (found.a, found.b, found.square_error)):
+                array[:, lit] = some
+        return Smoothed(*arrays, np.zeros(len(a), bool) if found is None else found.touched)
     out_a, out_b = a.copy(), b.copy()
     error = (a - b) ** 2 / 2
     touched = np.zeros(len(a), bool)
@@ -88,7 +97,7 @@ def widest(lattices: list, values: np.ndarray) -> np.ndarray:
 def _smooth_picture(lattice, a, b, weight):
     raw = lattice.spread(a), lattice.spread(b)
     square = lattice.spread(weight) ** 2
-    noise = (0.5 * (raw[0] - raw[1]) ** 2 * square).mean(axis=0, keepdims=True)
+    noise = (0.5 * (raw[0] - raw[1]) ** 2 * square).mean(axis=0)
     now, best = raw, raw
     best_change = np.zeros_like(raw[0][:1])  # of the squared error
     gain, total = np.zeros_like(raw[0]), np.zeros_like(raw[0])
@@ -98,10 +107,10 @@ def _smooth_picture(lattice, a, b, weight):
             (after[0] - now[0]) * (after[0] + now[0] - 2 * raw[1])
             + (after[1] - now[1]) * (after[1] + now[1] - 2 * raw[0])
         )
-        local = (total * square).mean(axis=0, keepdims=True)
-        least = -MARGIN * noise
-        for k in range(min(level + 2, lattice.levels)):
-            local, least = lattice.step(local, k), lattice.step(least, k)
+        local = np.stack([(total * square).mean(axis=0), -MARGIN * noise])
+        for k in range(lattice.around(level)):
+            local = lattice.step(local, k)
+        local, least = local[:1], local[1:]
         better = (local < best_change) & (local < least)
         best_change = np.where(better, local, best_change)
         best = tuple(np.where(better, new, old) for new, old in zip(after, best))

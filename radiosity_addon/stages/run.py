@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..bake.corners import fit_corners
+from ..bake.corners import CornerFit, corner_fit
 from ..bake.dilate import extend_islands
 from ..bake.faces import receiver_areas
 from ..solver.progress import Progress, silent
@@ -27,15 +27,16 @@ def run(job: Job, progress: Progress = silent, kept=None) -> Result:
     began = time.perf_counter()
     layout = lay_out(job, progress)
     laid_out = time.perf_counter() - began
-    receivers, judged = layout.receivers, _where_judged(job, layout)
+    receivers, fits = layout.receivers, _fits(job, layout)
+    judged = fits and _where_judged(layout, fits)
     solution = solve(job.scene, receivers, job.settings, progress, judged, kept)
     started = time.perf_counter()
     progress("Write", 0.0)
     light = compose(solution, job.settings.passes)
-    make = _image if job.settings.target == "image" else _corners
     colors = []
     for index in range(len(job.targets)):
-        colors.append(make(job, layout, index, light))
+        mine = light[slice(*layout.spans[index : index + 2])]
+        colors.append(fits[index].colors(mine) if fits else _image(job, layout, index, mine))
         progress("Write", (index + 1) / len(job.targets))
     figures = solution.statistics
     return Result(
@@ -54,35 +55,39 @@ def _charged(figures: Statistics, stage: str, seconds: float) -> Statistics:
     )
 
 
-def _where_judged(job: Job, layout: Layout):
-    """Light at all receivers → the colours whose error counts; None: the receivers themselves.
+def _fits(job: Job, layout: Layout) -> list[CornerFit] | None:
+    """What turns light into each mesh's colours; None for images."""
+    if job.settings.target == "image":
+        return None
+    fits = []
+    for index, target in enumerate(job.targets):
+        part = layout.part(index)
+        area = receiver_areas(job.scene.vertices, job.scene.triangles, part)
+        fits.append(corner_fit(target, part, area, job.settings.domain))
+    return fits
+
+
+def _where_judged(layout: Layout, fits: list[CornerFit]):
+    """Light at all receivers → the colours whose error counts.
 
     A vertex colour is a mean over many receivers, and its error less than theirs.
     """
-    if job.settings.target == "image":
-        return None
-    numbers = range(len(job.targets))
-    return lambda light: np.concatenate([_corners(job, layout, i, light) for i in numbers])
+    spans = [slice(*layout.spans[i : i + 2]) for i in range(len(fits))]
+    return lambda light: np.concatenate(
+        [fit.colors(light[span]) for fit, span in zip(fits, spans)]
+    )
 
 
 def _image(job: Job, layout: Layout, index: int, light: np.ndarray) -> np.ndarray:
-    """(height, width, 4) float32: the texels' light, and the islands' margin around them."""
+    """(height, width, 4) float32: the texels' ``light``, and the islands' margin around them."""
     span = slice(*layout.spans[index : index + 2])
     resolution = job.settings.resolution
     part = layout.receivers.grid[span]
     covered = np.zeros((resolution, resolution), bool)
     pixels = np.zeros((resolution, resolution, 3), np.float32)
     covered[part[:, 1], part[:, 2]] = True
-    pixels[part[:, 1], part[:, 2]] = light[span]
+    pixels[part[:, 1], part[:, 2]] = light
     return extend_islands(pixels, covered, job.settings.margin)
-
-
-def _corners(job: Job, layout: Layout, index: int, light: np.ndarray) -> np.ndarray:
-    """Colours of the mesh's loops or vertices that fit the light over the object's faces."""
-    part = layout.part(index)
-    area = receiver_areas(job.scene.vertices, job.scene.triangles, part)
-    light = light[slice(*layout.spans[index : index + 2])]
-    return fit_corners(job.targets[index], part, light, area, job.settings.domain)
 
 
 def _warn_of_darkness(solution: Solution) -> list[str]:
