@@ -40,9 +40,12 @@ def test_signal_ends_a_bake_within_a_second(stage, number, place):
 
 
 @pytest.mark.parametrize("stage", ["start", "save"])
-def test_kill_leaves_nothing_behind(stage, place):
+def test_kill_leaves_all_or_nothing_behind(stage, place):
+    """All where the machine is so busy that the bake ends before the kill comes."""
     found = faults.interrupt_at(place, stage, signal.SIGKILL, delay=0.02)
-    assert (found.status, found.strange) == (-signal.SIGKILL, ())
+    everything = ("images/Radiosity_Cornell.exr", "report.json", "scene_baked.blend")
+    assert found.status == -signal.SIGKILL
+    assert found.strange == () or (stage == "save" and found.strange == everything)
 
 
 def test_file_that_cannot_grow(place):
