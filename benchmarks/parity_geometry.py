@@ -270,6 +270,7 @@ def smooth_ball(baked: bool):
     ball = bpy.context.object
     ball.data.materials.append(matte("Ball", GREEN))
     ball.data.shade_smooth()
+    ball.data.uv_layers[0].name = "Radiosity"  # Smart UV Project lays balls out at random
     return ball if baked else thing
 
 
