@@ -52,14 +52,19 @@ class Place:
         return [str(self.scene), *image, str(self.size), "--report", report, "--quality=draft"]
 
     def contents(self) -> dict[str, str]:
-        """Digests of all files below, and the folders."""
+        """Digests of all files below, and the folders; the janitor may be at work there."""
         return {
             str(path.relative_to(self.folder)): _digest(path) for path in self.folder.rglob("*")
         }
 
 
 def _digest(path: Path) -> str:
-    return "folder" if path.is_dir() else hashlib.sha256(path.read_bytes()).hexdigest()
+    if path.is_dir():
+        return "folder"
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except FileNotFoundError:
+        return "just gone"
 
 
 def make_place(folder: Path, scene: bytes, size: int = 256) -> Place:

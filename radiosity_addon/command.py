@@ -45,6 +45,9 @@ def main(argv: list[str], opened: bool = False, alone: bool = False) -> int:
             _check(request)
             progress = _Progress(terminal, interrupts)
             progress("Start", 0.0)
+            if alone:
+                with interrupts.held():  # a folder that is half made would stay
+                    scratch.make()
             with interrupts.quiet():  # an exception in the midst of its import crashes Blender
                 bpy = _import_bpy(scratch if alone else None)
             summary = _bake(bpy, request, progress, publication)

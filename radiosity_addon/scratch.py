@@ -12,7 +12,7 @@ import os
 import shutil
 import sys
 import tempfile
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 from .janitor import Janitor
@@ -27,23 +27,19 @@ class Scratch:
         self._folders: list[Path] = []
         self._janitor = Janitor()
 
+    def make(self) -> None:
+        """Make the folder that a Blender still to be imported will use: not to be cut in two.
+
+        Raises OSError where no temporary folder can be made.
+        """
+        if "bpy" not in sys.modules:
+            self._own(tempfile.mkdtemp(prefix="radiosity-"))
+            atexit.register(self.remove)
+
     @contextmanager
     def around_import(self):
-        """Import bpy inside. Raises OSError where no temporary folder can be made."""
-        if "bpy" not in sys.modules:
-            folder = tempfile.mkdtemp(prefix="radiosity-")
-            self._own(folder)
-            atexit.register(self.remove)
-            before = os.environ.get(VARIABLE)
-            os.environ[VARIABLE] = folder
-            try:
-                yield
-            finally:
-                if before is None:
-                    del os.environ[VARIABLE]
-                else:
-                    os.environ[VARIABLE] = before
-        else:
+        """Import bpy inside."""
+        with _variable(VARIABLE, self._folders[0]) if self._folders else nullcontext():
             yield
         self._own(sys.modules["bpy"].app.tempdir)
 
@@ -56,3 +52,17 @@ class Scratch:
         if folder:
             self._folders.append(Path(folder))
             self._janitor.watch(Path(folder))
+
+
+@contextmanager
+def _variable(name: str, value: Path):
+    """The environment variable is ``value`` inside."""
+    before = os.environ.get(name)
+    os.environ[name] = str(value)
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[name]
+        else:
+            os.environ[name] = before

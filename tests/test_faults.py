@@ -15,6 +15,8 @@ pytest.importorskip("bpy")
 
 from benchmarks import faults  # noqa: E402
 
+EVERYTHING = tuple(sorted(faults.RESULTS))
+
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="POSIX signals and limits")
 
 
@@ -33,7 +35,11 @@ def place(tmp_path, scene) -> faults.Place:
     [("start", signal.SIGINT), ("gather", signal.SIGTERM), ("save", signal.SIGINT)],
 )
 def test_signal_ends_a_bake_within_a_second(stage, number, place):
+    """Saving so small a bake may be over before the signal comes: then all of it is there."""
     found = faults.interrupt_at(place, stage, number)
+    if stage == "save" and found.status == 0:
+        assert (found.strange, found.message) == (EVERYTHING, "")
+        return
     assert (found.status, found.strange) == (130, ())
     assert found.message == "radiosity: interrupted; nothing was written\n"
     assert found.seconds < 1.0
@@ -43,9 +49,8 @@ def test_signal_ends_a_bake_within_a_second(stage, number, place):
 def test_kill_leaves_all_or_nothing_behind(stage, place):
     """All where the machine is so busy that the bake ends before the kill comes."""
     found = faults.interrupt_at(place, stage, signal.SIGKILL, delay=0.02)
-    everything = ("images/Radiosity_Cornell.exr", "report.json", "scene_baked.blend")
     assert found.status == -signal.SIGKILL
-    assert found.strange == () or (stage == "save" and found.strange == everything)
+    assert found.strange == () or (stage == "save" and found.strange == EVERYTHING)
 
 
 def test_file_that_cannot_grow(place):

@@ -18,7 +18,6 @@ from ..steps import scaled
 from .follow import follow
 from .keep_file import NAME, forget_kept
 from .payload import PACKAGE
-from .solver_process import SolverProcess
 
 # The shares of the whole that the solver's part has in the progress bar.
 SOLVE_FROM, SOLVE_TO = 0.05, 0.97
@@ -55,7 +54,7 @@ class BakeSession:
         self.report: dict | None = None
         self._start = time.perf_counter()
         self._export_seconds = 0.0
-        self._process: SolverProcess | None = None
+        self._process = None  # a SolverProcess, from the first step on
         self._steps = None  # of reading or writing, while they are taken
         self._job = self._result = None
         self._peak_memory, self._reused = 0, ""
@@ -114,6 +113,8 @@ class BakeSession:
 
     def _read(self, context):
         """From the start of the process to the job in its hands, in steps."""
+        from .solver_process import SolverProcess
+
         scene, view_layer = context.scene, context.view_layer
         self._process = SolverProcess(kept_file())
         yield 0.0

@@ -64,7 +64,7 @@ class SolverProcess:
             options["creationflags"] = quiet
         with open(self._folder / ERRORS, "wb") as errors:
             return subprocess.Popen(
-                [python, "-s", "-B", worker.__file__, str(self._folder), *keep],
+                [python, "-s", worker.__file__, str(self._folder), *keep],
                 stdin=subprocess.PIPE,
                 stdout=errors,
                 stderr=errors,
