@@ -1,6 +1,6 @@
 """Parity with Cycles: each kind of lamp, world, material and geometry, baked by both.
 
-    python -m benchmarks.parity [NAME ...] [--error 0.01] [--size 64] [--samples 128] [--list]
+    python -m benchmarks.parity [NAME ...] [--error 0.01] [--size 64] [--samples 96] [--list]
 
 Without names the whole page docs/parity.md is written; with names of groups or cases only their
 lines are. The error is the relative error of our bake against two independent Cycles bakes
@@ -33,7 +33,7 @@ GROUPS = {
 }
 BOUND = 0.02
 TIME_LIMIT = 20.0  # seconds of solving: where the asked error is out of reach
-SIZE, SAMPLES, ERROR = 64, 128, 0.01
+SIZE, SAMPLES, ERROR = 64, 96, 0.01
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "parity.md"
 
 
@@ -141,14 +141,15 @@ def run(cases, say=print, **effort) -> list[Row]:
     return rows
 
 
-def write_page(rows, path: Path, about: str) -> None:
+def write_page(rows, path: Path, about: str, samples: int = SAMPLES) -> None:
     """Replace the page's lines of the cases in ``rows``; other cases keep their old lines."""
     old = _old_lines(path)
     new = {(row.group, row.case.name): line(row) for row in rows}
     order = [(group, case.name) for group, cases in GROUPS.items() for case in cases]
     lines = [(old | new)[key] for key in order if key in old | new]
     about = f"{about}; {len(new)} of {len(order)} cases"
-    path.write_text(HEAD.format(about=about) + "\n".join(lines) + "\n" + KNOWN, encoding="utf-8")
+    head = HEAD.format(about=about, samples=samples)
+    path.write_text(head + "\n".join(lines) + "\n" + KNOWN, encoding="utf-8")
 
 
 def _old_lines(path: Path) -> dict[tuple[str, str], str]:
@@ -164,12 +165,12 @@ Made by `python -m benchmarks.parity`, last run on: {about}.
 
 Each case is a floor and two walls of 4 m under a hovering slab, to which it adds one kind of lamp,
 world, material or geometry. We bake it to an image at an asked error of 1 %, for 20 seconds of
-solving at most; Cycles bakes it twice in the same Blender, with independent seeds, no clamping and no
-denoising. *Error* is the [relative error](theory.md) of our bake against the two, and *uncertainty*
-its standard error from their noise. *Mean* is how much brighter or darker our whole bake is than
-theirs; *noise* the error of one of the two references; *seconds* those of our whole bake, with
-whatever else the machine had to do. A case agrees when its error, less two standard errors, is within
-2 %. Only texels that lie within one triangle are compared. Lines of cases measured by name replace
+solving at most; Cycles bakes it twice in the same Blender, with independent seeds, {samples} samples
+(noisy cases with more), no clamping and no denoising. *Error* is the [relative error](theory.md) of our
+bake against the two, and *uncertainty* its standard error from their noise. *Mean* is how much
+brighter or darker our whole bake is than theirs; *noise* the error of one of the two references;
+*seconds* those of our whole bake, with whatever else the machine had to do. A case agrees when its
+error, less two standard errors, is within 2 %. Only texels that lie within one triangle are compared. Lines of cases measured by name replace
 those of the run before, so that not all need be of one run.
 
 | group | case | error | uncertainty | mean | noise | seconds | verdict |
@@ -183,8 +184,6 @@ KNOWN = """
 * **Mirror reflections, refraction and translucency** are not modelled: radiosity is diffuse. The
   table gives their share in a scene that shows them. A translucent surface reflects its colour
   diffusely on both sides and lets nothing through; a warning names it.
-* **Shadow linking**: every object blocks every lamp, unless it casts no shadow at all; a warning names
-  the lamp.
 * **Smooth shading**: Cycles lights a face as if it were turned to its smooth normal; we light it as it
   lies. Flat faces and faces between sharp edges agree.
 * **Two sides**: where a node tree asks which side is seen (the Backfacing output), each side has its own
@@ -219,7 +218,8 @@ def main(arguments=None) -> None:
     start = time.perf_counter()
     rows = run(cases, **effort)
     minutes = (time.perf_counter() - start) / 60
-    write_page(rows, options.page, f"{machine()}; {minutes:.0f} minutes")
+    about = f"{machine()}; {minutes:.0f} minutes"
+    write_page(rows, options.page, about, options.samples)
 
 
 if __name__ == "__main__":

@@ -13,7 +13,6 @@ from .parity_stage import Case, glow, lamp, panel, scratch, stage
 GREEN, BLUE = (0.1, 0.6, 0.2), (0.1, 0.3, 0.8)
 PLACES = ((-1.3, 1.0, 0.4), (1.2, 1.2, 0.7), (1.2, -1.2, 0.3))
 SHADING = "Cycles shades by smooth normals; we by the true ones of the faces"
-SHADOW_LINKING = "shadow linking is not modelled; a warning says so"
 
 
 def cube(name="Cube", edge: float = 0.6, color=GREEN):
@@ -237,16 +236,24 @@ def light_linking(state: str):
     return thing
 
 
-def shadow_linking():
-    """A second lamp for which the slab casts no shadow."""
+def shadow_linking(state: str):
+    """A lamp for which, of a slab and a cube, only the slab casts a shadow, or all but the slab."""
     import bpy
 
-    thing = stage()
+    thing, box = stage(), cube()
+    box.location = (0.9, -0.6, 1.2)
     lit = lamp("POINT", (-0.5, -0.5, 2.5), energy=150.0, shadow_soft_size=0.1)
     collection = bpy.data.collections.new("Blockers")
     collection.objects.link(bpy.data.objects["Slab"])
     lit.light_linking.blocker_collection = collection
-    collection.collection_objects[0].light_linking.link_state = "EXCLUDE"
+    collection.collection_objects[0].light_linking.link_state = state
+    return thing
+
+
+def shadowless():
+    """A lamp for which nothing casts a shadow."""
+    thing = stage()
+    lamp("POINT", (-0.5, -0.5, 2.5), energy=150.0, shadow_soft_size=0.1, use_shadow=False)
     return thing
 
 
@@ -298,7 +305,9 @@ CASES = (
     Case("excluded collection", instancer_hidden),
     Case("light linking, only the slab", partial(light_linking, "INCLUDE")),
     Case("light linking, all but the slab", partial(light_linking, "EXCLUDE")),
-    Case("shadow linking", shadow_linking, design=SHADOW_LINKING),
+    Case("shadow linking, only the slab", partial(shadow_linking, "INCLUDE")),
+    Case("shadow linking, all but the slab", partial(shadow_linking, "EXCLUDE")),
+    Case("lamp without shadow", shadowless),
     Case("smooth by angle, baked", smooth_by_angle),
     Case("smooth ball beside the stage", partial(smooth_ball, False)),
     Case("smooth ball, baked", partial(smooth_ball, True), design=SHADING),

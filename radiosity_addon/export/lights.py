@@ -1,4 +1,4 @@
-"""Lights: every light object that the render sees, and whom it lights. Depends on bpy and NumPy.
+"""Lights: every light object that the render sees, whom it lights, and what shades it. Depends on bpy and NumPy.
 
 A light hidden from diffuse rays lights nothing that is baked, as in Cycles; a portal gives no
 light of its own.
@@ -26,6 +26,7 @@ class Light:
     lamp: Lamp
     object: str = ""
     data: str = ""
+    shaded: bool = True  # whether anything blocks its light
 
 
 def read_lights(depsgraph, warnings: list[str]) -> list[Light]:
@@ -39,17 +40,9 @@ def read_lights(depsgraph, warnings: list[str]) -> list[Light]:
             continue
         lamp = read_lamp(thing, np.array(entry.matrix_world, np.float64), warnings)
         if lamp is not None:
-            lights.append(Light(lamp, thing.name, thing.data.name))
-            _warn_unmodelled(thing, warnings)
+            shaded = bool(getattr(thing.data, "use_shadow", True))
+            lights.append(Light(lamp, thing.name, thing.data.name, shaded))
     return lights
-
-
-def _warn_unmodelled(thing, warnings: list[str]) -> None:
-    if not getattr(thing.data, "use_shadow", True):
-        warnings.append(f'lamp "{thing.name}" casts no shadow in Blender; in the bake it does')
-    linking = getattr(thing, "light_linking", None)
-    if linking is not None and linking.blocker_collection is not None:
-        warnings.append(f'lamp "{thing.name}": shadow linking is not modelled; all block it')
 
 
 def with_node_colors(lights: list[Light], warnings: list[str]) -> list[Light]:
@@ -121,24 +114,37 @@ def blackbody(temperature: float) -> np.ndarray:
 
 def lit_objects(lights: list[Light], parts) -> tuple[np.ndarray | None, ...] | None:
     """For each lamp the indices of the parts it lights, None for all; None when no lamp is linked.
+    """
+    return _each_or_none([_linked_parts(light, "receiver_collection", parts) for light in lights])
 
-    As in Cycles: when a collection includes anything, only that is lit; otherwise everything but
-    what it excludes.
+
+def shading_objects(lights: list[Light], parts) -> tuple[np.ndarray | None, ...] | None:
+    """The same of the parts that cast a shadow in the lamp's light."""
+    none = np.zeros(0, np.int32)
+    return _each_or_none([
+        _linked_parts(light, "blocker_collection", parts) if light.shaded else none
+        for light in lights
+    ])  # fmt: skip
+
+
+def _each_or_none(entries: list) -> tuple | None:
+    return None if all(entry is None for entry in entries) else tuple(entries)
+
+
+def _linked_parts(light: Light, which: str, parts) -> np.ndarray | None:
+    """Indices of the parts in a light linking collection of the lamp; None where it has none.
+
+    As in Cycles: when the collection includes anything, only that; else all but what it excludes.
     """
     import bpy
 
-    result = []
-    for light in lights:
-        thing = bpy.data.objects.get(light.object) if light.object else None
-        linking = getattr(thing, "light_linking", None)
-        collection = linking.receiver_collection if linking is not None else None
-        if collection is None:
-            result.append(None)
-            continue
-        include, exclude = _linked(collection)
-        lit = [bool(include & p.owners) if include else not exclude & p.owners for p in parts]
-        result.append(np.flatnonzero(lit).astype(np.int32))
-    return None if all(entry is None for entry in result) else tuple(result)
+    thing = bpy.data.objects.get(light.object) if light.object else None
+    collection = getattr(getattr(thing, "light_linking", None), which, None)
+    if collection is None:
+        return None
+    include, exclude = _linked(collection)
+    chosen = [bool(include & p.owners) if include else not exclude & p.owners for p in parts]
+    return np.flatnonzero(chosen).astype(np.int32)
 
 
 def _linked(collection) -> tuple[set[str], set[str]]:

@@ -18,7 +18,7 @@ from .evaluated import ATLAS, evaluate_steps
 from .evaluate import with_render_depsgraph
 from .exported import Exported, ExportedObject
 from .images import working_space_is_rec709
-from .lights import Light, lit_objects, read_lights, with_node_colors
+from .lights import Light, lit_objects, read_lights, shading_objects, with_node_colors
 from .materials import read_materials, scene_materials
 from .meshes import bulk
 from .parts import Part, read_parts
@@ -73,7 +73,7 @@ def steps(scene, view_layer, settings, progress):
     with traceless():
         sky, suns = read_world(_find_scene(name), Reader(working_space_is_rec709()), warnings)
         lights += [Light(sun) for sun in suns]
-        linked = lit_objects(lights, read.parts)
+        linked = lit_objects(lights, read.parts), shading_objects(lights, read.parts)
     yield 0.8
     objects, skipped = [], list(read.skipped)
     for receiver, placed in zip(read.receivers, geometry.placed):
@@ -226,7 +226,8 @@ def _exported(
         sky=sky,
         casts_shadow=np.array([part.casts_shadow for part in parts]),
         visible=np.array([part.visible for part in parts]),
-        lamp_objects=linked,
+        lamp_objects=linked[0],
+        lamp_blockers=linked[1],
         warnings=tuple(warnings),
     )
     return Exported(scene, tuple(objects), tuple(skipped), tuple(dict.fromkeys(warnings)))

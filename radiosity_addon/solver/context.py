@@ -1,6 +1,7 @@
 """Context: one scene made ready for rays, shared by everything that traces them.
 
-Depends on ``scene``, ``geometry``, ``embree``, ``sources``, ``skylight``, ``evaluate``.
+Depends on ``scene``, ``geometry``, ``embree``, ``blockers``, ``sources``, ``skylight``,
+``evaluate``.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .blockers import Blockers, build_blockers, trace_visible
 from .embree import Tracer
 from .evaluate import evaluate_material
 from .fields import Constant
@@ -26,8 +28,7 @@ class Context:
     scene: Scene
     geometry: Geometry
     tracer: Tracer  # what diffuse rays meet
-    shadow: Tracer  # what blocks light altogether
-    veil: Tracer | None  # what lets some light through, for shadow rays; None: nothing does
+    blockers: tuple[Blockers, ...]  # of shadow rays; the first are all that block light at all
     transmits: np.ndarray  # (n_triangles,) bool
     sources: Sources  # lights that are sampled explicitly
     explicit: np.ndarray  # (n_triangles,) bool: emission is sampled, so rays must not count it
@@ -56,7 +57,8 @@ class Context:
         return sum(tracer.seconds for tracer in self._distinct())
 
     def _distinct(self) -> list[Tracer]:
-        return list({id(t): t for t in (self.tracer, self.shadow, self.veil) if t}.values())
+        tracers = [self.tracer, *(t for b in self.blockers for t in (b.shadow, b.veil) if t)]
+        return list({id(tracer): tracer for tracer in tracers}.values())
 
     def tick(self, stage: str):
         """A function of the fraction done that reports it for ``stage``."""
@@ -83,41 +85,29 @@ def build_context(scene: Scene, seed: int, threads: int, progress: Progress) -> 
     Raises ValueError where vertices are not finite or indices out of range.
     """
     geometry = build_geometry(scene.vertices, scene.triangles)
-    tracer, shadow, veil, transmits = _tracers(scene, geometry)
+    tracer, transmits = trace_visible(scene, geometry), _transmitting(scene)
     sky, suns = None, []
     if scene.sky is not None and np.any(scene.sky.pixels > 0):
         pixels, suns = split_sky(scene.sky)
         sky = Skylight(pixels)
     sources, explicit = build_sources(scene, geometry, tracer, suns)
+    blockers = build_blockers(scene, geometry, transmits, tracer, sources.blocking)
     unit = _brightest(scene, sources, sky)
     sources = sources.scaled(1 / unit)
     if sky is not None:
         sky = Skylight((np.pi / unit * sky.pixels).astype(np.float32))
     return Context(
-        scene, geometry, tracer, shadow, veil, transmits, sources, explicit, sky, unit, seed,
+        scene, geometry, tracer, blockers, transmits, sources, explicit, sky, unit, seed,
         threads, progress,
     )
 
 
-def _tracers(scene: Scene, geometry: Geometry):
-    """Embree scenes for diffuse rays, for shadows, and for veils; and which triangles transmit."""
-    count = len(scene.triangles)
+def _transmitting(scene: Scene) -> np.ndarray:
+    """(n_triangles,) bool: triangles that let light through on one side at least."""
     clear = np.array(
         [any(_transmits(side.transmittance) for side in sides((m,))) for m in scene.materials], bool
     )
-    transmits = clear[scene.material] if count else np.zeros(0, bool)
-
-    def tracer(keep: np.ndarray) -> Tracer:
-        chosen = None if keep.all() else np.flatnonzero(keep)
-        return Tracer(geometry.vertices, geometry.triangles, chosen)
-
-    everything = np.ones(count, bool)
-    met = everything if scene.visible is None else scene.visible[scene.object]
-    blocks = everything if scene.casts_shadow is None else scene.casts_shadow[scene.object]
-    seen = tracer(met)
-    shadow = seen if np.array_equal(met, blocks & ~transmits) else tracer(blocks & ~transmits)
-    veil = tracer(blocks & transmits) if (blocks & transmits).any() else None
-    return seen, shadow, veil, transmits
+    return clear[scene.material] if len(scene.triangles) else np.zeros(0, bool)
 
 
 def _transmits(field) -> bool:

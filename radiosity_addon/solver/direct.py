@@ -1,8 +1,9 @@
 """Direct light: irradiance from explicit lights, shadows included.
 
-Depends on ``context``, ``choose``, ``sources``, ``passage``, ``points``, ``parallel``. Each light's
-irradiance is its unoccluded value, exact by Lambert's formula for polygons, times the visible share, sampled. So a
-wall that touches a lamp is right, and a receiver that sees the whole light has no noise.
+Depends on ``context``, ``blockers``, ``choose``, ``sources``, ``passage``, ``points``,
+``parallel``. Each light's irradiance is its unoccluded value, exact by Lambert's formula for
+polygons, times the visible share, sampled. So a wall that touches a lamp is right, and a receiver
+that sees the whole light has no noise.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .blockers import Blockers
 from .choose import PER_POINT, choose_lights
 from .context import Context
 from .parallel import map_chunks
@@ -66,7 +68,8 @@ def _light_points(context: Context, points: Points, key):
                 sample.irradiance[dark] = 0
                 sample.weight[dark] = 0
             if factor is None:
-                arriving, partly = _visible_mean(context, points.position, sample, per)
+                blockers = context.blockers[context.sources.block[light]]
+                arriving, partly = _visible_mean(context, blockers, points.position, sample, per)
                 irradiance += arriving * color
             else:
                 arriving = _visible_each(context, points.position, sample, rows)
@@ -137,12 +140,14 @@ def _unlinked(context: Context, light, rows, points: Points) -> np.ndarray | Non
 
 
 def _visible_each(context: Context, origins: np.ndarray, sample, rows: np.ndarray) -> np.ndarray:
-    """(k, 1 or 3) irradiance of each sample."""
+    """(k, 1 or 3) irradiance of each sample, of lights that all objects block."""
     carrying = np.flatnonzero(sample.weight > 0)
-    result = np.zeros((len(rows), 1 if context.veil is None else 3))
+    blockers = context.blockers[0]
+    result = np.zeros((len(rows), 1 if blockers.veil is None else 3))
     if len(carrying):
         visible = visibility(
             context,
+            blockers,
             np.ascontiguousarray(origins.reshape(-1, 3)[rows[carrying]]),
             np.ascontiguousarray(sample.segment[carrying]),
             sample.length,
@@ -151,15 +156,16 @@ def _visible_each(context: Context, origins: np.ndarray, sample, rows: np.ndarra
     return result
 
 
-def _visible_mean(context: Context, origins: np.ndarray, sample, per: int):
+def _visible_mean(context: Context, blockers: Blockers, origins: np.ndarray, sample, per: int):
     """(R, 1 or 3) irradiance: mean unoccluded times visible share of the weight; (R,) shadow rays
     disagree. Rays are traced only where they carry anything."""
     carrying = np.flatnonzero(sample.weight > 0)
-    channels = 1 if context.veil is None else 3
+    channels = 1 if blockers.veil is None else 3
     visible = np.zeros((len(sample.weight), channels))
     if len(carrying):
         visible[carrying] = visibility(
             context,
+            blockers,
             np.ascontiguousarray(origins.reshape(-1, 3)[carrying]),
             np.ascontiguousarray(sample.segment[carrying]),
             sample.length,

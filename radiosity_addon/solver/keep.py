@@ -138,7 +138,8 @@ def shape_digest(scene: Scene, receivers: Receivers, seed: int) -> str:
               for lamp in scene.lamps]  # fmt: skip
     return digest(
         seed, baked, scene.vertices, scene.triangles, scene.material, scene.object, surfaces,
-        places, scene.lamp_objects, scene.sky, scene.casts_shadow, scene.visible,
+        places, scene.lamp_objects, scene.lamp_blockers, scene.sky, scene.casts_shadow,
+        scene.visible,
     )  # fmt: skip
 
 

@@ -1,6 +1,6 @@
 """Passage: what rays meet on their way through surfaces that let light through.
 
-Depends on ``context``. A cutout leaf or a pane of glass reflects its share and lets the rest
+Depends on ``context``, ``blockers``. A cutout leaf or a pane of glass reflects its share and lets the rest
 straight on, tinted. Scenes without such surfaces never come here.
 """
 
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .blockers import Blockers
 from .embree import Hits
 from .geometry import OFFSET
 
@@ -40,13 +41,15 @@ def followed(context, origins: np.ndarray, directions: np.ndarray, hits: Hits):
         yield rays, hits, weight
 
 
-def visibility(context, origins: np.ndarray, segments: np.ndarray, length: float) -> np.ndarray:
-    """(n,) bool, or (n, 3) where surfaces transmit: share of light that comes along segments.
+def visibility(
+    context, blockers: Blockers, origins: np.ndarray, segments: np.ndarray, length: float
+) -> np.ndarray:
+    """(n,) bool, or (n, 3) where blockers transmit: share of light that comes along segments.
 
     ``segments`` need not be unit; light starts at ``length`` of them.
     """
-    clear = context.shadow.clear(origins, segments, length)
-    if context.veil is None:
+    clear = blockers.shadow.clear(origins, segments, length)
+    if blockers.veil is None:
         return clear
     share = np.repeat(clear[:, None].astype(float), 3, axis=1)
     rays = np.flatnonzero(clear)
@@ -57,7 +60,7 @@ def visibility(context, origins: np.ndarray, segments: np.ndarray, length: float
     for _ in range(MAX_LAYERS):
         if len(rays) == 0:
             return share
-        hits = context.veil.intersect(
+        hits = blockers.veil.intersect(
             np.ascontiguousarray(origins, np.float32), np.ascontiguousarray(directions, np.float32)
         )
         index = np.flatnonzero((hits.triangle >= 0) & (hits.distance < left))

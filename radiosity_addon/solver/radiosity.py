@@ -92,7 +92,7 @@ def _obstructed(context: Context, elements: Elements, cells: np.ndarray) -> np.n
         for a, b in ((0, 1), (0, 2), (0, 3), (1, 2), (2, 3), (3, 1)):
             start = np.ascontiguousarray(lifted[:, a], np.float32)
             segment = np.ascontiguousarray(lifted[:, b] - lifted[:, a], np.float32)
-            blocked |= ~context.shadow.clear(start, segment)
+            blocked |= ~context.blockers[0].shadow.clear(start, segment)
     return blocked
 
 

@@ -108,7 +108,8 @@ class Scene:
 
     The front of a triangle is where its vertices turn counter-clockwise. Both sides reflect and
     emit; receivers are fronts. ``casts_shadow`` and ``visible`` (to diffuse rays) are per object.
-    ``lamp_objects``: for each lamp the objects it lights (indices), or None for all of them.
+    ``lamp_objects``: for each lamp the objects it lights (indices), or None for all of them;
+    ``lamp_blockers``: the same of those that shade its light.
     """
 
     vertices: np.ndarray  # (n_vertices, 3) float64
@@ -122,4 +123,5 @@ class Scene:
     casts_shadow: np.ndarray | None = None  # (n_objects,) bool; None: all do
     visible: np.ndarray | None = None  # (n_objects,) bool; None: all are
     lamp_objects: tuple[np.ndarray | None, ...] | None = None
+    lamp_blockers: tuple[np.ndarray | None, ...] | None = None
     warnings: tuple[str, ...] = field(default=())

@@ -32,6 +32,8 @@ class Sources:
     place: np.ndarray  # (n,) int: its place in there
     link: np.ndarray  # (n,) int: which row of ``allowed`` tells what it lights
     allowed: np.ndarray | None  # (m, n_objects) bool: objects that are lit; None: always all
+    block: np.ndarray  # (n,) int: which row of ``blocking`` tells what shades its light
+    blocking: np.ndarray  # (m, n_objects) bool: objects that block; the first row: all
     always: tuple  # of ints: lights that are sampled at every point
     pools: tuple  # of Pool: lights of which points choose some; those in neither light nothing
 
@@ -53,14 +55,15 @@ def build_sources(
 ) -> tuple[Sources, np.ndarray]:
     """Every light to sample, and (n_triangles,) bool: whose emission that covers."""
     faces, explicit = emissive_faces(scene, geometry, tracer)
-    linked = {id(l): objects for l, objects in zip(scene.lamps, scene.lamp_objects or ())}
     rows = {Polygons: [], Spheres: [], Balls: [], Suns: []}
-    objects = {Polygons: [None] * len(faces.color), Spheres: [], Balls: [], Suns: []}
-    for lamp in (*scene.lamps, *suns):
+    linked = {kind: [(None, None)] * len(faces.color) * (kind is Polygons) for kind in rows}
+    free = (None,) * len(scene.lamps)
+    pairs = zip(scene.lamp_objects or free, scene.lamp_blockers or free)
+    for lamp, pair in (*zip(scene.lamps, pairs), *((sun, (None, None)) for sun in suns)):
         if _shines(lamp):
             kind, row = _lamp_row(lamp, geometry)
             rows[kind].append(row)
-            objects[kind].append(linked.get(id(lamp)))
+            linked[kind].append(pair)
     made = {
         kind: kind(*(np.array(column) for column in zip(*mine)))
         for kind, mine in rows.items() if mine
@@ -72,30 +75,36 @@ def build_sources(
     sizes = [len(kind.color) for kind in kinds]
     kind = np.repeat(np.arange(len(present)), sizes)
     place = np.concatenate([np.arange(size) for size in sizes] or [np.zeros(0, int)])
-    links = tuple(entry for kind in present for entry in objects[kind])
-    always, pools = _pools(kinds, kind, lights_that_reach(kinds, links, scene, geometry))
-    sources = Sources(kinds, kind, place, *_links(links, len(scene.objects)), always, pools)
+    pairs = [pair for kind in present for pair in linked[kind]]
+    (link, allowed), (block, blocking) = (
+        _links([pair[i] for pair in pairs], len(scene.objects)) for i in (0, 1)
+    )
+    useful = lights_that_reach(kinds, tuple(pair[0] for pair in pairs), scene, geometry)
+    always, pools = _pools(kinds, kind, useful, block > 0)
+    allowed = allowed if len(allowed) > 1 else None
+    sources = Sources(kinds, kind, place, link, allowed, block, blocking, always, pools)
     return sources, explicit
 
 
-def _links(linked: tuple, objects: int) -> tuple[np.ndarray, np.ndarray | None]:
-    """``link`` and ``allowed`` of Sources, from arrays of object numbers or None for each light."""
-    rows: dict = {}
+def _links(linked: list, objects: int) -> tuple[np.ndarray, np.ndarray]:
+    """For each light a row, and (rows, objects) bool, from arrays of object numbers or None for
+    all, which are the first row."""
+    rows: dict = {None: 0}
     link = np.array([rows.setdefault(None if only is None else np.sort(only).tobytes(), len(rows))
                      for only in linked], int)  # fmt: skip
-    if set(rows) <= {None}:
-        return link, None
-    allowed = np.ones((len(rows), objects), bool)
+    table = np.ones((len(rows), objects), bool)
     for row, only in {row: only for row, only in zip(link, linked) if only is not None}.items():
-        allowed[row] = False
-        allowed[row, only] = True
-    return link, allowed
+        table[row] = False
+        table[row, only] = True
+    return link, table
 
 
-def _pools(kinds: tuple, kind: np.ndarray, useful: np.ndarray) -> tuple[tuple, tuple]:
+def _pools(kinds: tuple, kind: np.ndarray, useful: np.ndarray, apart: np.ndarray):
     """Near and distant lights, apart: those sampled everywhere, and pools to choose others from.
-    Only those that are ``useful`` (n,) bool take part."""
-    always, pools = [], []
+    Only those that are ``useful`` (n,) bool take part; those ``apart`` (n,) are never chosen
+    among others, so that a choice's shadow rays all meet the same objects."""
+    always, pools = np.flatnonzero(useful & apart).tolist(), []
+    useful = useful & ~apart
     for distant in (False, True):
         mine = [k for k, lights in enumerate(kinds) if isinstance(lights, Suns) == distant]
         every = np.flatnonzero(np.isin(kind, mine))

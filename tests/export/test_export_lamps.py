@@ -191,3 +191,24 @@ def test_light_linking(blender, export, state, lit):
     collection.collection_objects[0].light_linking.link_state = state
     scene = export().scene
     assert [scene.objects[i] for i in scene.lamp_objects[0]] == lit
+
+
+@pytest.mark.parametrize("state, shading", [("INCLUDE", ["A"]), ("EXCLUDE", ["B"])])
+def test_shadow_linking(blender, export, state, shading):
+    things = [add_plane(blender, name) for name in "AB"]
+    lamp = add_lamp(blender, "POINT", energy=10.0)
+    collection = blender.data.collections.new("Shading")
+    collection.objects.link(things[0])
+    lamp.light_linking.blocker_collection = collection
+    collection.collection_objects[0].light_linking.link_state = state
+    scene = export().scene
+    assert [scene.objects[i] for i in scene.lamp_blockers[0]] == shading
+    assert scene.lamp_objects is None and not any("shad" in w for w in scene.warnings)
+
+
+def test_nothing_shades_a_lamp_without_shadow(blender, export):
+    add_plane(blender)
+    add_lamp(blender, "POINT", energy=10.0).data.use_shadow = False
+    add_lamp(blender, "POINT", energy=10.0)
+    scene = export().scene
+    assert len(scene.lamp_blockers[0]) == 0 and scene.lamp_blockers[1] is None

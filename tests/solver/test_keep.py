@@ -133,6 +133,7 @@ CHANGES = {
     "a lamp goes away": lambda s: replace(s, lamps=s.lamps[:1]),
     "a sky": lambda s: replace(s, sky=Sky(np.ones((1, 1, 3), np.float32))),
     "shadows": lambda s: replace(s, casts_shadow=np.arange(len(s.objects)) > 0),
+    "a lamp's shadows": lambda s: replace(s, lamp_blockers=(np.zeros(0, int),) * len(s.lamps)),
 }
 
 
