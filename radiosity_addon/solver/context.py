@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .blockers import Blockers, build_blockers, trace_visible
+from .channels import channels_of
 from .embree import Tracer
 from .evaluate import evaluate_material
 from .fields import Constant
@@ -34,6 +35,7 @@ class Context:
     explicit: np.ndarray  # (n_triangles,) bool: emission is sampled, so rays must not count it
     sky: Skylight | None
     unit: float
+    channels: int  # of all light and reflectances: 1 where nothing is coloured, else 3
     seed: int
     threads: int
     progress: Progress
@@ -65,18 +67,22 @@ class Context:
         return lambda fraction: self.progress(stage, fraction)
 
     def reflectance(self, triangle: np.ndarray, uv: np.ndarray, front=None) -> np.ndarray:
-        """(n, 3) float64 at barycentric uv (n, 2) of triangles (n,), of the side that ``front``
-        (n,) bool tells; None: of the fronts."""
-        return np.clip(evaluate_material(self.scene, "reflectance", triangle, uv, front), 0, 1)
+        """(n, channels) float64 at barycentric uv (n, 2) of triangles (n,), of the side that
+        ``front`` (n,) bool tells; None: of the fronts."""
+        return np.clip(self._evaluate("reflectance", triangle, uv, front), 0, 1)
 
     def transmittance(self, triangle: np.ndarray, uv: np.ndarray, front) -> np.ndarray:
-        """(n, 3) float64 at barycentric uv (n, 2) of triangles (n,) for light that arrives where
-        they are seen from the side that ``front`` (n,) bool tells."""
-        return np.clip(evaluate_material(self.scene, "transmittance", triangle, uv, front), 0, 1)
+        """(n, channels) float64 at barycentric uv (n, 2) of triangles (n,) for light that arrives
+        where they are seen from the side that ``front`` (n,) bool tells."""
+        return np.clip(self._evaluate("transmittance", triangle, uv, front), 0, 1)
 
     def emission(self, triangle: np.ndarray, uv: np.ndarray) -> np.ndarray:
-        """(n, 3) float64 radiance in the context's unit."""
-        return np.maximum(evaluate_material(self.scene, "emission", triangle, uv), 0) / self.unit
+        """(n, channels) float64 radiance in the context's unit."""
+        return np.maximum(self._evaluate("emission", triangle, uv), 0) / self.unit
+
+    def _evaluate(self, quantity: str, triangle, uv, front=None) -> np.ndarray:
+        found = evaluate_material(self.scene, quantity, triangle, uv, front)
+        return found[:, : self.channels]
 
 
 def build_context(scene: Scene, seed: int, threads: int, progress: Progress) -> Context:
@@ -92,12 +98,12 @@ def build_context(scene: Scene, seed: int, threads: int, progress: Progress) -> 
         sky = Skylight(pixels)
     sources, explicit = build_sources(scene, geometry, tracer, suns)
     blockers = build_blockers(scene, geometry, transmits, tracer, sources.blocking)
-    unit = _brightest(scene, sources, sky)
-    sources = sources.scaled(1 / unit)
+    unit, channels = _brightest(scene, sources, sky), channels_of(scene)
+    sources = sources.scaled(1 / unit).narrowed(channels)
     if sky is not None:
-        sky = Skylight((np.pi / unit * sky.pixels).astype(np.float32))
+        sky = Skylight((np.pi / unit * sky.pixels[..., :channels]).astype(np.float32))
     return Context(
-        scene, geometry, tracer, blockers, transmits, sources, explicit, sky, unit, seed,
+        scene, geometry, tracer, blockers, transmits, sources, explicit, sky, unit, channels, seed,
         threads, progress,
     )
 

@@ -25,7 +25,7 @@ POINTS_PER_CHUNK = 1 << 14
 
 @dataclass(frozen=True)
 class DirectLight:
-    """Irradiance (count, 3) float64, where shadow rays disagreed (count,) bool, and the variance
+    """Irradiance (count, channels) float64, where shadow rays disagreed (count,) bool, and the variance
     (count,) of its channels' mean that the choice among many lights leaves."""
 
     irradiance: np.ndarray
@@ -35,7 +35,9 @@ class DirectLight:
 
 def direct_light(context: Context, count: int, per: int, place, key, stage: str) -> DirectLight:
     """Explicit light at ``count`` owners; ``place(chosen, group)`` gives their ``per`` Points."""
-    result = DirectLight(np.zeros((count, 3)), np.zeros(count, bool), np.zeros(count))
+    result = DirectLight(
+        np.zeros((count, context.channels)), np.zeros(count, bool), np.zeros(count)
+    )
     if count == 0 or not (context.sources.always or context.sources.pools):
         return result
 
@@ -51,11 +53,11 @@ def direct_light(context: Context, count: int, per: int, place, key, stage: str)
 
 
 def _light_points(context: Context, points: Points, key):
-    """(R, 3) irradiance, (R,) bool: some light's shadow rays disagreed, and (R,) variance."""
+    """(R, channels) irradiance, (R,) bool: some light's shadow rays disagreed, and (R,) variance."""
     per, count = points.shape
     position = points.position.reshape(-1, 3).astype(float)
     normal = points.normal.reshape(-1, 3).astype(float)
-    irradiance, mixed = np.zeros((count, 3)), np.zeros(count, bool)
+    irradiance, mixed = np.zeros((count, context.channels)), np.zeros(count, bool)
     choices, chosen, square = 0, np.zeros(count), np.zeros(count)
     for number, (light, factor) in enumerate(_lights_for(context, points, position, normal, key)):
         choices += factor is not None
@@ -140,10 +142,10 @@ def _unlinked(context: Context, light, rows, points: Points) -> np.ndarray | Non
 
 
 def _visible_each(context: Context, origins: np.ndarray, sample, rows: np.ndarray) -> np.ndarray:
-    """(k, 1 or 3) irradiance of each sample, of lights that all objects block."""
+    """(k, 1 or channels) irradiance of each sample, of lights that all objects block."""
     carrying = np.flatnonzero(sample.weight > 0)
     blockers = context.blockers[0]
-    result = np.zeros((len(rows), 1 if blockers.veil is None else 3))
+    result = np.zeros((len(rows), 1 if blockers.veil is None else context.channels))
     if len(carrying):
         visible = visibility(
             context,
@@ -157,10 +159,10 @@ def _visible_each(context: Context, origins: np.ndarray, sample, rows: np.ndarra
 
 
 def _visible_mean(context: Context, blockers: Blockers, origins: np.ndarray, sample, per: int):
-    """(R, 1 or 3) irradiance: mean unoccluded times visible share of the weight; (R,) shadow rays
-    disagree. Rays are traced only where they carry anything."""
+    """(R, 1 or channels) irradiance: mean unoccluded times visible share of the weight; (R,)
+    shadow rays disagree. Rays are traced only where they carry anything."""
     carrying = np.flatnonzero(sample.weight > 0)
-    channels = 1 if blockers.veil is None else 3
+    channels = 1 if blockers.veil is None else context.channels
     visible = np.zeros((len(sample.weight), channels))
     if len(carrying):
         visible[carrying] = visibility(

@@ -35,7 +35,7 @@ class Particles:
 
     origin: np.ndarray  # (n, 3) float32
     direction: np.ndarray  # (n, 3) float32 unit
-    weight: np.ndarray  # (n, 3) float64
+    weight: np.ndarray  # (n, channels) float64
 
     def take(self, chosen: np.ndarray) -> Particles:
         """Some of them."""
@@ -50,20 +50,20 @@ def energy_balance(context: Context) -> dict:
     inside = _from_lights(context)
     outside = _from_afar(context)
     met = context.tracer.intersect(outside.origin, outside.direction).triangle >= 0
-    particles = _join([inside, outside.take(np.flatnonzero(met))])
+    particles = _join([inside, outside.take(np.flatnonzero(met))], context.channels)
     emitted = particles.weight.sum(axis=0)
     absorbed, escaped = _follow(context, particles)
     ended = absorbed + escaped
-    watts = context.unit * context.geometry.scale**2 / 3
-    share = np.divide(escaped, ended, out=np.zeros(3), where=ended > 0)
+    watts = context.unit * context.geometry.scale**2 / context.channels
+    share = np.divide(escaped, ended, out=np.zeros(len(ended)), where=ended > 0)
     lost = float(watts * (emitted * share).sum())
     total = float(watts * emitted.sum())
     return {"emitted": total, "absorbed": total - lost, "escaped": lost}
 
 
 def _follow(context: Context, particles: Particles) -> tuple[np.ndarray, np.ndarray]:
-    """(3,) power absorbed and escaped. The little still under way at the end is in neither."""
-    absorbed, escaped = np.zeros(3), np.zeros(3)
+    """(channels,) power absorbed and escaped. The little still under way at the end is in neither."""
+    absorbed, escaped = np.zeros((2, context.channels))
     everything = particles.weight.sum()
     for bounce in range(MAX_BOUNCES):
         if particles.weight.sum() <= FAINT * everything:
@@ -79,7 +79,7 @@ def _follow(context: Context, particles: Particles) -> tuple[np.ndarray, np.ndar
 
 def _go_on(context: Context, particles: Particles, hits, met, xi):
     """The particles after they ``met`` (n,) the surface, reflected or let through by chance in
-    proportion to either share, and the power (3,) that stayed there."""
+    proportion to either share, and the power (channels,) that stayed there."""
     triangle, front = hits.triangle[met], hits.front[met]
     uv = np.stack([hits.u[met], hits.v[met]], 1).astype(float)
     back = particles.weight * context.reflectance(triangle, uv, front)
@@ -113,10 +113,10 @@ def _from_lights(context: Context) -> Particles:
         origin, direction, beam = leave(kind, which, xi[mine])
         parts.append(_particles(origin, direction, power[which] * (beam / share[mine])[:, None]))
         first += len(power)
-    particles = _join(parts)
+    particles = _join(parts, context.channels)
     reached = particles.weight.sum(axis=0)
     exact = np.divide(sum(p.sum(axis=0) for p in powers), reached, where=reached > 0,
-                      out=np.zeros(3))
+                      out=np.zeros(context.channels))
     return replace(particles, weight=particles.weight * exact)
 
 
@@ -129,9 +129,11 @@ def _from_afar(context: Context) -> Particles:
         pixels = context.sky.pixels
         height, width = pixels.shape[:2]
         toward.append(pixel_directions(height, width).reshape(-1, 3))
-        light.append((pixels / np.pi * solid_angles(height, width)[:, None]).reshape(-1, 3))
+        light.append(
+            (pixels / np.pi * solid_angles(height, width)[:, None]).reshape(-1, context.channels)
+        )
     if not light:
-        return _join([])
+        return _join([], context.channels)
     power = np.pi * AROUND**2 * np.concatenate(light)
     chosen, share, xi = _choose(power, context.seed, 63)
     toward = np.concatenate(toward)[chosen]
@@ -147,7 +149,7 @@ def _from_afar(context: Context) -> Particles:
 
 
 def _choose(power: np.ndarray, *key: int):
-    """Lights (n,) int in proportion to the mean of their ``power`` (k, 3), how many particles
+    """Lights (n,) int in proportion to the mean of their ``power`` (k, channels), how many particles
     each may expect, and numbers (n, 5) in [0, 1) of which the first is used up."""
     level = np.cumsum(power.mean(axis=1))
     if len(level) == 0 or level[-1] <= 0:
@@ -159,7 +161,7 @@ def _choose(power: np.ndarray, *key: int):
 
 
 def _power(kind) -> np.ndarray:
-    """(k, 3) power of lights: π·radiance·area a side, 4π·intensity of a point lamp, and of a spot
+    """(k, channels) power of lights: π·radiance·area a side, 4π·intensity of a point lamp, and of a spot
     the same with the integral of its beam, a smoothstep, over the directions."""
     if isinstance(kind, Polygons):
         return kind.color * (np.pi * kind.area * (1 + kind.two_sided))[:, None]
@@ -214,7 +216,7 @@ def _particles(origin, direction, weight) -> Particles:
     )
 
 
-def _join(parts: list[Particles]) -> Particles:
-    none = _particles(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3)))
+def _join(parts: list[Particles], channels: int) -> Particles:
+    none = _particles(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, channels)))
     arrays = ("origin", "direction", "weight")
     return Particles(*(np.concatenate([getattr(p, a) for p in (none, *parts)]) for a in arrays))

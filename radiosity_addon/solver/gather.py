@@ -27,7 +27,7 @@ RAYS_PER_CHUNK = 1 << 16
 class Met:
     """What rays met: all of them first, then those that went on through a surface.
 
-    ``rays`` (k,) numbers the rays, ``weight`` (k, 3) the share of their light; both None for the
+    ``rays`` (k,) numbers the rays, ``weight`` (k, channels) the share of their light; both None for the
     first, which is every ray with weight 1.
     """
 
@@ -105,7 +105,7 @@ def sides_hit(elements: Elements, hits: Hits) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Gathered:
-    """Mean over each owner's rays, (count, 3) float64: reflected light, and light first-hand, from
+    """Mean over each owner's rays, (count, channels) float64: reflected light, and light first-hand, from
     the sky and from emission that is not sampled explicitly."""
 
     bounced: np.ndarray
@@ -118,9 +118,9 @@ def gather(
 ) -> Gathered:
     """Light that ``rays`` from each of ``count`` owners bring; ``place(chosen, group)`` gives the
     owners' Points. ``radiosity`` has ``elements`` and, by cell side, ``reflected`` and ``emitted``
-    (2 n_cells + 1, 3) float32, 0 in the last. ``owners`` (count,) are the receivers' numbers;
+    (2 n_cells + 1, channels) float32, 0 in the last. ``owners`` (count,) are the receivers' numbers;
     ``learning`` is told what their rays bring, ``guide`` aims them."""
-    result = Gathered(np.zeros((count, 3)), np.zeros((count, 3)))
+    result = Gathered(*np.zeros((2, count, context.channels)))
     elements = radiosity.elements
 
     def work(chunk):
@@ -156,15 +156,18 @@ def gather(
 
 
 def _brought(light: np.ndarray, met: Met) -> np.ndarray:
-    """(k,) mean of the channels of light (k, 3), as much of it as comes through."""
+    """(k,) mean of the channels of light (k, channels), as much of it as comes through."""
     return np.mean(light if met.weight is None else light * met.weight, axis=1)
 
 
 def _first_hand(context: Context, emitted, sides: np.ndarray, met: Met, directions: np.ndarray):
-    """(k, 3) float32 light from the sky, and emission met; None where there is neither."""
+    """(k, channels) float32 light from the sky, and emission met; None where there is neither."""
     if context.sky is None:
         return None if emitted is None else np.take(emitted, sides, axis=0)
-    light = np.zeros((len(sides), 3), np.float32) if emitted is None else emitted[sides]
+    if emitted is None:
+        light = np.zeros((len(sides), context.channels), np.float32)
+    else:
+        light = emitted[sides]
     missed = np.flatnonzero(met.hits.triangle < 0)
     numbers = missed if met.rays is None else met.rays[missed]
     light[missed] += context.sky(directions.reshape(-1, 3)[numbers])
@@ -172,27 +175,27 @@ def _first_hand(context: Context, emitted, sides: np.ndarray, met: Met, directio
 
 
 def mean_of_rays(values: np.ndarray, met: Met, rays: int, count: int, weight=None) -> np.ndarray:
-    """(R, 3) mean over each owner's ``rays`` of values (k, 3) at what they met, of which the share
+    """(R, c) mean over each owner's ``rays`` of values (k, c) at what they met, of which the share
     ``met.weight`` comes through, of rays with ``weight`` (rays · R, 1), 1 where None."""
     if met.weight is not None:
         values = values * met.weight
     if weight is not None:
         values = values * (weight if met.rays is None else weight[met.rays])
     if met.rays is None:
-        return values.reshape(rays, -1, 3).mean(axis=0)
+        return values.reshape(rays, count, -1).mean(axis=0)
     owner = met.rays % count
-    sums = [np.bincount(owner, values[:, channel], count) for channel in range(3)]
+    sums = [np.bincount(owner, values[:, channel], count) for channel in range(values.shape[1])]
     return np.stack(sums, 1) / rays
 
 
 def sky_mean(sky: Skylight | None, missed: np.ndarray, met: Met, directions: np.ndarray):
-    """(R, 3) mean over rays of the sky's radiosity where ``missed`` (k,); 0 without a sky."""
+    """(R, channels) mean over rays of the sky's radiosity where ``missed`` (k,); 0 without a sky."""
     if sky is None:
         return 0.0
     rays, count = directions.shape[:2]
     if sky.constant and met.rays is None:
         return missed.reshape(rays, count).mean(axis=0)[:, None] * sky.pixels[0, 0]
-    light = np.zeros((len(missed), 3), np.float32)
+    light = np.zeros((len(missed), sky.pixels.shape[2]), np.float32)
     numbers = np.flatnonzero(missed) if met.rays is None else met.rays[missed]
     light[missed] = sky(directions.reshape(-1, 3)[numbers])
     return mean_of_rays(light, met, rays, count)

@@ -25,7 +25,7 @@ DIRECT_SHARE = 0.4  # of the squared error that is allowed; the rest is for gath
 
 @dataclass(frozen=True)
 class Surface:
-    """At receivers, (count, 3): reflectance, and emission as radiance."""
+    """At receivers, (count, channels): reflectance, and emission as radiance."""
 
     reflectance: np.ndarray
     emission: np.ndarray
@@ -33,7 +33,7 @@ class Surface:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Irradiances (count, 3), the estimated relative error, and its square at each receiver."""
+    """Irradiances (count, channels), the estimated relative error, and its square at each receiver."""
 
     direct: np.ndarray
     indirect: np.ndarray
@@ -63,7 +63,7 @@ class Judge:
     def weigh(self, halves: list[Lighting]) -> Verdict:
         """Combine the halves."""
         (direct_a, bounced_a, first_a), (direct_b, bounced_b, first_b) = (h.means() for h in halves)
-        gain = self._gain()
+        channels, gain = direct_a.shape[1], self._gain()
         direct = (direct_a + direct_b + first_a + first_b) / 2
         rough = self._radiance(direct, (bounced_a + bounced_b) / 2)
         level = rough.mean(axis=1)
@@ -80,7 +80,7 @@ class Judge:
         )
         direct_square, gather_square = shadows.square, gathered.square
         light = [
-            (shadow + half[:, :3], half[:, 3:])
+            (shadow + half[:, :channels], half[:, channels:])
             for shadow, half in ((shadows.a, gathered.a), (shadows.b, gathered.b))
         ]
         halves = [self._radiance(*half) for half in light]
@@ -129,7 +129,7 @@ class Judge:
         return float(np.sqrt(max(shared - 2 * own, 0.0)))
 
     def _smoothed(self, a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> _Part:
-        """Halves (count, 3 k) of k parts smoothed alike, and the mean's squared relative error
+        """Halves (count, k · channels) of k parts smoothed alike, and the mean's squared relative error
         (count,) of the parts' sum.
 
         Two halves of one receiver may agree by chance, so its error is taken from those around
@@ -138,22 +138,24 @@ class Judge:
         smoothed = smooth(self.lattices, a, b, weight)
         apart = weight * (smoothed.a - smoothed.b) / 2
         bias = (weight**2 * smoothed.square_error - 2 * apart**2).sum(axis=1)  # error less noise
-        noise = (apart.reshape(len(a), -1, 3).sum(axis=1) ** 2).sum(axis=1)  # parts share rays
+        channels = self.surface.reflectance.shape[1]
+        parts = apart.reshape(len(a), -1, channels)
+        noise = (parts.sum(axis=1) ** 2).sum(axis=1)  # parts share rays
         least = BALANCE * noise * smoothed.touched
         if bias.mean() < least.mean():
             bias = least
-        square = smooth_map(self.lattices, (noise + bias) / 3)
+        square = smooth_map(self.lattices, (noise + bias) / channels)
         return _Part(smoothed.a, smoothed.b, square)
 
     def _gain(self) -> np.ndarray | float:
-        """(count, 3) radiance per irradiance."""
+        """(count, channels) radiance per irradiance."""
         color = self.surface.reflectance if "color" in self.passes else np.ones_like(
             self.surface.reflectance
         )
         return color / np.pi
 
     def _radiance(self, direct: np.ndarray, indirect: np.ndarray) -> np.ndarray:
-        """(count, 3) what is baked."""
+        """(count, channels) what is baked."""
         light = direct * ("direct" in self.passes) + indirect * ("indirect" in self.passes)
         emission = self.surface.emission if "emit" in self.passes else 0.0
         return light * self._gain() + emission

@@ -14,14 +14,14 @@ from hashlib import blake2b
 
 import numpy as np
 
+from .channels import channels_of
 from .context import Context
 from .plan import Plan
 from .radiosity import Radiosity, solve_rows
 from .receivers import Receivers
-from .scene import AreaLamp, PointLamp, Scene, SunLamp, sides
+from .scene import LAMP_COLOR, Scene, lamp_color, sides
 from .transport import light_points
 
-COLOR = {PointLamp: "intensity", SunLamp: "irradiance", AreaLamp: "radiance"}
 SOLUTION, TRANSPORT = "solution", "transport"  # what of an earlier bake was used again
 
 
@@ -128,30 +128,30 @@ def _same(kept: Plan, asked: Plan) -> bool:
 
 
 def shape_digest(scene: Scene, receivers: Receivers, seed: int) -> str:
-    """Of everything that rays between surfaces depend on, and whether each light shines at all:
-    elements are small where the shadows of those that do have their edges. The sky counts as
+    """Of everything that rays between surfaces depend on, whether anything is coloured, and
+    whether each light shines at all: elements are small where the shadows of those that do have their edges. The sky counts as
     shape: rows remember what their rays brought from it."""
     baked = np.unique(scene.object[receivers.triangle])
     surfaces = [(m.reflectance, m.transmittance, _shines(m.emission), m.back is None)
                 for m in sides(scene.materials)]  # fmt: skip
-    places = [(replace(lamp, name="", **{COLOR[type(lamp)]: None}), _shines(lamp))
+    places = [(replace(lamp, name="", **{LAMP_COLOR[type(lamp)]: None}), _shines(lamp))
               for lamp in scene.lamps]  # fmt: skip
     return digest(
-        seed, baked, scene.vertices, scene.triangles, scene.material, scene.object, surfaces,
-        places, scene.lamp_objects, scene.lamp_blockers, scene.sky, scene.casts_shadow,
-        scene.visible,
+        seed, channels_of(scene), baked, scene.vertices, scene.triangles, scene.material,
+        scene.object, surfaces, places, scene.lamp_objects, scene.lamp_blockers, scene.sky,
+        scene.casts_shadow, scene.visible,
     )  # fmt: skip
 
 
 def light_digest(scene: Scene) -> str:
     """Of the colours and strengths of lamps and of what emits."""
-    lamps = [getattr(lamp, COLOR[type(lamp)]) for lamp in scene.lamps]
+    lamps = [lamp_color(lamp) for lamp in scene.lamps]
     return digest(lamps, [material.emission for material in sides(scene.materials)])
 
 
 def _shines(thing) -> tuple[str, bool]:
     """The kind of a lamp or an emission field, and whether it gives any light."""
-    values = [getattr(thing, name, 1.0) for name in (*COLOR.values(), "value", "factor", "values")]
+    values = [getattr(thing, name, 1.0) for name in (*LAMP_COLOR.values(), "value", "factor", "values")]
     return type(thing).__name__, all(np.any(np.asarray(v) > 0) for v in values)
 
 

@@ -24,7 +24,7 @@ MOST_POINTS = 256  # of a receiver that share its rays in one round
 
 @dataclass(frozen=True)
 class Lighting:
-    """Sums (count, 3) and their numbers of samples (count, 1), filled in place."""
+    """Sums (count, channels) and their numbers of samples (count, 1), filled in place."""
 
     direct: np.ndarray
     points: np.ndarray
@@ -33,7 +33,7 @@ class Lighting:
     rays: np.ndarray
 
     def means(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Irradiances (count, 3): from explicit lights, bounced, and gathered first-hand."""
+        """Irradiances (count, channels): from explicit lights, bounced, and gathered first-hand."""
         return self.direct / self.points, self.bounced / self.rays, self.first / self.rays
 
     def forget_gathered(self) -> None:
@@ -42,9 +42,10 @@ class Lighting:
             sums[:] = 0
 
 
-def no_light(count: int) -> Lighting:
+def no_light(count: int, channels: int) -> Lighting:
     """Nothing summed yet."""
-    return Lighting(*(np.zeros((count, width)) for width in (3, 1, 3, 3, 1)))
+    widths = (channels, 1, channels, channels, 1)
+    return Lighting(*(np.zeros((count, width)) for width in widths))
 
 
 def place_on(footprints: Footprints, owners: np.ndarray, per: int, *key: int):

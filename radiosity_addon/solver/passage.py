@@ -20,10 +20,10 @@ def followed(context, origins: np.ndarray, directions: np.ndarray, hits: Hits):
     """Yield (rays, hits, weight) for what unit-direction rays meet behind their first ``hits``.
 
     ``rays`` (k,) int numbers the rays that still go on, ``hits`` what they meet next (triangle -1
-    where they leave), ``weight`` (k, 3) float32 the share of light that has come through.
+    where they leave), ``weight`` (k, channels) float32 the share of light that has come through.
     """
     rays = np.arange(len(origins))
-    weight = np.ones((len(origins), 3), np.float32)
+    weight = np.ones((len(origins), context.channels), np.float32)
     for _ in range(MAX_LAYERS):
         through = context.transmits[np.maximum(hits.triangle, 0)] & (hits.triangle >= 0)
         index = np.flatnonzero(through)
@@ -44,14 +44,14 @@ def followed(context, origins: np.ndarray, directions: np.ndarray, hits: Hits):
 def visibility(
     context, blockers: Blockers, origins: np.ndarray, segments: np.ndarray, length: float
 ) -> np.ndarray:
-    """(n,) bool, or (n, 3) where blockers transmit: share of light that comes along segments.
+    """(n,) bool, or (n, channels) where blockers transmit: share of light along segments.
 
     ``segments`` need not be unit; light starts at ``length`` of them.
     """
     clear = blockers.shadow.clear(origins, segments, length)
     if blockers.veil is None:
         return clear
-    share = np.repeat(clear[:, None].astype(float), 3, axis=1)
+    share = np.repeat(clear[:, None].astype(float), context.channels, axis=1)
     rays = np.flatnonzero(clear)
     size = np.linalg.norm(segments[rays], axis=1)
     directions = segments[rays] / size[:, None]
@@ -74,7 +74,7 @@ def visibility(
 
 
 def _transmittance(context, hits: Hits, index: np.ndarray) -> np.ndarray:
-    """(k, 3) float32 of the chosen hits."""
+    """(k, channels) float32 of the chosen hits."""
     uv = np.stack([hits.u[index], hits.v[index]], 1).astype(float)
     found = context.transmittance(hits.triangle[index], uv, hits.front[index])
     return found.astype(np.float32)

@@ -31,14 +31,14 @@ MAX_GROWTH = 4  # times the elements at the start
 
 @dataclass(frozen=True)
 class Radiosity:
-    """Radiosity of everything that rays can meet, (2 n_cells + 1, 3) float32 by cell side, 0 for
+    """Radiosity of everything that rays can meet, (2 n_cells + 1, channels) float32 by cell side, 0 for
     the miss: ``reflected`` light, and emission that is not sampled explicitly, or None."""
 
     elements: Elements
     reflected: np.ndarray
     emitted: np.ndarray | None
     transport: Transport
-    solution: np.ndarray  # (n_rows, 3) reflected radiosity
+    solution: np.ndarray  # (n_rows, channels) reflected radiosity
     iterations: int
     residual: float
     seconds: float  # of the linear solve
@@ -170,7 +170,7 @@ def _check_steady(sides: Sides, transport: Transport, matrix) -> None:
 
 
 def _emission_met(transport: Transport, emitted: np.ndarray) -> np.ndarray:
-    """(n_rows, 3) irradiance by emission that rows' rays meet."""
+    """(n_rows, channels) irradiance by emission that rows' rays meet."""
     arriving = emitted[transport.hits].mean(axis=1).astype(float)
     later = transport.later
     np.add.at(arriving, later.row, emitted[later.side] * later.weight / transport.rays)
@@ -185,7 +185,7 @@ def _groups(scene) -> np.ndarray:
 
 
 def _fill_unknown(context, elements: Elements, transport: Transport, solution) -> np.ndarray:
-    """(2 n_elements, 3) reflected radiosity. A side that no row was traced for, though a later ray
+    """(2 n_elements, channels) reflected radiosity. A side that no row was traced for, though a later ray
     may meet it, gets the mean of the known sides of its object, material and facing."""
     scene, sides = context.scene, transport.sides
     kind = _groups(scene)
@@ -193,8 +193,8 @@ def _fill_unknown(context, elements: Elements, transport: Transport, solution) -
     whose[elements.element[elements.element >= 0]] = kind[elements.triangle[elements.element >= 0]]
     whose = np.stack([2 * whose, 2 * whose + 1], 1).ravel()
     number = np.bincount(whose[sides.side], sides.share, whose.max(initial=0) + 1)
-    values = np.empty((2 * elements.count, 3))
-    for channel in range(3):
+    values = np.empty((2 * elements.count, context.channels))
+    for channel in range(context.channels):
         total = np.bincount(
             whose[sides.side], sides.share * solution[:, channel], len(number)
         )
@@ -205,17 +205,17 @@ def _fill_unknown(context, elements: Elements, transport: Transport, solution) -
 
 
 def _gathered_emission(context: Context, elements: Elements) -> np.ndarray | None:
-    """(2 n_cells + 1, 3) float32 exitance that rays must find, the same on both sides of a cell
+    """(2 n_cells + 1, channels) float32 exitance that rays must find, the same on both sides of a cell
     and over all of it (a texture's mean); None where there is none."""
     cells = np.flatnonzero(~context.explicit[elements.triangle])
     corners = elements.corners[cells].astype(float)
     weights = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4], [2, 2, 2]]) / 6
-    emission = np.zeros((len(elements.triangle), 3))
+    emission = np.zeros((len(elements.triangle), context.channels))
     for weight in weights:
         uv = np.einsum("c,ncd->nd", weight, corners)
         emission[cells] += np.pi / len(weights) * context.emission(elements.triangle[cells], uv)
     if not emission.any():
         return None
-    table = np.zeros((elements.miss + 1, 3), np.float32)
+    table = np.zeros((elements.miss + 1, context.channels), np.float32)
     table[:-1] = np.repeat(emission, 2, axis=0)
     return table

@@ -90,6 +90,12 @@ class AreaLamp:
 
 
 Lamp = Union[PointLamp, SunLamp, AreaLamp]
+LAMP_COLOR = {PointLamp: "intensity", SunLamp: "irradiance", AreaLamp: "radiance"}
+
+
+def lamp_color(lamp: Lamp) -> np.ndarray:
+    """(3,) how bright a lamp is, in its own unit."""
+    return getattr(lamp, LAMP_COLOR[type(lamp)])
 
 
 @dataclass(frozen=True)

@@ -74,10 +74,10 @@ def solve(
     energy = energy_balance(context)
     clock.lap("solve")
     return Solution(
-        emission=judge.surface.emission * context.unit,
-        direct=verdict.direct * context.unit,
-        indirect=verdict.indirect * context.unit,
-        reflectance=judge.surface.reflectance,
+        emission=_three(judge.surface.emission * context.unit),
+        direct=_three(verdict.direct * context.unit),
+        indirect=_three(verdict.indirect * context.unit),
+        reflectance=_three(judge.surface.reflectance),
         statistics=Statistics(
             elements=sum(len(r.solution) for r in radiosities) // 2,
             rays=context.rays,
@@ -90,6 +90,11 @@ def solve(
             seconds={**clock.laps, "embree": context.embree_seconds},
         ),
     )
+
+
+def _three(values: np.ndarray) -> np.ndarray:
+    """(count, 3) of values (count, 3) or (count, 1)."""
+    return np.repeat(values, 3 // values.shape[1], axis=1)
 
 
 class Clock:
@@ -117,7 +122,8 @@ def _judge(context: Context, footprints: Footprints, receivers: Receivers, passe
         lattices = build_lattices(receivers.grid, position, normal, context.threads)
     else:
         lattices = build_graph(position, normal, footprints.area, context.threads)
-    return Judge(_surface(context, footprints), lattices, passes, context.threads, project)
+    judged = project and (lambda light: project(_three(light))[:, : context.channels])
+    return Judge(_surface(context, footprints), lattices, passes, context.threads, judged)
 
 
 def _surface(context: Context, footprints: Footprints) -> Surface:
@@ -130,7 +136,7 @@ def _surface(context: Context, footprints: Footprints) -> Surface:
         triangle, uv = points.triangle.ravel(), points.uv.reshape(-1, 2)
 
         def mean(values: np.ndarray) -> np.ndarray:
-            return values.reshape(SURFACE_POINTS, -1, 3).mean(axis=0)
+            return values.reshape(SURFACE_POINTS, -1, context.channels).mean(axis=0)
     else:
         triangle, uv = footprints.triangle, np.zeros((len(footprints.triangle), 2))
         mean = footprints.mean_of_cells
@@ -155,7 +161,7 @@ class _Rounds:
         """A first round for all receivers, then more where the error is, with rays aimed by what
         the first brought; finer elements first where the error is theirs."""
         everyone = np.arange(self.footprints.count)
-        light = [no_light(len(everyone)) for _ in HALVES]
+        light = [no_light(len(everyone), self.context.channels) for _ in HALVES]
         plan, radiosities = self._solve(plan)
         direct, gathered = (everyone, plan.points), (everyone, plan.rays)
         learning = start_learning(clusters_of(*self.footprints.middle(), self.footprints.area))

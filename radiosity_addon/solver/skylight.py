@@ -33,7 +33,7 @@ class Skylight:
         """(n, channels) float32 radiosity from unit ``directions`` (n, 3), nearest pixel."""
         height, width = self.pixels.shape[:2]
         if self.constant:
-            return np.broadcast_to(self.pixels[0, 0], (len(directions), 3))
+            return np.broadcast_to(self.pixels[0, 0], (len(directions), self.pixels.shape[2]))
         x, y, z = directions.T
         u = 0.5 - np.arctan2(y, x) * np.float32(0.5 / np.pi)
         v = 0.5 + np.arctan2(z, np.hypot(x, y)) * np.float32(1 / np.pi)

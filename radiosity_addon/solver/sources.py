@@ -18,7 +18,7 @@ from .geometry import Geometry
 from .light_tree import join_emitters
 from .polygons import ELLIPSE, RECTANGLE, Polygons, join_polygons
 from .reach import lights_that_reach
-from .scene import AreaLamp, Lamp, PointLamp, Scene, SunLamp
+from .scene import Lamp, PointLamp, Scene, SunLamp, lamp_color
 from .spheres import Spheres
 from .suns import Suns
 
@@ -44,6 +44,12 @@ class Sources:
     def scaled(self, factor: float) -> Sources:
         """The same lights, ``factor`` times as bright."""
         return replace(self, kinds=tuple(replace(k, color=k.color * factor) for k in self.kinds))
+
+    def narrowed(self, channels: int) -> Sources:
+        """The same lights with the first ``channels`` of their colours."""
+        return replace(
+            self, kinds=tuple(replace(k, color=k.color[:, :channels]) for k in self.kinds)
+        )
 
     def brightest(self) -> float:
         """The largest colour component of any light."""
@@ -118,8 +124,7 @@ def _pools(kinds: tuple, kind: np.ndarray, useful: np.ndarray, apart: np.ndarray
 
 
 def _shines(lamp: Lamp) -> bool:
-    color = {PointLamp: "intensity", SunLamp: "irradiance", AreaLamp: "radiance"}[type(lamp)]
-    return bool(np.any(np.asarray(getattr(lamp, color)) > 0))
+    return bool(np.any(np.asarray(lamp_color(lamp)) > 0))
 
 
 def _lamp_row(lamp: Lamp, geometry: Geometry):

@@ -66,8 +66,8 @@ class Sides:
 
     side: np.ndarray  # (R,) int64
     points: Points  # (per, R)
-    reflectance: np.ndarray  # (R, 3)
-    lit: np.ndarray  # (R, 3): reflectance × direct irradiance, mean over the points
+    reflectance: np.ndarray  # (R, channels)
+    lit: np.ndarray  # (R, channels): reflectance × direct irradiance, mean over the points
     spread: np.ndarray  # (R,): standard deviation of that over the points, mean of channels
     share: np.ndarray  # (R,): of all places, those on this side
 
@@ -98,8 +98,8 @@ def light_sides(context: Context, places: Places, side: np.ndarray, per: int, ke
 
 
 def light_points(context: Context, points: Points, key):
-    """Reflectance (per, R, 3) at points (per, R), the mean (R, 3) of reflectance × direct
-    irradiance, and its standard deviation (R,) over the points, mean of channels, less what the
+    """Reflectance (per, R, channels) at points (per, R), the mean (R, channels) of reflectance ×
+    direct irradiance, and its standard deviation (R,) over the points, mean of channels, less what the
     choice among many lights adds."""
     per, count = points.shape
     single = points.single()
@@ -110,10 +110,10 @@ def light_points(context: Context, points: Points, key):
     faces = context.geometry.normal[triangle]
     front = np.einsum("nc,nc->n", points.normal.reshape(-1, 3), faces) > 0
     reflectance = context.reflectance(triangle, points.uv.reshape(-1, 2), front)
-    lit = (reflectance * direct.irradiance).reshape(per, -1, 3)
+    lit = (reflectance * direct.irradiance).reshape(per, count, context.channels)
     noise = (reflectance.mean(axis=1) ** 2 * direct.variance).reshape(per, -1).mean(axis=0)
     spread = np.sqrt(np.maximum(lit.std(axis=0).mean(axis=1) ** 2 - noise, 0))
-    return reflectance.reshape(per, -1, 3), lit.mean(axis=0), spread
+    return reflectance.reshape(lit.shape), lit.mean(axis=0), spread
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ class Transport:
     row: np.ndarray  # (2 n_elements,) int32: its row, BLACK where it reflects nothing, else -1
     hits: np.ndarray  # (n_rows, rays) int32: cell side met first by each ray; the miss: none
     later: Later  # what rays met behind surfaces that transmit
-    sky: np.ndarray  # (n_rows, 3): mean sky radiosity its escaping rays bring
+    sky: np.ndarray  # (n_rows, channels): mean sky radiosity its escaping rays bring
 
     @property
     def rays(self) -> int:
@@ -134,7 +134,7 @@ class Transport:
 
 @dataclass(frozen=True)
 class Later:
-    """k hits behind transmitting surfaces: row, cell side, weight (k, 3) of the ray's light."""
+    """k hits behind transmitting surfaces: row, cell side, weight (k, channels) of the ray's light."""
 
     row: np.ndarray
     side: np.ndarray
@@ -186,14 +186,14 @@ def join_sides(parts) -> Sides:
 
 
 def _trace_rows(context: Context, elements: Elements, points: Points, row, rays: int, key):
-    """Hits (R, rays), later hits, sky (R, 3), and the places on sides whose ``row`` is -1, for R
+    """Hits (R, rays), later hits, sky (R, channels), and the places on sides whose ``row`` is -1, for R
     owners' points."""
     count = points.shape[1]
     hits = np.empty((count, rays), np.int32)
-    light = np.zeros((count, 3))
+    light = np.zeros((count, context.channels))
     nothing = np.zeros(0, np.int32)
     places = [Places(nothing, nothing, nothing, nothing)]
-    later = [Later(nothing, nothing, np.zeros((0, 3), np.float32))]
+    later = [Later(nothing, nothing, np.zeros((0, context.channels), np.float32))]
 
     def work(chunk):
         group, chosen = chunk
@@ -240,14 +240,14 @@ def form_factors(transport: Transport, elements: Elements):
         return matrix, None
     where = (later.row[kept], column[kept])
     return matrix, [
-        csr_matrix((later.weight[kept, k] / rays, where), shape=(n, n)) for k in range(3)
+        csr_matrix((weight / rays, where), shape=(n, n)) for weight in later.weight[kept].T
     ]
 
 
 def transported(matrix, through, values: np.ndarray) -> np.ndarray:
-    """F times radiosities (n_rows, 3): irradiances."""
+    """F times radiosities (n_rows, channels): irradiances."""
     result = matrix @ values
     if through is not None:
-        for channel in range(3):
-            result[:, channel] += through[channel] @ values[:, channel]
+        for channel, matrix in enumerate(through):
+            result[:, channel] += matrix @ values[:, channel]
     return result
