@@ -153,7 +153,7 @@ def _corner_map(target: ExportedObject, group: np.ndarray, unknowns: int) -> csr
     """(3 n, unknowns): the colour at each evaluated triangle corner from the unknown colours."""
     loops = len(group)
     choose = csr_matrix((np.ones(loops), (np.arange(loops), group)), shape=(loops, unknowns))
-    return (target.corner_map @ choose).tocsr()
+    return (target.corner_map.matrix() @ choose).tocsr()
 
 
 def _stiffness(corners: csr_matrix, light: _Light) -> csr_matrix:

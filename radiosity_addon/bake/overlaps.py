@@ -1,10 +1,12 @@
-"""Overlaps: faces of a UV layout that lie on one another, sorted into layers. NumPy and SciPy.
+"""Overlaps: faces of a UV layout that lie on one another, sorted into layers. NumPy only.
 
 A projection folds what winds or overhangs (a spiral ramp, an ear). Faces in one layer never share
 a texel with others of it, so layers taken apart can be laid out side by side.
 """
 
 from __future__ import annotations
+
+from collections import deque
 
 import numpy as np
 
@@ -35,17 +37,25 @@ def overlap_steps(uv, face, corners, count: int, resolution: int):
     pairs, certain = _sharing(cells, uv, face, resolution)
     if not len(pairs):
         return layer
-    from scipy.sparse import csr_matrix  # which most meshes do without
-
-    rows, columns = np.repeat(face, 3), corners.ravel()
-    touches = csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(count, columns.max() + 1))
-    apart = np.asarray(touches[pairs[:, 0]].multiply(touches[pairs[:, 1]]).sum(1)).ravel() == 0
-    pairs = pairs[apart | certain]
+    touches = np.unique(np.stack([np.repeat(face, 3), corners.ravel()], 1), axis=0)
+    pairs = pairs[~_neighbours(pairs, touches) | certain]
     involved = np.unique(pairs)
-    if len(involved):
-        near = touches[involved] @ touches[involved].T
-        layer[involved] = _color(np.searchsorted(involved, pairs), near.tocsr())
+    touches = touches[np.isin(touches[:, 0], involved)]
+    touches[:, 0] = np.searchsorted(involved, touches[:, 0])
+    layer[involved] = _color(np.searchsorted(involved, pairs), touches, len(involved))
     return layer
+
+
+def _neighbours(pairs, touches) -> np.ndarray:
+    """(m,) bool: whether the faces of a pair share a vertex. ``touches`` (k, 2) are all (face,
+    vertex), sorted."""
+    first, stop = (np.searchsorted(touches[:, 0], pairs[:, 0], side) for side in ("left", "right"))
+    owner, offset = expand(stop - first)
+    vertex = touches[first[owner] + offset, 1]
+    width = 1 + touches[:, 1].max()
+    wanted, known = pairs[owner, 1] * width + vertex, touches[:, 0] * width + touches[:, 1]
+    there = known[np.minimum(np.searchsorted(known, wanted), len(known) - 1)] == wanted
+    return np.bincount(owner, there, len(pairs)) > 0
 
 
 def _sharing(cells: Receivers, uv, face, resolution) -> tuple[np.ndarray, np.ndarray]:
@@ -68,19 +78,34 @@ def _sharing(cells: Receivers, uv, face, resolution) -> tuple[np.ndarray, np.nda
     return rows[new, :2], rows[new, 2] == 0
 
 
-def _color(pairs: np.ndarray, near) -> np.ndarray:
+def _color(pairs: np.ndarray, touches: np.ndarray, count: int) -> np.ndarray:
     """Greedy colours: no pair has one colour; faces are taken from neighbour to neighbour."""
-    from scipy.sparse.csgraph import breadth_first_order
-
-    count = near.shape[0]
     conflicts = [[] for _ in range(count)]
     for a, b in pairs.tolist():
         conflicts[a].append(b)
         conflicts[b].append(a)
-    colors = np.full(count, -1)
+    colors = [-1] * count
+    for node in _walk(touches.tolist(), count):
+        taken = {colors[other] for other in conflicts[node]}
+        colors[node] = next(c for c in range(count + 1) if c not in taken)
+    return np.array(colors, int)
+
+
+def _walk(touches: list, count: int):
+    """Faces 0 to ``count`` in turn, breadth first from each to those that share a vertex."""
+    vertices_of = [[] for _ in range(count)]
+    faces_at: dict[int, list[int]] = {}
+    for face, vertex in touches:
+        vertices_of[face].append(vertex)
+        faces_at.setdefault(vertex, []).append(face)
+    met = [False] * count
     for seed in range(count):
-        if colors[seed] < 0:
-            for node in breadth_first_order(near, seed, False, False).tolist():
-                taken = {colors[other] for other in conflicts[node]}
-                colors[node] = next(c for c in range(count + 1) if c not in taken)
-    return colors
+        queue = deque() if met[seed] else deque([seed])
+        met[seed] = True
+        while queue:
+            yield (face := queue.popleft())
+            around = (f for vertex in vertices_of[face] for f in faces_at.pop(vertex, ()))
+            for other in around:
+                if not met[other]:
+                    met[other] = True
+                    queue.append(other)

@@ -1,6 +1,6 @@
 """Corner maps: colours at evaluated corners as weighted sums over the user's own loops.
 
-Depends on NumPy and SciPy. Without modifiers that change faces the weights are one-hot. Otherwise
+Depends on NumPy. Without modifiers that change faces the weights are one-hot. Otherwise
 a corner has the bilinear weights of its place in the quad it came from, as Blender's own
 interpolation has, or barycentric weights in the nearest triangle of a face that is no quad.
 """
@@ -9,31 +9,25 @@ from __future__ import annotations
 
 import numpy as np
 
+from .exported import CornerMap
 from .meshes import bulk
 from .tracing import Trace
 
 QUAD_TOLERANCE = 0.02  # of the face's size: how far bilinear weights may miss the corner's place
 
 
-def one_hot(loops: np.ndarray, n_loops: int):
-    """(3 n, n_loops) csr_matrix from the loop at each triangle corner, (n, 3)."""
-    from scipy.sparse import csr_matrix
-
-    loops = loops.reshape(-1)
-    return csr_matrix(
-        (np.ones(len(loops)), loops, np.arange(len(loops) + 1)), shape=(len(loops), n_loops)
-    )
+def one_hot(loops: np.ndarray, n_loops: int) -> CornerMap:
+    """The map of a mesh without modifiers, from the loop at each triangle corner, (n, 3)."""
+    return CornerMap(loops.reshape(-1, 1), np.ones((loops.size, 1)), n_loops)
 
 
-def traced(loops: np.ndarray, polygon: np.ndarray, trace: Trace, mesh):
-    """(3 n, n_loops) csr_matrix of triangle corners ``loops`` (n, 3) of evaluated faces
-    ``polygon`` (n,), over the loops of the user's bpy ``mesh``.
+def traced(loops: np.ndarray, polygon: np.ndarray, trace: Trace, mesh) -> CornerMap | None:
+    """The map of triangle corners ``loops`` (n, 3) of evaluated faces ``polygon`` (n,), over the
+    loops of the user's bpy ``mesh``.
 
-    Rows of corners without a source are empty. None when the modifiers dropped the attributes or
-    no corner has a source.
+    Corners without a source have no weight. None when the modifiers dropped the attributes or no
+    corner has a source.
     """
-    from scipy.sparse import csr_matrix
-
     if trace.face is None or trace.place is None or trace.square is None:
         return None
     corner = loops.reshape(-1)
@@ -45,10 +39,9 @@ def traced(loops: np.ndarray, polygon: np.ndarray, trace: Trace, mesh):
     base, weights = barycentric(mesh, face, trace.place[corner])
     quad = bilinear(mesh, face, trace.place[corner], trace.square[corner])
     base[quad[0]], weights[quad[0]] = quad[1], quad[2]
-    return csr_matrix(
-        (weights.reshape(-1), (np.repeat(rows, 4), base.reshape(-1))),
-        shape=(loops.size, len(mesh.loops)),
-    )
+    found = CornerMap(np.zeros((loops.size, 4), int), np.zeros((loops.size, 4)), len(mesh.loops))
+    found.loops[rows], found.weights[rows] = base, weights
+    return found
 
 
 def _loop_places(mesh) -> np.ndarray:

@@ -1,16 +1,37 @@
-"""Exported: what leaves Blender. A Scene for the solver, and how its triangles map back."""
+"""Exported: what leaves Blender. A Scene for the solver, and how its triangles map back.
+
+NumPy only: Blender's own process makes these, and SciPy is imported where a matrix is wanted.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..solver.scene import Scene
 
-if TYPE_CHECKING:  # SciPy is imported where a matrix is first made
-    from scipy.sparse import csr_matrix
+
+@dataclass(frozen=True)
+class CornerMap:
+    """The colour at each evaluated triangle corner as a weighted sum of the user's loops' colours;
+    a corner that came from nowhere has no weight."""
+
+    loops: np.ndarray  # (3 n, k) int: loops of the user's mesh
+    weights: np.ndarray  # (3 n, k) float64
+    n_loops: int  # of the user's mesh
+
+    def matrix(self):
+        """(3 n, n_loops) scipy.sparse.csr_matrix."""
+        from scipy.sparse import csr_matrix
+
+        count, each = self.loops.shape
+        start = np.arange(0, count * each + 1, each)
+        entries = self.weights.ravel(), self.loops.ravel(), start
+        matrix = csr_matrix(entries, shape=(count, self.n_loops))
+        matrix.sum_duplicates()
+        matrix.eliminate_zeros()
+        return matrix
 
 
 @dataclass(frozen=True)
@@ -21,9 +42,7 @@ class ExportedObject:
     start: int  # its triangles are scene.triangles[start:stop]
     stop: int
     uv: np.ndarray | None  # (n, 3, 2) float64 of the map baked to; None for the vertex target
-    # (3 n, n_loops): the colour at each evaluated triangle corner as a weighted sum of the colours
-    # of the user's own mesh's loops (one-hot without modifiers). None for the image target.
-    corner_map: csr_matrix | None
+    corner_map: CornerMap | None  # one-hot without modifiers; None for the image target
     loop_vertex: np.ndarray | None  # (n_loops,) int32: the user's mesh vertex of each loop
     loop_smooth_group: np.ndarray | None  # (n_loops,) int32: loops whose colours are one unknown
     identity: int = 0  # the object's session id, which a new name does not change

@@ -25,7 +25,8 @@ def traceless():
             yield
         finally:
             made = [block for block in _blocks() if _key(block) not in before]
-            bpy.data.batch_remove(made)
+            if made:  # to remove nothing makes Blender draw every window anew, too
+                bpy.data.batch_remove(made)
             if bpy.context.view_layer.objects.active is not active:
                 bpy.context.view_layer.objects.active = active
 

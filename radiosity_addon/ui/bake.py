@@ -1,5 +1,7 @@
 """The operators that bake and that cancel. They orchestrate; the work is done elsewhere."""
 
+import time
+
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
 
@@ -10,6 +12,7 @@ from .properties import settings_of
 from .report_store import store_report
 
 TICK = 0.05  # seconds between two steps
+REDRAW = 0.25  # seconds between two pictures of the progress: each makes Blender show the window anew
 # What bad input and failing disks raise; anything else is a fault of ours and shows its traceback.
 EXPECTED = (ValueError, OSError, RuntimeError, MemoryError, ImportError)
 
@@ -23,6 +26,7 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
 
     _timer = None
     _shown = ""  # what the progress bars say
+    _next_redraw = 0.0
 
     @classmethod
     def poll(cls, context):
@@ -87,12 +91,17 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
     def _tick(self, context, bake):
         if not self._step(context, bake):
             return self._finish(context, {"CANCELLED"})
-        if self._shown != progress_text(bake):
-            self._shown = progress_text(bake)
-            redraw(context)
+        self._show(context, bake)
         if bake.stage is session.Stage.DONE:
             return self._finish(context, self._done(context, bake))
         return {"PASS_THROUGH"}
+
+    def _show(self, context, bake) -> None:
+        """Bring the progress bars up to date, if they changed and not too often."""
+        now, text = time.perf_counter(), progress_text(bake)
+        if text != self._shown and now >= self._next_redraw:
+            self._shown, self._next_redraw = text, now + REDRAW
+            redraw(context)
 
     def _step(self, context, bake) -> bool:
         """One step of the bake; False after a failure, which has been reported."""

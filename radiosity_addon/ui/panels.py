@@ -3,7 +3,7 @@
 import bpy
 
 from . import session, view
-from .progress import draw_progress
+from .progress import CATEGORY, draw_progress
 from .presets import RADIOSITY_PT_presets
 from .properties import CUSTOM
 
@@ -13,7 +13,7 @@ class RadiosityPanel:
 
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
-    bl_category = "Radiosity"
+    bl_category = CATEGORY
 
     def split_layout(self):
         layout = self.layout

@@ -4,6 +4,8 @@ from bpy.app.translations import pgettext_iface as iface_
 
 from . import session, words
 
+CATEGORY = "Radiosity"  # the tab's name
+
 
 def draw_progress(layout, bake) -> None:
     """The bake's stage, percent and time left, and the way to stop it."""
@@ -36,11 +38,11 @@ def progress_text(bake) -> str:
 
 
 def redraw(context) -> None:
-    """Show the progress of now wherever it is shown."""
+    """Show the progress of now wherever it is shown, and draw nothing else anew."""
     for window in context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":
                 for region in area.regions:
-                    if region.type == "UI":
+                    if region.type == "UI" and region.active_panel_category == CATEGORY:
                         region.tag_redraw()
         window.workspace.status_text_set_internal(None)

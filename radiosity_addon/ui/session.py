@@ -22,16 +22,16 @@ from .payload import PACKAGE
 # The shares of the whole that the solver's part has in the progress bar.
 SOLVE_FROM, SOLVE_TO = 0.05, 0.97
 BUDGET = 0.02  # seconds of reading or writing in one step, but at least one piece of it
-# What reading imports, in pieces: SciPy's sparse matrices at once take a third of a second.
-LIBRARIES = ("numpy.testing", "numpy.f2py", "scipy", "scipy.constants", "scipy.sparse")
-OURS = ("bake.unwrap", "export.shaders", "export.materials", "export.lights", "export.world",
-        "export.evaluated", "export.pipeline", "stages.prepare", "stages.apply", "report")
+# What reading and writing import, in pieces. SciPy and embreex are the solver's process's alone.
+IMPORTS = ("bake.texels", "bake.unwrap", "export.shaders", "export.materials", "export.lights",
+           "export.world", "export.evaluated", "export.pipeline", "stages.prepare",
+           "stages.apply", "report")
 
 
 class Stage(Enum):
     """Where a bake is."""
 
-    LOAD = "Loading SciPy"
+    START = "Starting"
     EXPORT = "Reading the scene"
     SOLVE = "Solving"
     WAIT = "Waiting: leave Edit Mode"
@@ -48,7 +48,7 @@ class BakeSession:
     def __init__(self, scene_name: str, settings: Settings) -> None:
         self.scene_name = scene_name
         self.settings = settings
-        self.stage = Stage.LOAD
+        self.stage = Stage.START
         self.detail = ""  # the solver's own word for what it does
         self.fraction = 0.0
         self.report: dict | None = None
@@ -101,7 +101,7 @@ class BakeSession:
     def _take_steps(self, context) -> None:
         """Pieces of reading or of writing that take about ``BUDGET`` together."""
         if self._steps is None:
-            reading = self.stage is Stage.LOAD
+            reading = self.stage is Stage.START
             self._steps = self._read(context) if reading else self._write(context)
         end = time.perf_counter() + BUDGET
         for self.fraction in self._steps:
@@ -118,8 +118,8 @@ class BakeSession:
         scene, view_layer = context.scene, context.view_layer
         self._process = SolverProcess(kept_file())
         yield 0.0
-        for name in (*LIBRARIES, *(f"{PACKAGE}.{name}" for name in OURS)):
-            importlib.import_module(name)
+        for name in IMPORTS:
+            importlib.import_module(f"{PACKAGE}.{name}")
             yield 0.0
         from ..stages.prepare import prepare_steps
 

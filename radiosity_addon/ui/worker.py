@@ -1,10 +1,10 @@
 """The program of the solver's process: read a job, run it, write the result. No bpy.
 
 Started by its path with the folder of one bake, and the file that keeps solves between bakes, as
-its arguments. It imports what it needs while Blender still reads the scene; a byte on standard
-input tells that the job is there. When standard input ends, Blender is gone and so are we. It
-tells its progress in a file of fixed length, writes each target's colours into a file of its own,
-and renames the result last.
+its arguments. It imports what it needs while Blender still reads the scene, which takes seconds at
+the first bake, when Python compiles it; a byte on standard input tells that the job is there. When
+standard input ends, Blender is gone and so are we. It tells its progress in a file of fixed length,
+writes each target's colours into a file of its own, and renames the result last.
 """
 
 from __future__ import annotations
@@ -23,16 +23,24 @@ from pathlib import Path
 JOB, RESULT, PROGRESS, FAILURE, COLORS = "job", "result", "progress", "failure", "colors-"
 PROGRESS_LENGTH = 128  # bytes
 PROGRESS_PAUSE = 0.05  # seconds between two writes
+LOADING = "loading SciPy"  # the first stage it tells
 FAILED = 1  # exit status
 # What bad input raises; anything else leaves a traceback on standard error.
 EXPECTED = (ValueError, OSError, RuntimeError, MemoryError, ImportError)
 
 
 def main(folder: Path, keep: Path | None = None) -> int:
-    """Run the job in ``folder``, with what the file ``keep`` keeps; return the exit status."""
+    """Wait for the job in ``folder`` and run it; return the exit status."""
     given = threading.Event()
     threading.Thread(target=_listen, args=(folder, given), daemon=True).start()
     _step_back()
+    with ProgressFile(folder / PROGRESS) as progress:
+        progress(LOADING, 0.0)
+        return _work(folder, keep, given, progress)
+
+
+def _work(folder: Path, keep: Path | None, given: threading.Event, progress: ProgressFile) -> int:
+    """Import, wait until the job is ``given``, run it with what the file ``keep`` keeps."""
     package = _load_package(Path(__file__).resolve().parents[1])
     numpy = importlib.import_module("numpy")
     payload, keep_file, meter, work, _ = (
@@ -42,8 +50,7 @@ def main(folder: Path, keep: Path | None = None) -> int:
     given.wait()
     try:
         kept = keep_file.read_kept(keep)
-        with ProgressFile(folder / PROGRESS) as progress:
-            result = work.run(payload.read_payload(folder / JOB), meter.Meter(progress), kept)
+        result = work.run(payload.read_payload(folder / JOB), meter.Meter(progress), kept)
         for index, colors in enumerate(result.colors):
             numpy.save(folder / f"{COLORS}{index}.npy", colors)
         figures = (replace(result, colors=()), len(result.colors))

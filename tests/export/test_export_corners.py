@@ -54,7 +54,7 @@ def shown_and_ours(bpy, export, thing):
         )[0]
     mesh = next(part.mesh for part in parts if part.name == thing.name)
     shown = mesh.colors["Paint"][mesh.triangle_loops].reshape(-1, 4)
-    return shown, export(objects=(thing.name,)).objects[0].corner_map @ colors
+    return shown, export(objects=(thing.name,)).objects[0].corner_map.matrix() @ colors
 
 
 @pytest.mark.parametrize("name", MODIFIERS)
@@ -78,7 +78,7 @@ def test_colours_are_nearly_those_blender_shows(blender, export, name):
 def test_weights_are_an_average(blender, export):
     cube = add_cube(blender)
     add_modifiers(cube, [*NEARLY["bevel"], ("SUBSURF", {}), ("TRIANGULATE", {})])
-    weights = export().objects[0].corner_map
+    weights = export().objects[0].corner_map.matrix()
     assert weights.shape[1] == 24 and weights.min() >= 0
     np.testing.assert_allclose(np.asarray(weights.sum(axis=1)), 1.0)
 
@@ -103,7 +103,7 @@ def test_polygon_of_five_corners(blender, export):
     # vertices and corner colours of such faces by weights that differ by up to 1 %.
     places = np.array([mesh.vertices[v].co for v in exported.objects[0].loop_vertex])
     corners = exported.scene.vertices[exported.scene.triangles].reshape(-1, 3)
-    np.testing.assert_allclose(exported.objects[0].corner_map @ places, corners, atol=0.01)
+    np.testing.assert_allclose(exported.objects[0].corner_map.matrix() @ places, corners, atol=0.01)
 
 
 def test_nearest_in_triangle():

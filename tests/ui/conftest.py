@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.sparse import identity
 
-from radiosity_addon.export.exported import ExportedObject
+from radiosity_addon.export.exported import CornerMap, ExportedObject
 from radiosity_addon.job import Job
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.fields import Constant
@@ -32,7 +31,8 @@ def make_job():
         )
         loops = halves.ravel()
         uv = (vertices[halves][..., :2] + 1) / 2  # the square fills the image
-        target = ExportedObject("Square", 0, 2, uv, identity(6).tocsr(), loops, loops)
+        one_hot = CornerMap(np.arange(6)[:, None], np.ones((6, 1)), 6)
+        target = ExportedObject("Square", 0, 2, uv, one_hot, loops, loops)
         if resolution:
             options = {"target": "image", "resolution": resolution, **options}
         return Job(Settings(quality="draft", **options), scene, (target,), (), (), ())

@@ -207,7 +207,7 @@ def many(bpy, count: int = 3) -> None:
 
 
 PHASES = {
-    "importing": lambda bake, bpy: bake.stage.name == "LOAD" and bake._process is not None,
+    "importing": lambda bake, bpy: bake.stage.name == "START" and bake._process is not None,
     "reading": lambda bake, bpy: bake.stage.name == "EXPORT" and bake.fraction > 0,
     "solving": lambda bake, bpy: bake.stage.name == "SOLVE",
     "writing": lambda bake, bpy: bake.stage.name == "WRITE" and len(bpy.data.images) == 2,

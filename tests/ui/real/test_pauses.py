@@ -21,8 +21,8 @@ session = next(m for n, m in sys.modules.items() if n.endswith(".ui.session"))
 """
 IMPORT_ALL = """
 import importlib
-for name in (*session.LIBRARIES, *(f"{session.PACKAGE}.{name}" for name in session.OURS)):
-    importlib.import_module(name)
+for name in session.IMPORTS:
+    importlib.import_module(f"{session.PACKAGE}.{name}")
 """
 # Seventeen spheres of 2,048 faces under a sun, where there is no other scene.
 SPHERES = """
