@@ -16,9 +16,9 @@ from .scene import Scene
 
 @dataclass(frozen=True)
 class Blockers:
-    """``shadow`` blocks light altogether; ``veil`` lets some through, None: nothing does."""
+    """``shadow`` blocks light altogether; ``veil`` lets some through; None: nothing does either."""
 
-    shadow: Tracer
+    shadow: Tracer | None
     veil: Tracer | None
 
 

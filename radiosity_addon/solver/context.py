@@ -12,9 +12,10 @@ import numpy as np
 
 from .blockers import Blockers, build_blockers, trace_visible
 from .channels import channels_of
+from .convex import is_unobstructed
 from .embree import Tracer
 from .evaluate import evaluate_material
-from .fields import Constant
+from .fields import Constant, is_black
 from .geometry import Geometry, build_geometry
 from .progress import Progress
 from .scene import Scene, sides
@@ -97,7 +98,10 @@ def build_context(scene: Scene, seed: int, threads: int, progress: Progress) -> 
         pixels, suns = split_sky(scene.sky)
         sky = Skylight(pixels)
     sources, explicit = build_sources(scene, geometry, tracer, suns)
-    blockers = build_blockers(scene, geometry, transmits, tracer, sources.blocking)
+    if is_unobstructed(geometry, sources):
+        blockers = (Blockers(None, None),) * len(sources.blocking)
+    else:
+        blockers = build_blockers(scene, geometry, transmits, tracer, sources.blocking)
     unit, channels = _brightest(scene, sources, sky), channels_of(scene)
     sources = sources.scaled(1 / unit).narrowed(channels)
     if sky is not None:
@@ -111,13 +115,10 @@ def build_context(scene: Scene, seed: int, threads: int, progress: Progress) -> 
 def _transmitting(scene: Scene) -> np.ndarray:
     """(n_triangles,) bool: triangles that let light through on one side at least."""
     clear = np.array(
-        [any(_transmits(side.transmittance) for side in sides((m,))) for m in scene.materials], bool
+        [not all(is_black(side.transmittance) for side in sides((m,))) for m in scene.materials],
+        bool,
     )
     return clear[scene.material] if len(scene.triangles) else np.zeros(0, bool)
-
-
-def _transmits(field) -> bool:
-    return not isinstance(field, Constant) or bool(np.any(np.asarray(field.value) > 0))
 
 
 def _brightest(scene: Scene, sources: Sources, sky: Skylight | None) -> float:

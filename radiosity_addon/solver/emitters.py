@@ -15,7 +15,7 @@ from .cells import Cells, cut, join_cells, whole_triangles
 from .coincident import uncovered
 from .embree import Tracer
 from .evaluate import evaluate_material
-from .fields import Constant
+from .fields import Constant, is_black
 from .geometry import OFFSET, Geometry
 from .polygons import RECTANGLE, TRIANGLE, Polygons
 from .sampling import cosine_directions, sobol, tangent_frames
@@ -47,15 +47,11 @@ def emissive_faces(scene: Scene, geometry: Geometry, tracer: Tracer) -> tuple[Po
 
 def _glowing(scene: Scene, geometry: Geometry) -> np.ndarray:
     """(n_triangles,) bool: triangles that may emit, and that rays may meet."""
-    shining = np.array([_shines(material.emission) for material in scene.materials], bool)
+    shining = np.array([not is_black(material.emission) for material in scene.materials], bool)
     chosen = shining[scene.material] if len(scene.material) else np.zeros(0, bool)
     if scene.visible is not None:
         chosen &= scene.visible[scene.object]
     return chosen & (geometry.area > 0)
-
-
-def _shines(emission) -> bool:
-    return not isinstance(emission, Constant) or bool(np.any(np.asarray(emission.value) > 0))
 
 
 def _cells(scene: Scene, geometry: Geometry, triangle: np.ndarray) -> tuple[Cells, np.ndarray]:

@@ -49,6 +49,11 @@ class CornerColors:
 Field = Union[Constant, Texture, CornerColors]
 
 
+def is_black(field: Field) -> bool:
+    """Whether it is nothing everywhere; what varies is taken to be something somewhere."""
+    return isinstance(field, Constant) and not np.any(np.asarray(field.value) > 0)
+
+
 def srgb_to_linear(values: np.ndarray) -> np.ndarray:
     """IEC 61966-2-1 decoding, in the values' own precision, float32 at least."""
     values = np.asarray(values)

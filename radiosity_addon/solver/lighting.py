@@ -34,7 +34,8 @@ class Lighting:
 
     def means(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Irradiances (count, channels): from explicit lights, bounced, and gathered first-hand."""
-        return self.direct / self.points, self.bounced / self.rays, self.first / self.rays
+        points, rays = (np.where(n > 0, n, 1) for n in (self.points, self.rays))
+        return self.direct / points, self.bounced / rays, self.first / rays
 
     def forget_gathered(self) -> None:
         """Start the sums over rays anew: the radiosities they read have changed."""

@@ -48,7 +48,10 @@ def visibility(
 
     ``segments`` need not be unit; light starts at ``length`` of them.
     """
-    clear = blockers.shadow.clear(origins, segments, length)
+    if blockers.shadow is None:
+        clear = np.ones(len(origins), bool)
+    else:
+        clear = blockers.shadow.clear(origins, segments, length)
     if blockers.veil is None:
         return clear
     share = np.repeat(clear[:, None].astype(float), context.channels, axis=1)

@@ -37,7 +37,7 @@ class Radiosity:
     elements: Elements
     reflected: np.ndarray
     emitted: np.ndarray | None
-    transport: Transport
+    transport: Transport | None  # None: nothing that is reflected counts
     solution: np.ndarray  # (n_rows, channels) reflected radiosity
     iterations: int
     residual: float
@@ -51,13 +51,21 @@ def solve_radiosity(
 
     ``place(chosen, group)`` gives Points of the ``receivers``, whose rays find the elements.
     """
-    group = _groups(context.scene)
-    elements = build_elements(context.geometry, group, target)
+    elements = build_elements(context.geometry, _groups(context.scene), target)
     elements = _apart(context, elements, target, tolerance)
     places = _seeds(context, elements, receivers, place, target, key)
     elements, known = _refined(context, elements, places, per, target, tolerance, key)
     transport = trace_transport(context, elements, known, rays, per, (*key, 12))
     return solve_rows(context, elements, transport, tolerance)
+
+
+def without_reflection(context: Context, target: int) -> Radiosity:
+    """What rays can meet where nothing that is reflected counts: no unknowns, no rows."""
+    elements = build_elements(context.geometry, _groups(context.scene), target)
+    nothing = np.zeros((elements.miss + 1, context.channels), np.float32)
+    return Radiosity(
+        elements, nothing, _gathered_emission(context, elements), None, nothing[:0], 0, 0.0, 0.0
+    )
 
 
 def _apart(context: Context, elements: Elements, target: int, tolerance: float) -> Elements:
@@ -67,6 +75,8 @@ def _apart(context: Context, elements: Elements, target: int, tolerance: float) 
     is dark, and a radiosity shared with the lit floor around would leak in. Seen from just above
     the surface, the lines from an element's middle to its corners and between those are blocked.
     """
+    if context.blockers[0].shadow is None:
+        return elements
     levels = int(np.clip(np.ceil(np.log2(0.2 / tolerance)), 1, 6))
     fresh = np.flatnonzero(elements.grid[elements.triangle] > 1)
     for _ in range(levels):

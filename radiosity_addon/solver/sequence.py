@@ -25,10 +25,11 @@ from .judge import Judge, Surface, Verdict
 from .keep import Kept
 from .lattice import build_lattices
 from .lighting import add_direct, add_gathered, no_light, place_on
+from .needs import Needs, needs_of
 from .plan import Plan, make_plan, round_up
 from .points import footprint_points
 from .progress import Progress, silent
-from .radiosity import Radiosity, solve_radiosity
+from .radiosity import Radiosity, solve_radiosity, without_reflection
 from .receivers import Receivers
 from .scene import Scene
 from .solution import Solution, Statistics
@@ -69,7 +70,8 @@ def solve(
         kept.expect(scene, receivers, settings.seed)
     clock.lap("elements")
     deadline = None if settings.time_limit is None else clock.start + settings.time_limit
-    bake = _Rounds(context, footprints, judge, settings.target_error, deadline, clock, kept)
+    needs = needs_of(context, settings.passes)
+    bake = _Rounds(context, needs, footprints, judge, settings.target_error, deadline, clock, kept)
     verdict, radiosities = bake.run(plan)
     energy = energy_balance(context)
     clock.lap("solve")
@@ -150,6 +152,7 @@ class _Rounds:
     """The rounds of solving and gathering for one set of receivers."""
 
     context: Context
+    needs: Needs
     footprints: Footprints
     judge: Judge
     error: float
@@ -205,6 +208,9 @@ class _Rounds:
     def _solve(self, plan: Plan) -> tuple[Plan, list[Radiosity]]:
         """Two independent solves; their elements differ in size, so that this shows too. The plan
         they were made for is finer than ``plan`` where such solves were kept."""
+        if not self.needs.reflected:
+            sizes = [int(plan.elements * share) for share in SHARE_OF_ELEMENTS]
+            return plan, [without_reflection(self.context, size) for size in sizes]
         found = self.kept and self.kept.find(self.context, plan, self.error)
         if found:
             self.clock.lap("solve")
@@ -229,11 +235,13 @@ class _Rounds:
 
     def _add(self, light, radiosities, direct, gathered, step: int, guide, learning) -> None:
         for half in HALVES:
-            add_direct(self.context, self.footprints, light[half], *direct, step, half)
-            add_gathered(
-                self.context, self.footprints, light[half], radiosities[half], *gathered, step,
-                half, guide=guide, learning=learning,
-            )
+            if self.needs.explicit:
+                add_direct(self.context, self.footprints, light[half], *direct, step, half)
+            if self.needs.rays:
+                add_gathered(
+                    self.context, self.footprints, light[half], radiosities[half], *gathered, step,
+                    half, guide=guide, learning=learning,
+                )
 
     def _more(self, verdict: Verdict, plan: Plan, light, guide: Guide | None):
         """(owners, samples of each) to add, of points for direct light and of rays."""

@@ -42,7 +42,7 @@ def run(job: Job, progress: Progress = silent, kept=None) -> Result:
     return Result(
         colors=tuple(colors),
         statistics=_charged(figures, "elements", laid_out),
-        warnings=(*layout.warnings, *_warn_of_darkness(solution), *figures.warnings),
+        warnings=(*layout.warnings, *_warn_of_darkness(solution, job.settings.passes), *figures.warnings),
         seconds={"fit": time.perf_counter() - started},
         receivers=receivers.count,
     )
@@ -90,8 +90,9 @@ def _image(job: Job, layout: Layout, index: int, light: np.ndarray) -> np.ndarra
     return extend_islands(pixels, covered, job.settings.margin)
 
 
-def _warn_of_darkness(solution: Solution) -> list[str]:
+def _warn_of_darkness(solution: Solution, passes: tuple[str, ...]) -> list[str]:
+    """Only what the passes ask for was looked for."""
     light = (solution.emission, solution.direct, solution.indirect)
-    if any(part.any() for part in light):
+    if any(part.any() for part in light) or not {"direct", "indirect"} & set(passes):
         return []
     return ["nothing that is baked receives light: the result is black; add a lamp or a sky"]

@@ -1,0 +1,194 @@
+"""Only what a scene requires is computed: switched off, the result is the same and costs more."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from radiosity_addon.settings import Settings
+from radiosity_addon.solver import context as context_module
+from radiosity_addon.solver import radiosity as radiosity_module
+from radiosity_addon.solver import sequence
+from radiosity_addon.solver.channels import channels_of
+from radiosity_addon.solver.context import build_context
+from radiosity_addon.solver.fields import Constant, CornerColors, Texture
+from radiosity_addon.solver.judge import Judge
+from radiosity_addon.solver.needs import Needs
+from radiosity_addon.solver.progress import silent
+from radiosity_addon.solver.scene import AreaLamp, Material, PointLamp, Sky, SunLamp
+from radiosity_addon.solver.solution import compose
+from radiosity_addon.solver.transport import Places, join_places
+from tests.solver.meshes import box_polygons, box_scene, grid, triangle_receivers
+from tests.solver.meshes import scene as make_scene
+
+ALL = Settings().passes
+BULB = PointLamp("Bulb", np.array([0.3, 0.4, 0.8]), np.ones(3), 0.1)
+SUN = SunLamp("Sun", np.array([0.0, 0.6, -0.8]), np.full(3, 2.0), 0.01)
+GREY_SKY = Sky(np.ones((1, 1, 3), np.float32))
+EVERYTHING = Needs(True, True, True)
+
+
+def room(reflectance=0.5, **changes):
+    """A unit room of one material with one lamp."""
+    scene = box_scene(reflectance=reflectance)
+    scene = replace(scene, material=np.zeros_like(scene.material), materials=scene.materials[:1])
+    return replace(scene, **{"lamps": (BULB,), **changes})
+
+
+def furnished(**changes):
+    """The room with a block on its floor."""
+    walls, _ = box_polygons()
+    block, _ = box_polygons((0.3, 0.2, 0.4), (0.5, 0.5, 0))
+    parts = [grid(wall, 1) for wall in walls] + [grid(side[::-1], 1) for side in block]
+    return replace(make_scene(parts, reflectance=0.5), **{"lamps": (BULB,), **changes})
+
+
+def floor(**changes):
+    """A unit square that faces up."""
+    corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]])
+    return replace(make_scene([grid(corners, 1)], reflectance=0.5), **{"lamps": (), **changes})
+
+
+def solve(scene, passes=ALL, divisions=8, error=0.03):
+    """The baked colours and the figures."""
+    settings = Settings(error=error, passes=passes, threads=1)
+    found = sequence.solve(scene, triangle_receivers(scene, divisions), settings)
+    return compose(found, passes), found.statistics
+
+
+def apart(one: np.ndarray, two: np.ndarray) -> float:
+    """Relative error of one from two, as the project measures it."""
+    level = np.maximum(two.mean(axis=1), two.mean())[:, None]
+    level = np.where(level > 0, level, 1)
+    return float(np.sqrt((((one - two) / level) ** 2).mean()))
+
+
+COLOURS = (
+    dict(lamps=(replace(BULB, intensity=np.array([1, 0.9, 1])),)),
+    dict(lamps=(replace(SUN, irradiance=np.array([1, 1, 2.0])),)),
+    dict(sky=Sky(np.full((4, 8, 3), (1, 1, 1.1), np.float32))),
+    dict(materials=(Material("Red", Constant(np.array([0.5, 0.4, 0.4]))),)),
+    dict(materials=(Material("Pane", transmittance=Constant(np.array([0.5, 0.5, 0.4]))),)),
+    dict(materials=(Material("Back", back=Material("", Constant(np.array([1, 1, 0.0])))),)),
+    dict(materials=(Material("Corners", CornerColors(np.tile([[0.5, 0.5, 0.4]], (12, 3, 1)))),)),
+)
+
+
+@pytest.mark.parametrize("changes", COLOURS)
+def test_one_colour_anywhere_takes_three_channels(changes):
+    assert channels_of(room()) == 1
+    assert channels_of(room(**changes)) == 3
+
+
+def test_a_single_coloured_texel_is_found():
+    pixels = np.full((128, 128, 3), 0.5, np.float32)
+    picture = Texture(pixels, np.zeros((12, 3, 2), np.float32))
+    assert channels_of(room(materials=(Material("Picture", picture),))) == 1
+    pixels[77, 31, 1] = 0.6
+    assert channels_of(room(materials=(Material("Picture", picture),))) == 3
+
+
+def test_colours_of_what_is_not_there_do_not_count():
+    unused = Material("Unused", Constant(np.array([1, 0, 0.0])))
+    assert channels_of(room(materials=(*room().materials, unused))) == 1
+
+
+def test_one_channel_gives_what_three_give_in_less_time(monkeypatch):
+    """The sums over neighbours are a third as wide; they are timed alone, as rays cost the same."""
+    weigh, seconds = Judge.weigh, [0.0]
+
+    def timed(self, halves):
+        began = time.process_time()
+        verdict = weigh(self, halves)
+        seconds[-1] += time.process_time() - began
+        return verdict
+
+    monkeypatch.setattr(Judge, "weigh", timed)
+    scene = furnished(sky=GREY_SKY)
+    one, _ = solve(scene, divisions=16)
+    seconds.append(0.0)
+    monkeypatch.setattr(context_module, "channels_of", lambda scene: 3)
+    three, _ = solve(scene, divisions=16)
+    assert np.allclose(one, three, rtol=1e-5)
+    assert seconds[0] < 0.9 * seconds[1]
+
+
+CLOSE_LAMP = AreaLamp(
+    "Panel", np.array([0.5, 0.5, 1.0]), np.array([0.2, 0, 0]), np.array([0, 0.2, 0]),
+    np.array([0, 0, -1.0]), np.ones(3),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("scene", "free"),
+    [
+        (room(), True),
+        (room(lamps=(CLOSE_LAMP,)), True),
+        (room(lamps=(BULB, SUN)), False),  # the sun is outside
+        (room(lamps=(replace(BULB, position=np.array([0.5, 0.5, 0.95])),)), False),  # sticks out
+        (furnished(), False),
+        (floor(lamps=(SUN, BULB)), True),
+        (floor(lamps=(SUN, replace(BULB, position=np.array([0.5, 0.5, -1])))), False),
+    ],
+)
+def test_scenes_in_which_nothing_stands_in_the_way(scene, free):
+    context = build_context(scene, 0, 1, silent)
+    assert (context.blockers[0].shadow is None) == free
+
+
+@pytest.mark.parametrize("lamp", [BULB, CLOSE_LAMP])
+def test_no_shadow_rays_in_an_empty_room(monkeypatch, lamp):
+    """All but the points that face away are lit, with shadow rays and without."""
+    monkeypatch.setattr(sequence, "energy_balance", lambda _: {})  # which follows light by rays
+    free, statistics = solve(room(lamps=(lamp,)), ("direct", "color"))
+    assert statistics.rays == 0
+    monkeypatch.setattr(context_module, "is_unobstructed", lambda *_: False)
+    traced, with_all = solve(room(lamps=(lamp,)), ("direct", "color"))
+    assert with_all.rays > 1000
+    assert np.allclose(free, traced, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("scene", "passes", "needs"),
+    [
+        (furnished(sky=GREY_SKY), ("direct",), (True, True, False)),
+        (furnished(), ("direct",), (True, False, False)),
+        (furnished(sky=GREY_SKY), ("indirect",), (False, False, True)),
+        (furnished(sky=GREY_SKY), ("emit", "color"), (False, False, False)),
+        (room(reflectance=0.0), ALL, (True, False, False)),
+        (box_scene(exitance=1.0, reflectance=0.0), ALL, (True, True, False)),
+    ],
+)
+def test_light_that_is_not_asked_for_or_cannot_be_costs_nothing(monkeypatch, scene, passes, needs):
+    """The same colours, within the errors asked for, as with everything; fewer rays."""
+    context = build_context(scene, 0, 1, silent)
+    assert sequence.needs_of(context, passes) == Needs(*needs)
+    less, statistics = solve(scene, passes)
+    monkeypatch.setattr(sequence, "needs_of", lambda *_: EVERYTHING)
+    more, with_all = solve(scene, passes)
+    assert apart(less, more) < 0.03 * np.sqrt(2)
+    assert statistics.rays < with_all.rays
+    assert needs[2] or statistics.elements == 0
+
+
+def test_sides_that_no_light_leaves_get_no_unknowns(monkeypatch):
+    """The outside of a closed room: half of all sides. With a row for each of them the light is
+    the same and costs more rays."""
+    scene = furnished()
+    less, statistics = solve(scene, ("indirect",))
+    seeds = radiosity_module._seeds
+
+    def everywhere(context, elements, *rest):
+        cells = np.flatnonzero(elements.element >= 0)
+        middle = elements.corners[cells].astype(float).mean(axis=1)
+        every = [Places(2 * cells + back, elements.triangle[cells], *middle.T) for back in (0, 1)]
+        return join_places([seeds(context, elements, *rest), *every])
+
+    monkeypatch.setattr(radiosity_module, "_seeds", everywhere)
+    more, with_all = solve(scene, ("indirect",))
+    assert apart(less, more) < 0.03 * np.sqrt(2)
+    assert statistics.elements < with_all.elements - 500
+    assert statistics.rays < with_all.rays
