@@ -59,16 +59,22 @@ class Learning:
         column = (((xi[:, 1:] + turn) % 1) * COLUMNS).astype(np.int32) % COLUMNS
         return (self.cluster[owners] * CELLS + row * COLUMNS) + column
 
-    def sums(self, cells: np.ndarray, light: np.ndarray) -> tuple:
-        """What rays in ``cells`` that brought ``light`` add to the three sums."""
-        cells, length = cells.ravel(), len(self.number)
+    def sums(self, cells: np.ndarray, light: np.ndarray) -> tuple[np.ndarray, list]:
+        """Clusters (k,) of rays in ``cells`` (rays, R) that brought ``light`` (rays · R,), and what
+        these add to the three sums (k, CELLS): no more is kept of a chunk of receivers."""
+        clusters, column = np.unique(cells[0] // CELLS, return_inverse=True)
+        shift = (column - clusters[column]) * CELLS
+        cells = (cells + shift.astype(cells.dtype)).ravel()
         weights = (None, light, light * light)
-        return tuple(np.bincount(cells, weight, length) for weight in weights)
+        size = len(clusters) * CELLS
+        found = [np.bincount(cells, weight, size).reshape(-1, CELLS) for weight in weights]
+        return clusters, found
 
-    def add(self, sums: tuple) -> None:
+    def add(self, sums: tuple[np.ndarray, list]) -> None:
         """Add what ``sums`` gave."""
-        for mine, more in zip((self.number, self.light, self.square), sums):
-            mine += more
+        clusters, found = sums
+        for mine, more in zip((self.number, self.light, self.square), found):
+            mine.reshape(-1, CELLS)[clusters] += more
 
 
 def start_learning(cluster: np.ndarray) -> Learning:

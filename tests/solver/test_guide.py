@@ -17,7 +17,7 @@ def learnt_from(light):
     learning = start_learning(np.zeros(1, int))
     x, y = np.random.default_rng(0).random((2, 200_000))
     row, column = (x * ROWS).astype(int), (y * COLUMNS).astype(int)
-    learning.add(learning.sums(row * COLUMNS + column, light(x, y)))
+    learning.add(learning.sums((row * COLUMNS + column)[:, None], light(x, y)))
     return make_guide(learning)
 
 
@@ -35,6 +35,24 @@ def aimed(guide, count=4096):
 def test_slots_add_up_and_leave_none_out():
     slots = guides._slots(np.random.default_rng(2).random((5, CELLS)) ** 8)
     assert (slots.sum(axis=1) == SLOTS).all() and slots.min() >= 1
+
+
+def test_a_chunk_of_receivers_keeps_sums_of_its_own_clusters_only():
+    """Four receivers of two clusters out of a thousand: of a chunk 2 · 128 sums are kept, and what
+    is added is what one count over all cells gives."""
+    random = np.random.default_rng(3)
+    cluster = np.array([700, 20, 700, 20])
+    learning = start_learning(np.arange(1000))
+    cells = cluster * CELLS + random.integers(0, CELLS, (64, 4))
+    light = random.random(cells.size)
+    clusters, sums = learning.sums(cells, light)
+    assert clusters.tolist() == [20, 700] and all(each.shape == (2, CELLS) for each in sums)
+    learning.add((clusters, sums))
+    learning.add((clusters, sums))
+    for found, weight in zip((learning.number, learning.light, learning.square),
+                             (None, light, light**2)):  # fmt: skip
+        expected = 2 * np.bincount(cells.ravel(), weight, 1000 * CELLS)
+        np.testing.assert_allclose(found, expected, rtol=1e-12)
 
 
 def test_rays_go_where_light_comes_from_and_lie_in_their_cells():
