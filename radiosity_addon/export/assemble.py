@@ -80,11 +80,7 @@ def material_indices(geometry: Geometry, palette: Palette) -> np.ndarray:
     result = np.zeros(len(geometry.triangles), np.int32)
     for index, placed in enumerate(geometry.placed):
         part = placed.part
-        simple = [palette.index.get(key) for key in part.materials]
-        table = [
-            palette.per_part.get((index, key), 0) if number is None else number
-            for key, number in zip(part.materials, simple)
-        ]
+        table = [palette.number(index, key) or 0 for key in part.materials]
         result[placed.start : placed.stop] = np.array(table)[slot_keys(part)[placed.kept]]
     return result
 

@@ -1,7 +1,7 @@
-"""Lights: every light object that the render sees, whom it lights, and what shades it. Depends on bpy and NumPy.
+"""Lights: every light object that the render sees, whom it lights, and what shades it.
 
-A light hidden from diffuse rays lights nothing that is baked, as in Cycles; a portal gives no
-light of its own.
+Depends on bpy and NumPy. A light hidden from diffuse rays lights nothing that is baked, as in
+Cycles; a portal gives no light of its own.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from ..solver.scene import AreaLamp, Lamp, PointLamp, SunLamp
 from .colors import NotSimple, multiply
 from .images import working_space_is_rec709
 from .lamps import read_lamp
+from .remarks import tree_remarks
 from .sockets import Reader, source, uses_nodes
 
 STRENGTH = {PointLamp: "intensity", SunLamp: "irradiance", AreaLamp: "radiance"}
@@ -64,6 +65,7 @@ def node_color(name: str, data, reader: Reader, warnings: list[str]) -> np.ndarr
     """(3,) colour × strength of the light's Emission node; 1 without a node tree."""
     if not uses_nodes(data):
         return np.ones(3)
+    warnings += tree_remarks(f'lamp "{name}"', data.node_tree)
     output = data.node_tree.get_output_node("CYCLES")
     origin = source(output.inputs["Surface"]) if output is not None else None
     if origin is None:
@@ -145,6 +147,23 @@ def _linked_parts(light: Light, which: str, parts) -> np.ndarray | None:
     include, exclude = _linked(collection)
     chosen = [bool(include & p.owners) if include else not exclude & p.owners for p in parts]
     return np.flatnonzero(chosen).astype(np.int32)
+
+
+def glow_remarks(parts, palette) -> list[str]:
+    """One sentence on each object that emits and whose light Cycles would link to some objects."""
+    import bpy
+
+    names = dict.fromkeys(
+        part.name for index, part in enumerate(parts) if palette.glows(index, part)
+    )
+    things = [bpy.data.objects.get(name) for name in names]
+    links = [getattr(thing, "light_linking", None) for thing in things]
+    return [
+        f'object "{thing.name}" emits, and its light is linked to some objects; in the bake it '
+        "lights all, and all shade it. A lamp in its place can be linked"
+        for thing, link in zip(things, links)
+        if link is not None and (link.receiver_collection or link.blocker_collection)
+    ]
 
 
 def _linked(collection) -> tuple[set[str], set[str]]:

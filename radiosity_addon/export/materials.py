@@ -43,6 +43,16 @@ class Palette:
             )
         return len(self.surfaces) - 1
 
+    def number(self, part_index: int, key) -> int | None:
+        """Which surface a part has for a material key; None before it is evaluated."""
+        simple = self.index.get(key)
+        return self.per_part.get((part_index, key)) if simple is None else simple
+
+    def glows(self, part_index: int, part) -> bool:
+        """Whether any of the part's surfaces may emit."""
+        numbers = [self.number(part_index, key) for key in part.materials]
+        return any(n is not None and not self.surfaces[n][1].emission.is_black for n in numbers)
+
 
 def read_materials(parts) -> Palette:
     """Read every material that a triangle of the parts uses."""

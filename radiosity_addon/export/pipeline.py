@@ -18,7 +18,8 @@ from .evaluated import ATLAS, evaluate_steps
 from .evaluate import with_render_depsgraph
 from .exported import Exported, ExportedObject
 from .images import working_space_is_rec709
-from .lights import Light, lit_objects, read_lights, shading_objects, with_node_colors
+from .lights import (Light, glow_remarks, lit_objects, read_lights, shading_objects,
+                     with_node_colors)  # fmt: skip
 from .materials import read_materials, scene_materials
 from .meshes import bulk
 from .parts import Part, read_parts
@@ -74,6 +75,7 @@ def steps(scene, view_layer, settings, progress):
         sky, suns = read_world(_find_scene(name), Reader(working_space_is_rec709()), warnings)
         lights += [Light(sun) for sun in suns]
         linked = lit_objects(lights, read.parts), shading_objects(lights, read.parts)
+        warnings += glow_remarks(read.parts, palette)
     yield 0.8
     objects, skipped = [], list(read.skipped)
     for receiver, placed in zip(read.receivers, geometry.placed):

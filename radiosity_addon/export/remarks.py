@@ -1,6 +1,6 @@
-"""Remarks: what is odd about the user's materials, each in one sentence that names them.
+"""Remarks: what is odd about materials, lamps and worlds, a sentence each that names them.
 
-Depends on bpy materials given to it. The bake goes on with what Cycles would show.
+Depends on bpy data-blocks given to it. The bake goes on with what Cycles would show.
 """
 
 from __future__ import annotations
@@ -15,23 +15,39 @@ IMAGE_NODES = ("ShaderNodeTexImage", "ShaderNodeTexEnvironment")
 
 
 def material_remarks(material) -> list[str]:
-    """Missing images, links that Blender ignores, and outputs that nothing feeds."""
+    """What of its tree is missing, ignored, black, or not modelled."""
     if not uses_nodes(material):
         return []
-    name, tree = material.name, material.node_tree
+    tree = material.node_tree
+    remarks = tree_remarks(f'material "{material.name}"', tree)
+    if any(node.bl_idname == TRANSLUCENT and _is_linked(node) for node in nodes_of(tree)):
+        remarks.append(
+            f'material "{material.name}" is translucent; in the bake no light passes through it'
+        )
+    return remarks
+
+
+def world_remarks(world) -> list[str]:
+    """What of its tree is missing, ignored or black; or that it has none."""
+    if not uses_nodes(world):
+        return [f'world "{world.name}" has no nodes; its plain colour is used']
+    return tree_remarks(f'world "{world.name}"', world.node_tree)
+
+
+def tree_remarks(owner: str, tree) -> list[str]:
+    """Missing images, links that Blender ignores, and an output that nothing feeds."""
     remarks = [
-        f'{what} of material "{name}" is missing; Cycles\' pink is used. Find or pack it'
+        f"{what} of {owner} is missing; Cycles' pink is used. Find or pack it"
         for what in missing_images(tree)
     ]
     if any(not link.is_valid for node_tree in _trees(tree) for link in node_tree.links):
         remarks.append(
-            f'material "{name}": links that form a cycle or fit no socket are ignored, as in Cycles'
+            f"{owner}: links that form a cycle or fit no socket are ignored, as in Cycles"
         )
-    if any(node.bl_idname == TRANSLUCENT and _is_linked(node) for node in nodes_of(tree)):
-        remarks.append(f'material "{name}" is translucent; in the bake no light passes through it')
     output = tree.get_output_node("CYCLES")
-    if output is None or not any(source(output.inputs[way]) for way in ("Surface", "Volume")):
-        remarks.append(f'material "{name}" has no shader linked to its output; it is black')
+    ways = [] if output is None else [output.inputs.get(way) for way in ("Surface", "Volume")]
+    if not any(socket and source(socket) for socket in ways):
+        remarks.append(f"{owner} has no shader linked to its output; it is black")
     return remarks
 
 

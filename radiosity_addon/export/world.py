@@ -12,7 +12,7 @@ import numpy as np
 from ..solver.scene import Sky, SunLamp
 from .colors import NotSimple
 from .panorama import close_up, panorama, world_scene
-from .remarks import missing_images, nodes_of
+from .remarks import nodes_of, world_remarks
 from .sockets import Reader, source, uses_nodes
 
 SMOOTH_WIDTH, SMOOTH_SAMPLES = 512, 4  # of skies made by formulas
@@ -26,10 +26,11 @@ def read_world(scene, reader: Reader, warnings: list[str]) -> tuple[Sky | None, 
     world = scene.world
     if world is None or not _lights_diffuse(world):
         return None, []
+    warnings += world_remarks(world)
     try:
         color = constant_radiance(world, reader)
     except NotSimple:
-        return _rendered(scene, warnings)
+        return _rendered(scene)
     if not np.all(np.isfinite(color)) or np.any(color < 0.0):
         warnings.append(f'world "{world.name}" has a negative or unfinite colour; taken as 0')
         color = np.where(np.isfinite(color), np.maximum(color, 0.0), 0.0)
@@ -63,7 +64,7 @@ def constant_radiance(world, reader: Reader) -> np.ndarray:
     return color.factor * strength.factor
 
 
-def _rendered(scene, warnings: list[str]) -> tuple[Sky | None, list[SunLamp]]:
+def _rendered(scene) -> tuple[Sky | None, list[SunLamp]]:
     """The panorama without sun discs, and a sun lamp for each disc."""
     stage, world = world_scene(scene.world, scene)
     suns = [node for node in nodes_of(world.node_tree) if _has_disc(node)]
@@ -71,8 +72,6 @@ def _rendered(scene, warnings: list[str]) -> tuple[Sky | None, list[SunLamp]]:
         node.sun_disc = False
         for link in list(node.inputs["Vector"].links):  # which a sky with a disc ignores
             node.id_data.links.remove(link)
-    for what in missing_images(world.node_tree):
-        warnings.append(f'{what} of world "{scene.world.name}" is missing; Cycles\' pink is used')
     pixels = panorama(stage, *_resolution(world.node_tree))
     pixels = np.nan_to_num(np.maximum(pixels, 0.0), nan=0.0, posinf=0.0)
     if pixels.max() == pixels.min() or np.ptp(pixels, axis=(0, 1)).max() < 1e-5 * pixels.max():

@@ -6,17 +6,20 @@ and its rays to lamps that small carry next to no noise.
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
-from tests.export.stage import add_object, add_plane, cycles_bake, diffuse
+from tests.export.stage import add_material, add_object, add_plane, cycles_bake, diffuse, surface
 
+from radiosity_addon.export.lamps import read_lamp
 from radiosity_addon.solver.scene import AreaLamp, PointLamp, SunLamp
 
 HEIGHT = 2.0
 
 
 def irradiance(lamp):
-    """(3,) [W/m²] at the origin on a surface facing up, from the textbook formula of each lamp."""
+    """(3,) [W/m²] at the origin on a surface facing up, from each lamp's textbook formula."""
     if isinstance(lamp, SunLamp):
         return lamp.irradiance * -lamp.direction[2]
     if isinstance(lamp, PointLamp):
@@ -139,7 +142,8 @@ def test_dark_lamps_are_left_out_and_named(blender, export, attributes):
 
 BAD = {
     "negative": ("POINT", {"energy": -5.0}, 0, "negative"),
-    "no size": ("AREA", {"energy": 1.0, "scale": (0, 1, 1)}, 1, "no size"),
+    "no size": ("AREA", {"energy": 1.0, "size": 0.0}, 1, "no size"),
+    "scaled to nothing": ("AREA", {"energy": 1.0, "scale": (0, 1, 1)}, 1, "no size"),
 }
 
 
@@ -161,6 +165,16 @@ def test_spot_without_cone(blender, export):
     lamp = add_lamp(blender, "SPOT", energy=1.0)
     lamp.data.spot_size = 0.0  # Blender keeps it at its own minimum of 1°
     assert export().scene.lamps[0].cone >= np.radians(1.0) - 1e-6
+
+
+def test_cone_that_blender_would_not_keep():
+    """A file made by other means may hold any cone."""
+    light = SimpleNamespace(type="SPOT", color=(1, 1, 1), energy=1.0, shadow_soft_size=0.0,
+                            spot_size=0.0, spot_blend=0.0)  # fmt: skip
+    warnings = []
+    lamp = read_lamp(SimpleNamespace(name="Beam", data=light), np.eye(4), warnings)
+    assert lamp.cone == pytest.approx(np.radians(1.0))
+    assert warnings == ['spot "Beam" has a cone of 0°; 1° is used']
 
 
 def test_node_tree_sets_colour_and_strength(blender, export):
@@ -212,3 +226,26 @@ def test_nothing_shades_a_lamp_without_shadow(blender, export):
     add_lamp(blender, "POINT", energy=10.0)
     scene = export().scene
     assert len(scene.lamp_blockers[0]) == 0 and scene.lamp_blockers[1] is None
+
+
+def test_lamp_whose_tree_has_no_shader_is_named(blender, export):
+    add_plane(blender)
+    lamp = add_lamp(blender, "POINT", energy=10.0)
+    if not lamp.data.node_tree:
+        lamp.data.use_nodes = True
+    lamp.data.node_tree.links.clear()
+    exported = export()
+    assert exported.scene.lamps == ()
+    assert any('lamp "Lamp" has no shader linked' in w for w in exported.warnings)
+
+
+@pytest.mark.parametrize("which", ["receiver_collection", "blocker_collection"])
+def test_linked_light_of_an_emitting_object_is_named(blender, export, which):
+    """A dark object's links mean nothing."""
+    material, nodes, _ = add_material(blender, "Glow")
+    surface(material, nodes.new("ShaderNodeEmission"))
+    for name, own in (("Screen", material), ("Dark", diffuse(blender))):
+        setattr(add_plane(blender, name, material=own).light_linking, which,
+                blender.data.collections.new("Some"))  # fmt: skip
+    said = [w for w in export().warnings if "linked" in w]
+    assert len(said) == 1 and 'object "Screen" emits' in said[0]

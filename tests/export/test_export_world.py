@@ -77,14 +77,32 @@ def test_world_without_nodes(blender, export):
     world.use_nodes, world.color = False, (0.1, 0.2, 0.3)
     blender.context.scene.world = world
     add_plane(blender)
-    np.testing.assert_allclose(export().scene.sky.pixels[0, 0], (0.1, 0.2, 0.3), rtol=1e-6)
+    exported = export()
+    np.testing.assert_allclose(exported.scene.sky.pixels[0, 0], (0.1, 0.2, 0.3), rtol=1e-6)
+    assert any('world "Plain" has no nodes' in w for w in exported.warnings)
 
 
-def test_world_with_an_empty_tree_is_black(blender, export):
+@pytest.mark.parametrize("part", ["nodes", "links"])
+def test_world_with_an_empty_tree_is_black_and_named(blender, export, part):
     world, _ = set_world(blender)
-    world.node_tree.nodes.clear()
+    getattr(world.node_tree, part).clear()
     add_plane(blender)
-    assert export().scene.sky is None
+    exported = export()
+    assert exported.scene.sky is None
+    assert any('world "World" has no shader linked' in w for w in exported.warnings)
+
+
+def test_cyclic_world_is_named_and_lights_as_in_cycles(blender, export):
+    """Two Mix nodes feed each other, of which Blender marks one link invalid. Cycles shows black."""
+    plane, normal = tilted_plane(blender)
+    world, first = set_world(blender, "ShaderNodeMixRGB")
+    second, link = world.node_tree.nodes.new("ShaderNodeMixRGB"), world.node_tree.links.new
+    link(first.outputs[0], second.inputs[1])
+    link(second.outputs[0], first.inputs[2])
+    exported = export()
+    assert any('world "World": links that form a cycle' in w for w in exported.warnings)
+    theirs = cycles_bake(blender, plane, samples=4)[0, 0] * np.pi
+    np.testing.assert_allclose(irradiance(exported.scene, normal), theirs, atol=1e-3)
 
 
 def test_world_hidden_from_diffuse_rays(blender, export):
