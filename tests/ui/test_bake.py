@@ -330,6 +330,7 @@ def test_blender_that_quits_takes_the_solver_and_all_files_along(room, tmp_path)
         bake = session.current()
         while bake.stage.name != "SOLVE":
             bake.step(bpy.context)
+        assert "scipy" not in sys.modules  # which the solver's process imports
         time.sleep(1)
         print(bake._process._process.pid, bpy.app.tempdir)
     """

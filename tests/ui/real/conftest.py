@@ -45,18 +45,24 @@ def zip_file(tmp_path_factory) -> Path:
     return next(folder.glob("*linux_x64.zip"))
 
 
+def install(zip_file: Path, folder: Path) -> dict:
+    """The environment of a Blender that knows nothing but the extension, installed and enabled."""
+    environment = {"BLENDER_USER_RESOURCES": str(folder)}
+    words = ["--command", "extension", "install-file", "--repo", "user_default", "--enable"]
+    assert "Installed" in window.run_blender(environment, *words, zip_file)
+    return environment
+
+
 @pytest.fixture(scope="session")
 def profile(zip_file, tmp_path_factory) -> dict:
-    """The environment of a Blender that knows nothing but the extension, installed and enabled."""
-    folder = tmp_path_factory.mktemp("profile")
-    environment = {"BLENDER_USER_RESOURCES": str(folder)}
-    line = [*window.blender_command(), "--command", "extension", "install-file"]
-    line += ["--repo", "user_default", "--enable", str(zip_file)]
-    done = subprocess.run(
-        line, env={**window.os.environ, **environment}, capture_output=True, text=True
-    )
-    assert done.returncode == 0 and "Installed" in done.stdout, done.stdout + done.stderr
-    return environment
+    """The profile of the tests that share a Blender."""
+    return install(zip_file, tmp_path_factory.mktemp("profile"))
+
+
+@pytest.fixture
+def new_profile(zip_file, tmp_path) -> dict:
+    """The profile of a Blender in which the extension has never run."""
+    return install(zip_file, tmp_path / "new")
 
 
 @pytest.fixture(scope="module")

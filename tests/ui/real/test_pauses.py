@@ -2,12 +2,15 @@
 
 ``RADIOSITY_SCENES`` names a folder with ``room.blend`` (33,000 faces in 17 objects), which is used
 instead of the spheres made here. What was measured is printed as lines ``PAUSES ...``.
+
+Between two answers Blender may draw the viewport, which takes long where a processor draws the
+screen and is none of ours. So the same window is watched without a bake first, while an object is
+selected and an undo step is made; a bake may add a tenth of a second to that.
 """
 
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -15,14 +18,10 @@ from pathlib import Path
 import pytest
 
 MOST_PAUSE = 0.1  # seconds between two answers of the window
+REST = 3  # seconds in which Blender draws a changed scene eight times, for smooth edges
 IMPORTS = """
 import sys
 session = next(m for n, m in sys.modules.items() if n.endswith(".ui.session"))
-"""
-IMPORT_ALL = """
-import importlib
-for name in session.IMPORTS:
-    importlib.import_module(f"{session.PACKAGE}.{name}")
 """
 # Seventeen spheres of 2,048 faces under a sun, where there is no other scene.
 SPHERES = """
@@ -38,18 +37,39 @@ bpy.context.scene.collection.objects.link(lamp)
 properties = bpy.context.scene.radiosity
 properties.quality, properties.resolution = "DRAFT", 256
 properties.use_time_limit, properties.time_limit = True, 5
+window = bpy.context.window_manager.windows[0]
+area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
+area.spaces.active.show_region_ui = True
 """
-# Every step of the bake from now on, timed by the processor and by the wall.
+# Every step of the bake from now on: when it began, its stage, its time by the wall, and that of
+# Blender's thread.
 WATCH = IMPORTS + """
 import time
 step, steps = session.BakeSession.step, []
 def timed(self, context):
-    stage, wall, own = self.stage.name, time.perf_counter(), time.thread_time()
+    stage, start, own = self.stage.name, time.perf_counter(), time.thread_time()
     try:
         step(self, context)
     finally:
-        steps.append((stage, time.perf_counter() - wall, time.thread_time() - own))
+        steps.append((start, stage, time.perf_counter() - start, time.thread_time() - own))
 session.BakeSession.step, session.steps = timed, steps
+"""
+OPEN_TAB = """
+window = bpy.context.window_manager.windows[0]
+area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
+next(r for r in area.regions if r.type == "UI").active_panel_category = "Radiosity"
+"""
+SELECT = """
+item = next(item for item in bpy.data.objects if item.type == "MESH")
+item.select_set(not item.select_get())
+pauses.clear()
+"""
+PUSH = """
+import time
+started = time.thread_time()
+with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+    bpy.ops.ed.undo_push(message="Before")
+answer = time.thread_time() - started
 """
 START = """
 window = bpy.context.window_manager.windows[0]
@@ -63,16 +83,7 @@ with bpy.context.temp_override(window=window, area=area):
 
 
 @pytest.fixture(scope="module")
-def compiled(profile):
-    """An earlier session has compiled what a bake imports, as in all sessions but the first."""
-    window = sys.modules["window"]  # loaded by conftest.py
-    code = IMPORTS + IMPORT_ALL
-    line = [*window.blender_command(), "--background", "--python-expr", code]
-    subprocess.run(line, env={**os.environ, **profile}, check=True, capture_output=True)
-
-
-@pytest.fixture(scope="module")
-def scene(compiled, blender_window):
+def scene(blender_window):
     folder = os.environ.get("RADIOSITY_SCENES")
     if folder:
         path = str(Path(folder) / "room.blend")
@@ -81,23 +92,69 @@ def scene(compiled, blender_window):
         blender_window.ask(SPHERES)
     time.sleep(1)
     blender_window.ask(SUN + WATCH)
+    time.sleep(1)
+    blender_window.ask(OPEN_TAB)
     return blender_window
 
 
+@pytest.fixture(scope="module")
+def alone(scene) -> tuple[float, float]:
+    """The longest pause without a bake, and the most that Blender's thread works in one."""
+    pauses = []
+    for _ in range(3):
+        time.sleep(REST)
+        scene.ask(SELECT)
+        time.sleep(REST)
+        pauses += scene.ask("answer = pauses")
+    push = scene.ask(PUSH)
+    found = max(wall for _, wall, _ in pauses), max(own for _, _, own in pauses)
+    print(f"PAUSES without a bake: {told(*found)}; an undo step {told(push)}")
+    return found
+
+
+def told(*seconds: float) -> str:
+    """``300 ms by the wall, 26 ms of work``, or the work alone."""
+    names = (" by the wall", " of work") if len(seconds) == 2 else (" of work",)
+    return ", ".join(f"{1000 * each:.0f} ms{name}" for each, name in zip(seconds, names))
+
+
 @pytest.mark.parametrize("target", ["VERTEX", "IMAGE"])
-def test_longest_step_of_a_bake(scene, target):
-    """Judged by the processor's time of Blender's thread: what else this machine does is left out.
-    The wall's is printed beside it, and the pauses a user feels, redraws of the window included."""
+def test_a_bake_adds_a_tenth_of_a_second_to_no_answer(scene, alone, target):
+    """The first bake after the installation is among these: Python compiles the extension then.
+
+    Judged by the time of Blender's thread: neither the threads that draw this screen nor what else
+    the machine does is in it. While the light is solved the wall decides; there the slowest
+    twentieth is left to the rest of the machine.
+    """
     scene.ask(IMPORTS + START.format(target=target))
     scene.until(
         lambda: scene.ask(IMPORTS + "answer = session.current() is None"), "no end", patience=600
     )
-    steps = scene.ask(IMPORTS + "answer = session.steps")
-    pauses = sorted(scene.ask("answer = [pause for _, pause in pauses]"))
-    for stage in dict.fromkeys(name for name, _, _ in steps):
-        wall, own = ([1000 * s[i] for s in steps if s[0] == stage] for i in (1, 2))
-        worst = [round(value) for value in sorted(own)[-4:]]
-        print(f"PAUSES {target} {stage}: {worst} ms, {max(wall):.0f} ms by the wall")
-    print(f"PAUSES {target} window: {[round(1000 * pause) for pause in pauses[-3:]]} ms")
-    assert steps[-1][0] == "WRITE" and "Traceback" not in scene.log
-    assert max(own for _, _, own in steps) < MOST_PAUSE
+    time.sleep(REST)  # the result is shown, the undo step made
+    steps, pauses = scene.ask(IMPORTS + "answer = session.steps, pauses")
+    stages = by_stage(steps, pauses)
+    for name, found in stages.items():
+        step = max((own for _, stage, _, own in steps if stage == name), default=0.0)
+        print(f"PAUSES {target} {name}: {told(max(found)[0], worst(found))}; a step {told(step)}")
+    assert steps[-1][1] == "WRITE" and "Traceback" not in scene.log
+    assert max(own for _, _, _, own in steps) < MOST_PAUSE
+    assert max(map(worst, stages.values())) < alone[1] + MOST_PAUSE
+    solving = sorted(wall for wall, _ in stages["SOLVE"])
+    assert solving[int(0.95 * len(solving))] < MOST_PAUSE, solving[-10:]
+
+
+def worst(pauses) -> float:
+    """The most that Blender's thread worked in one of them."""
+    return max(own for _, own in pauses)
+
+
+def by_stage(steps, pauses) -> dict[str, list[tuple[float, float]]]:
+    """Pauses (wall, own) by the stage of the last step that began before they ended; those after
+    the last step, in which the result is shown, are "SHOWN"."""
+    found: dict[str, list] = {}
+    end = steps[-1][0] + steps[-1][2]
+    for when, wall, own in pauses:
+        began = [stage for start, stage, _, _ in steps if start < when]
+        stage = "SHOWN" if when > end and when - wall > end else began[-1] if began else "START"
+        found.setdefault(stage, []).append((wall, own))
+    return found

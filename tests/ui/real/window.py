@@ -25,6 +25,14 @@ def blender_command() -> list[str]:
     return shlex.split(os.environ["RADIOSITY_BLENDER"])
 
 
+def run_blender(environment: dict, *words) -> str:
+    """What a Blender in the background prints, in this environment."""
+    line = [*blender_command(), *map(str, words)]
+    done = subprocess.run(line, env={**os.environ, **environment}, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
 def beside() -> list[str]:
     """The words before a command that is to run where Blender lives."""
     return shlex.split(os.environ.get("RADIOSITY_BESIDE", ""))
