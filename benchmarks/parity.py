@@ -187,7 +187,7 @@ KNOWN = """
 * **Smooth shading**: Cycles lights a face as if it were turned to its smooth normal; we light it as it
   lies. Flat faces and faces between sharp edges agree.
 * **Two sides**: where a node tree asks which side is seen (the Backfacing output), each side has its own
-  reflectance and transmittance; what the front emits is emitted on both, with a warning.
+  reflectance, transmittance and emission.
 * **Lighting without colour on black surfaces**: Cycles bakes black there, we the light. The case
   of direct light is compared with Cycles' bake of a surface that reflects 0.0001, that of indirect
   light with a small sheet that reflects 0.2 where ours reflects nothing.

@@ -200,6 +200,18 @@ def backfacing():
     return pane(material)
 
 
+def glowing_fronts():
+    """A panel upright before the back wall, which its front lights blue and its back does not."""
+    material, tree = new_material("Screen")
+    side = add_node(tree, "NewGeometry").outputs["Backfacing"]
+    color = add_node(tree, "MixRGB", Fac=side, Color1=(0.3, 0.6, 1, 1), Color2=(0, 0, 0, 1))
+    surface(tree, add_node(tree, "Emission", Color=color.outputs[0], Strength=10.0))
+    thing = stage(lit=True)
+    panel("Panel", [(-0.5, 1.2, 1.2), (0.7, 1.2, 1.2), (0.7, 1.2, 2.2), (-0.5, 1.2, 2.2)][::-1],
+          material)  # fmt: skip
+    return thing
+
+
 BLUE = (0.2, 0.4, 0.8, 1.0)
 CASES = (
     Case("diffuse", partial(stage, lit=True)),
@@ -235,6 +247,7 @@ CASES = (
     Case("backfacing", backfacing),
     Case("emission panel", glowing_panel),
     Case("emission panel from behind", partial(glowing_panel, flipped=True)),
+    Case("emission of fronts only", glowing_fronts),
     Case("emission texture of a panel", glowing_picture),
     Case("emission texture of the stage", partial(glowing_picture, True)),
     Case("emission node tree", glowing_nodes),

@@ -96,13 +96,6 @@ def mix(weight: Color, a: Color, b: Color) -> Color:
     return add(multiply(complement(weight), a), multiply(weight, b))
 
 
-def same(a: Color, b: Color) -> bool:
-    """Whether two colours look alike everywhere."""
-    names = ("mapping", "attribute", "channel", "encoded")
-    alike = all(getattr(a, name) == getattr(b, name) for name in names)
-    return alike and np.array_equal(a.factor, b.factor) and np.array_equal(a.pixels, b.pixels)
-
-
 def to_field(color: Color, uv_of, corners_of, limit: float) -> Field:
     """The solver's field; ``uv_of(name)`` and ``corners_of(name)`` give the arrays of the scene.
 

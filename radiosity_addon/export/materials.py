@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..solver.scene import Material
-from .colors import Color, NotSimple, constant, extremes, same, to_field, values
+from .colors import Color, NotSimple, constant, extremes, to_field, values
 from .images import working_space_is_rec709
 from .parts import material_key
 from .remarks import bare_remarks, material_remarks
@@ -37,10 +37,6 @@ class Palette:
         """Check and keep a surface, and that of its back where it is another one."""
         sides = [None if s is None else checked(s, name, self.warnings) for s in (front, back)]
         self.surfaces.append((name, *sides))
-        if back is not None and not same(front.emission, back.emission):
-            self.warnings.append(
-                f'material "{name}" emits otherwise on its back; the light of its front is used'
-            )
         return len(self.surfaces) - 1
 
     def number(self, part_index: int, key) -> int | None:
@@ -51,7 +47,8 @@ class Palette:
     def glows(self, part_index: int, part) -> bool:
         """Whether any of the part's surfaces may emit."""
         numbers = [self.number(part_index, key) for key in part.materials]
-        return any(n is not None and not self.surfaces[n][1].emission.is_black for n in numbers)
+        sides = [side for n in numbers if n is not None for side in self.surfaces[n][1:] if side]
+        return any(not side.emission.is_black for side in sides)
 
 
 def read_materials(parts) -> Palette:

@@ -32,13 +32,14 @@ class Cells:
     radiance: np.ndarray  # (n, 3) mean
     deviation: np.ndarray  # (n,) mean over channels
     share: np.ndarray  # (n,) of the triangle's area
+    side: np.ndarray  # (n,) int: 1 only the front emits so, -1 only the back, 0 both do
 
     def take(self, chosen: np.ndarray) -> Cells:
         """Some of them."""
         return Cells(*(getattr(self, name)[chosen] for name in _ARRAYS))
 
 
-_ARRAYS = ("triangle", "corners", "radiance", "deviation", "share")
+_ARRAYS = ("triangle", "corners", "radiance", "deviation", "share", "side")
 
 
 def join_cells(parts: list[Cells]) -> Cells:
@@ -49,7 +50,8 @@ def join_cells(parts: list[Cells]) -> Cells:
 def whole_triangles(triangle: np.ndarray, radiance: np.ndarray) -> Cells:
     """Each triangle (n,) one cell of constant radiance (n, 3)."""
     n = len(triangle)
-    return Cells(triangle, np.repeat(WHOLE, n, axis=0), radiance, np.zeros(n), np.ones(n))
+    return Cells(triangle, np.repeat(WHOLE, n, axis=0), radiance, np.zeros(n), np.ones(n),
+                 np.zeros(n, int))  # fmt: skip
 
 
 def cut(scene: Scene, triangle: np.ndarray, area: np.ndarray) -> tuple[Cells, np.ndarray]:
@@ -126,7 +128,7 @@ def _pyramid(field, triangle: np.ndarray, depth: int) -> list[Cells]:
         deviation[deviation < ROUNDING * first.mean(axis=1)] = 0
         levels.insert(0, Cells(
             np.repeat(triangle, 4**d), np.tile(corners[d], (len(triangle), 1, 1)), first, deviation,
-            np.full(len(first), 4.0**-d),
+            np.full(len(first), 4.0**-d), np.zeros(len(first), int),
         ))  # fmt: skip
         if d:
             first, second = first.reshape(-1, 4, 3).mean(axis=1), second.reshape(-1, 4).mean(axis=1)

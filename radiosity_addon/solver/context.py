@@ -77,9 +77,10 @@ class Context:
         where they are seen from the side that ``front`` (n,) bool tells."""
         return np.clip(self._evaluate("transmittance", triangle, uv, front), 0, 1)
 
-    def emission(self, triangle: np.ndarray, uv: np.ndarray) -> np.ndarray:
-        """(n, channels) float64 radiance in the context's unit."""
-        return np.maximum(self._evaluate("emission", triangle, uv), 0) / self.unit
+    def emission(self, triangle: np.ndarray, uv: np.ndarray, front=None) -> np.ndarray:
+        """(n, channels) float64 radiance in the context's unit, of the side that ``front`` (n,)
+        bool tells; None: of the fronts."""
+        return np.maximum(self._evaluate("emission", triangle, uv, front), 0) / self.unit
 
     def _evaluate(self, quantity: str, triangle, uv, front=None) -> np.ndarray:
         found = evaluate_material(self.scene, quantity, triangle, uv, front)
@@ -125,8 +126,10 @@ def _brightest(scene: Scene, sources: Sources, sky: Skylight | None) -> float:
     """A brightness to divide by: the largest colour of any source; 1 where nothing shines."""
     count = len(scene.triangles)
     middle = np.full((count, 2), 1 / 3)
-    emission = evaluate_material(scene, "emission", np.arange(count), middle)
     peaks = [sources.brightest()]
-    peaks += [float(emission.max())] if emission.size else []
+    for front in (True, False):
+        side = np.full(count, front)
+        emission = evaluate_material(scene, "emission", np.arange(count), middle, side)
+        peaks += [float(emission.max())] if emission.size else []
     peaks += [float(sky.pixels.max())] if sky is not None else []
     return max(peaks, default=0.0) or 1.0

@@ -2,7 +2,8 @@
 
 Depends on ``scene``, ``geometry``, ``cells``, ``coincident``, ``polygons``, ``evaluate``. Faces
 are where they are small beside the scene; large ones (a glowing wall, a furnace) are met by enough
-rays anyway. Emission that varies is cut into cells.
+rays anyway. Emission that varies is cut into cells. Where the back of a face emits otherwise than
+its front, the two sides are lights of their own.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from .cells import Cells, cut, join_cells, whole_triangles
 from .coincident import uncovered
 from .embree import Tracer
 from .evaluate import evaluate_material
-from .fields import Constant, is_black
+from .fields import Constant, is_black, same_field
 from .geometry import OFFSET, Geometry
 from .polygons import RECTANGLE, TRIANGLE, Polygons
 from .sampling import cosine_directions, sobol, tangent_frames
@@ -31,10 +32,10 @@ HIDDEN = 0.02  # of a light's importance remains where no probe came out
 
 def emissive_faces(scene: Scene, geometry: Geometry, tracer: Tracer) -> tuple[Polygons, np.ndarray]:
     """Lights of the emissive triangles to be sampled, and (n_triangles,) bool: which those are."""
-    glowing = np.flatnonzero(_glowing(scene, geometry))
-    cells, share = _cells(scene, geometry, glowing)
+    cells, share = _cells_of_sides(scene, geometry)
+    glowing = np.flatnonzero(share)
     explicit = np.zeros(len(scene.triangles), bool)
-    chosen = _small(scene, geometry, glowing, share) & _bright(geometry, cells)[glowing]
+    chosen = _small(scene, geometry, glowing, share[glowing]) & _bright(geometry, cells)[glowing]
     explicit[glowing[chosen]] = True
     cells = cells.take(np.flatnonzero(explicit[cells.triangle]))
     if len(cells.triangle) > MOST:
@@ -43,6 +44,34 @@ def emissive_faces(scene: Scene, geometry: Geometry, tracer: Tracer) -> tuple[Po
     explicit &= ~left
     cells = cells.take(np.flatnonzero(explicit[cells.triangle]))
     return _with_open_sides(tracer, as_polygons(geometry, cells), explicit), explicit
+
+
+def from_behind(scene: Scene) -> Scene:
+    """The same scene with what its materials show on their backs."""
+    return replace(scene, materials=tuple(m.back or m for m in scene.materials))
+
+
+def emits_apart(scene: Scene) -> np.ndarray:
+    """(n_triangles,) bool: the back emits otherwise than the front."""
+    apart = [m.back is not None and not same_field(m.emission, m.back.emission)
+             for m in scene.materials]  # fmt: skip
+    return np.array(apart, bool)[scene.material] if apart else np.zeros(0, bool)
+
+
+def _cells_of_sides(scene: Scene, geometry: Geometry) -> tuple[Cells, np.ndarray]:
+    """Cells of all that glows, and the share (n_triangles,) of each triangle that does, on that of
+    its sides where it is larger."""
+    share, parts = np.zeros(len(scene.triangles)), []
+    apart = emits_apart(scene)
+    fronts, backs = _glowing(scene, geometry), apart
+    if apart.any():
+        backs = apart & _glowing(from_behind(scene), geometry)
+    for side, seen, some in ((1, scene, fronts), (-1, from_behind(scene), backs)):
+        some = np.flatnonzero(some)
+        cells, found = _cells(seen, geometry, some)
+        share[some] = np.maximum(share[some], found)
+        parts.append(replace(cells, side=np.where(apart[cells.triangle], side, 0)))
+    return join_cells(parts), share
 
 
 def _glowing(scene: Scene, geometry: Geometry) -> np.ndarray:
@@ -87,7 +116,8 @@ def _bright(geometry: Geometry, cells: Cells) -> np.ndarray:
 
 
 def as_polygons(geometry: Geometry, cells: Cells) -> Polygons:
-    """Two-sided lights; two triangles that form a parallelogram become one rectangle."""
+    """Lights, of both sides or of one; two triangles that form a parallelogram become one
+    rectangle. A back's light is that of a face turned around."""
     t = cells.triangle
     corners = np.stack([geometry.at(t, cells.corners[:, k]) for k in range(3)], 1)
     first, turn = _pairs(cells, corners)
@@ -95,11 +125,15 @@ def as_polygons(geometry: Geometry, cells: Cells) -> Polygons:
     shape = np.full(len(t), TRIANGLE)
     shape[first] = RECTANGLE
     kept = np.setdiff1d(np.arange(len(t)), first + 1)
-    t, corners, n = t[kept], corners[kept], len(kept)
+    t, corners, side, n = t[kept], corners[kept], cells.side[kept], len(kept)
+    turned = side < 0
+    corners[turned] = corners[turned][:, [0, 2, 1]]
+    normal = np.where(turned[:, None], -geometry.normal[t], geometry.normal[t])
+    varied = (cells.deviation[kept] > 0) & ~turned  # a picture on a back is known by its cells
     return Polygons(
         cells.radiance[kept], shape[kept], corners[:, 0], corners[:, 1] - corners[:, 0],
-        corners[:, 2] - corners[:, 0], geometry.normal[t], np.ones(n, bool), np.full(n, np.pi),
-        np.ones(n), np.ones(n), np.where(cells.deviation[kept] > 0, t, -1), cells.corners[kept],
+        corners[:, 2] - corners[:, 0], normal, side == 0, np.full(n, np.pi), np.ones(n),
+        (side == 0) * 1.0, np.where(varied, t, -1), cells.corners[kept],
     )  # fmt: skip
 
 
@@ -107,7 +141,7 @@ def _pairs(cells: Cells, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Cells that form a parallelogram with the next one, and at which of their corners (n, 3, 3)
     lies the angle opposite the shared edge."""
     whole = (cells.share == 1) & (cells.deviation == 0)
-    follows = (np.diff(cells.triangle) == 1) & whole[1:] & whole[:-1]
+    follows = (np.diff(cells.triangle) == 1) & (np.diff(cells.side) == 0) & whole[1:] & whole[:-1]
     follows &= np.isclose(cells.radiance[1:], cells.radiance[:-1], rtol=1e-6, atol=0).all(axis=1)
     size = np.abs(corners - corners[:, :1]).max(axis=(1, 2))
     turns = np.full(len(follows), -1)
@@ -147,4 +181,4 @@ def _with_open_sides(tracer: Tracer, lights: Polygons, explicit: np.ndarray) -> 
                                 np.ascontiguousarray(direction, np.float32))  # fmt: skip
         out = (hits.triangle < 0) | ~explicit[hits.triangle]
         shares.append(np.maximum(np.sqrt(out.reshape(count, rays).mean(axis=1)), HIDDEN))
-    return replace(lights, front=shares[0], back=shares[1])
+    return replace(lights, front=shares[0], back=shares[1] * lights.two_sided)

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .cells import whole_triangles
+from .cells import join_cells, whole_triangles
 from .context import Context
-from .emitters import as_polygons
+from .emitters import as_polygons, emits_apart
 from .geometry import OFFSET
 from .points import points_on
 from .polygons import Polygons, spread_falloff
@@ -199,13 +199,18 @@ def _unsampled_faces(context: Context) -> Polygons:
     shows = ~context.explicit
     if scene.visible is not None:
         shows &= scene.visible[scene.object]
-    triangles = np.flatnonzero(shows)
     places = np.array([[1 / 6, 1 / 6], [4 / 6, 1 / 6], [1 / 6, 4 / 6], [1 / 3, 1 / 3]])
-    radiance = np.mean(
-        [context.emission(triangles, np.tile(place, (len(triangles), 1))) for place in places], 0
-    )
-    glowing = radiance.any(axis=1)
-    return as_polygons(geometry, whole_triangles(triangles[glowing], radiance[glowing]))
+    apart, parts = emits_apart(scene), []
+    for side, triangles in ((1, np.flatnonzero(shows)), (-1, np.flatnonzero(shows & apart))):
+        front = np.full(len(triangles), side > 0)
+        radiance = np.mean([
+            context.emission(triangles, np.tile(place, (len(triangles), 1)), front)
+            for place in places
+        ], 0)  # fmt: skip
+        glowing = radiance.any(axis=1)
+        cells = whole_triangles(triangles[glowing], radiance[glowing])
+        parts.append(replace(cells, side=np.where(apart[cells.triangle], side, 0)))
+    return as_polygons(geometry, join_cells(parts))
 
 
 def _particles(origin, direction, weight) -> Particles:

@@ -54,6 +54,12 @@ def is_black(field: Field) -> bool:
     return isinstance(field, Constant) and not np.any(np.asarray(field.value) > 0)
 
 
+def same_field(a: Field, b: Field) -> bool:
+    """Whether two fields are known to be the same: equal constants, or one and the same."""
+    constant = isinstance(a, Constant) and isinstance(b, Constant)
+    return a is b or (constant and np.array_equal(a.value, b.value))
+
+
 def srgb_to_linear(values: np.ndarray) -> np.ndarray:
     """IEC 61966-2-1 decoding, in the values' own precision, float32 at least."""
     values = np.asarray(values)

@@ -34,7 +34,8 @@ def needs_of(context: Context, passes: tuple[str, ...]) -> Needs:
     scene = context.scene
     used = tuple(scene.materials[i] for i in np.unique(scene.material))
     met = np.unique(scene.material[~context.explicit])
-    glows = not all(is_black(scene.materials[i].emission) for i in met)
+    met = tuple(scene.materials[i] for i in met)
+    glows = not all(is_black(material.emission) for material in sides(met))
     reflects = not all(is_black(material.reflectance) for material in sides(used))
     return Needs(
         explicit="direct" in passes,

@@ -1,7 +1,8 @@
 """Radiosity: one independent solve of the surface, from rays to radiosities of element sides.
 
-Depends on ``context``, ``elements``, ``transport``, ``second_kind``. Elements are divided where
-the direct light on them varies and receivers look: solve for what matters, where it matters.
+Depends on ``context``, ``elements``, ``emitters``, ``transport``, ``second_kind``. Elements are
+divided where the direct light on them varies and receivers look: solve for what matters, where it
+matters.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 
 from .context import Context
 from .elements import Elements, build_elements, refine
+from .emitters import emits_apart
 from .gather import shoot, sides_hit
 from .geometry import OFFSET
 from .parallel import map_chunks, ranges
@@ -215,17 +217,21 @@ def _fill_unknown(context, elements: Elements, transport: Transport, solution) -
 
 
 def _gathered_emission(context: Context, elements: Elements) -> np.ndarray | None:
-    """(2 n_cells + 1, channels) float32 exitance that rays must find, the same on both sides of a cell
-    and over all of it (a texture's mean); None where there is none."""
+    """(2 n_cells + 1, channels) float32 exitance of cell sides that rays must find, the same over
+    all of a cell (a texture's mean); None where there is none."""
     cells = np.flatnonzero(~context.explicit[elements.triangle])
     corners = elements.corners[cells].astype(float)
     weights = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4], [2, 2, 2]]) / 6
-    emission = np.zeros((len(elements.triangle), context.channels))
+    emission = np.zeros((len(elements.triangle), 2, context.channels))
+    triangle = elements.triangle[cells]
+    apart = emits_apart(context.scene)[triangle]
     for weight in weights:
         uv = np.einsum("c,ncd->nd", weight, corners)
-        emission[cells] += np.pi / len(weights) * context.emission(elements.triangle[cells], uv)
+        found = np.repeat(context.emission(triangle, uv)[:, None], 2, axis=1)
+        found[apart, 1] = context.emission(triangle[apart], uv[apart], np.zeros(apart.sum(), bool))
+        emission[cells] += np.pi / len(weights) * found
     if not emission.any():
         return None
     table = np.zeros((elements.miss + 1, context.channels), np.float32)
-    table[:-1] = np.repeat(emission, 2, axis=0)
+    table[:-1] = emission.reshape(-1, context.channels)
     return table

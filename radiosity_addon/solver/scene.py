@@ -22,16 +22,16 @@ WHITE = Constant(np.ones(3))
 class Material:
     """A matte two-sided surface.
 
-    ``reflectance`` in [0, 1]; ``emission`` radiance, on both sides; ``transmittance`` in [0, 1]:
-    the share of light that goes straight through, tinted (alpha cutouts, glass). A point that is
-    lit through a surface sees one side of it, and that side's transmittance counts.
+    ``reflectance`` in [0, 1]; ``emission`` radiance; ``transmittance`` in [0, 1]: the share of
+    light that goes straight through, tinted (alpha cutouts, glass). A point that is lit through a
+    surface sees one side of it, and that side's transmittance counts.
     """
 
     name: str
     reflectance: Field = WHITE
     emission: Field = BLACK
     transmittance: Field = BLACK
-    back: Material | None = None  # reflectance and transmittance seen from behind; None: the same
+    back: Material | None = None  # what is seen from behind; None: the same
 
 
 def sides(materials: tuple[Material, ...]) -> list[Material]:
@@ -113,7 +113,7 @@ class Scene:
     """Triangles with materials; lamps; a sky; the names they came from.
 
     The front of a triangle is where its vertices turn counter-clockwise. Both sides reflect and
-    emit; receivers are fronts. ``casts_shadow`` and ``visible`` (to diffuse rays) are per object.
+    emit, as their materials say; receivers are fronts. ``casts_shadow`` and ``visible`` (to diffuse rays) are per object.
     ``lamp_objects``: for each lamp the objects it lights (indices), or None for all of them;
     ``lamp_blockers``: the same of those that shade its light.
     """

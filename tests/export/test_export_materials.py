@@ -317,12 +317,24 @@ def test_sides_inside_a_group(blender, export):
     assert len(group.nodes) == 2 and len(blender.data.node_groups) == 1
 
 
-def test_emission_of_one_side_only_is_named(blender, export):
+@pytest.mark.parametrize("evaluated", [False, True])
+def test_each_side_emits_for_itself(blender, export, evaluated):
+    """Black in front and white behind, read or evaluated by Cycles."""
     material, nodes, link = add_material(blender, "Screen")
     node = surface(material, nodes.new("ShaderNodeEmission"))
-    link(nodes.new("ShaderNodeNewGeometry").outputs["Backfacing"], node.inputs["Color"])
+    side = nodes.new("ShaderNodeNewGeometry").outputs["Backfacing"]
+    if evaluated:
+        same = nodes.new("ShaderNodeMath")
+        same.operation, same.inputs[1].default_value = "MULTIPLY", 1.0
+        link(side, same.inputs[0])
+        side = same.outputs[0]
+    link(side, node.inputs["Color"])
     add_plane(blender, material=material)
-    assert any('"Screen" emits otherwise on its back' in w for w in export().warnings)
+    exported = export()
+    found = material_of(exported)
+    np.testing.assert_allclose(found.emission.value, 0, atol=1e-6)
+    np.testing.assert_allclose(found.back.emission.value, 1, rtol=1e-3)
+    assert exported.warnings == ()
 
 
 def test_encoded_pixels_are_interpolated_before_they_are_decoded(blender, export):
