@@ -114,26 +114,27 @@ class Gathered:
 
 def gather(
     context: Context, radiosity, count: int, rays: int, place, key, stage: str,
-    owners: np.ndarray, learning: Learning, guide: Guide | None = None,
+    owners: np.ndarray, learning: Learning | None = None, guide: Guide | None = None,
 ) -> Gathered:
     """Light that ``rays`` from each of ``count`` owners bring; ``place(chosen, group)`` gives the
     owners' Points. ``radiosity`` has ``elements`` and, by cell side, ``reflected`` and ``emitted``
     (2 n_cells + 1, channels) float32, 0 in the last. ``owners`` (count,) are the receivers' numbers;
-    ``learning`` is told what their rays bring, ``guide`` aims them."""
+    ``learning`` is told what their rays bring, ``guide`` aims them; None: nobody learns or aims."""
     result = Gathered(*np.zeros((2, count, context.channels)))
     elements = radiosity.elements
 
     def work(chunk):
         group, chosen = chunk
         points, whose = place(chosen, group), owners[chosen]
-        key_ = (*key, group, 3)
+        key_, weight = (*key, group, 3), None
         if guide is None:
             met, directions = shoot(context, points, rays, *key_)
-            cells, weight = learning.cells(sobol(rays, 2, *key_), points.turn[:, 2], whose), None
+            if learning is not None:
+                cells = learning.cells(sobol(rays, 2, *key_), points.turn[:, 2], whose)
         else:
             met, directions, cells = shoot_guided(context, points, rays, guide, whose, *key_)
             weight = np.take(guide.weight, cells.ravel())[:, None]
-        bounced, first, brought = 0.0, 0.0, np.zeros(cells.size, np.float32)
+        bounced, first, brought = 0.0, 0.0, np.zeros(rays * len(chosen), np.float32)
         for part in met:
             sides = sides_hit(elements, part.hits)
             light = np.take(radiosity.reflected, sides, axis=0)
@@ -142,8 +143,9 @@ def gather(
             if direct is not None:
                 first = first + mean_of_rays(direct, part, rays, len(chosen), weight)
                 light = light + direct
-            brought[slice(None) if part.rays is None else part.rays] += _brought(light, part)
-        return chosen, bounced, first, learning.sums(cells, brought)
+            if learning is not None:
+                brought[slice(None) if part.rays is None else part.rays] += _brought(light, part)
+        return chosen, bounced, first, learning and learning.sums(cells, brought)
 
     chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // rays))
     for chosen, bounced, first, sums in map_chunks(
@@ -151,7 +153,8 @@ def gather(
     ):
         result.bounced[chosen] = bounced
         result.first[chosen] = first
-        learning.add(sums)
+        if learning is not None:
+            learning.add(sums)
     return result
 
 

@@ -76,7 +76,7 @@ def add_direct(context: Context, footprints, lighting: Lighting, owners, per: in
 
 def add_gathered(
     context: Context, footprints, lighting: Lighting, radiosity: Radiosity, owners, rays: int, *key,
-    learning: Learning, guide: Guide | None = None,
+    learning: Learning | None = None, guide: Guide | None = None,
 ) -> None:
     """Add ``rays`` gathered rays to each of ``owners`` (k,) int. A ray that a guide aimed counts
     as many as it is worth."""

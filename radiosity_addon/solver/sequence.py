@@ -177,7 +177,9 @@ class _Rounds:
             self.clock.lap("gather")
             if verdict.error <= plan.enough:
                 break
-            guide = make_guide(learning)
+            guide = learning and make_guide(learning)
+            if guide is None:  # the first rays tell well enough whether one would pay
+                learning = None
             square = verdict.gather_square.mean()
             excess = verdict.common / (ELEMENTS_SHARE * plan.goal)
             if square > STALLED * before:
