@@ -7,12 +7,14 @@ Depends on ``scene``, ``geometry``, ``embree``, ``blockers``, ``sources``, ``sky
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from .blockers import Blockers, build_blockers, trace_visible
 from .channels import channels_of
 from .convex import is_unobstructed
+from .crossings import Crossings, find_crossings
 from .embree import Tracer
 from .evaluate import evaluate_material
 from .fields import Constant, is_black
@@ -58,6 +60,12 @@ class Context:
     def embree_seconds(self) -> float:
         """Spent inside Embree so far, summed over threads."""
         return sum(tracer.seconds for tracer in self._distinct())
+
+    @cached_property
+    def crossings(self) -> Crossings:
+        """Where triangles are cut by others that block light."""
+        shadow = self.blockers[0].shadow
+        return find_crossings(self.geometry, shadow, self.threads, self.tick("elements"))
 
     def _distinct(self) -> list[Tracer]:
         tracers = [self.tracer, *(t for b in self.blockers for t in (b.shadow, b.veil) if t)]

@@ -11,16 +11,17 @@ Every element has two sides: 2·element for the front, 2·element + 1 for the ba
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .geometry import Geometry
+from .geometry import OFFSET, Geometry
 
 MAX_GRID = 128  # cells along a triangle's edge, before refinement
 LONG = 4.0  # times an element's size: a small triangle is a sliver
 MAX_SLIVER_GRID = 32  # cells along a sliver
 SLIVER_CELLS = 500_000  # of all slivers together
+BAND = 4 * OFFSET  # rays meet the surface with an error; nearer to a cut its sides are not told
 INSIDE = -1  # in ``Elements.element``: -1 - k means that grid k divides the cell further
 
 
@@ -32,20 +33,42 @@ class Elements:
     base: np.ndarray  # (n_grids,) int32: first cell of each grid
     element: np.ndarray  # (n_cells,) int32: the cell's element, or INSIDE - grid
     triangle: np.ndarray  # (n_cells,) int32: the triangle it lies in
-    area: np.ndarray  # (n_cells,) float64 normalised
     corners: np.ndarray  # (n_cells, 3, 2) float32 barycentric, in the triangle
     count: int
     depth: int  # grids a lookup may go through
     divided: bool  # some triangle has more than one cell in its own grid
+    cut: np.ndarray  # (n_grids - n_triangles, 3) float32: of those of n = 0, see ``cut_cells``
+    has_cuts: bool
 
     @property
     def miss(self) -> int:
         """The cell side that stands for nothing hit."""
         return 2 * len(self.element)
 
+    @property
+    def nowhere(self) -> int:
+        """The cell side that stands for a place too near a cut to lie on either side of it: no
+        light comes from there."""
+        return self.miss + 1
+
     def sides_of(self, cell_sides: np.ndarray) -> np.ndarray:
         """Element sides of cell sides, none of which may be the miss."""
         return 2 * self.element[cell_sides >> 1].astype(np.int64) + (cell_sides & 1)
+
+    def shared(self) -> np.ndarray:
+        """(n_cells,) bool: the cell belongs to an element of several."""
+        whole = np.flatnonzero(self.element >= 0)
+        owner = self.element[whole]
+        result = np.zeros(len(self.element), bool)
+        result[whole] = np.bincount(owner, minlength=1)[owner] > 1
+        return result
+
+    def pieces(self) -> np.ndarray:
+        """(n_cells,) bool: the cell is what a cut left, not all of its corners' triangle."""
+        first = self.base[self.grid == 0]
+        result = np.zeros(len(self.element), bool)
+        result[first] = result[first + 1] = True
+        return result
 
     def cells_at(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Undivided cells (n,) int32 at barycentric (u, v) of triangles, all >= 0."""
@@ -61,26 +84,35 @@ class Elements:
         inner, u, v = inner[some], u[some], v[some]
         while len(some):
             finer = INSIDE - inner
-            offset, u, v = _cell_in_grid(self.grid[finer], u, v)
-            cells[some] = found = self.base[finer] + offset
-            inner = self.element[found]
-            below = np.flatnonzero(inner <= INSIDE)
-            some, inner, u, v = some[below], inner[below], u[below], v[below]
+            offset, x, y = _cell_in_grid(self.grid[finer], u, v)
+            found = self.base[finer] + offset
+            if self.has_cuts:
+                self._choose_side(finer, u, v, found, x, y)
+            cells[some] = found
+            inner = self.element[np.minimum(found, len(self.element) - 1)]
+            below = np.flatnonzero((inner <= INSIDE) & (found < len(self.element)))
+            some, inner, u, v = some[below], inner[below], x[below], y[below]
         return cells
 
-    def areas(self) -> np.ndarray:
-        """(n_elements,) float64 normalised."""
-        whole = self.element >= 0
-        return np.bincount(self.element[whole], self.area[whole], self.count)
+    def _choose_side(self, finer, u, v, found, x, y) -> None:
+        """Where grids are cuts, set ``found`` to the cell on the side of (u, v), which are also
+        its own (x, y)."""
+        some = np.flatnonzero(self.grid[finer] == 0)
+        u, v, grid = u[some], v[some], finer[some]
+        line = self.cut[grid - (len(self.grid) - len(self.cut))]
+        height = line[:, 0] + u * line[:, 1] + v * line[:, 2]
+        found[some] = self.base[grid] + (height > 0)
+        found[some[np.abs(height) < BAND]] = len(self.element)
+        x[some], y[some] = u, v
 
     def values_of_cells(self, values: np.ndarray, nothing) -> np.ndarray:
-        """(2 n_cells + 1, ...) from values of element sides (2 n_elements, ...), for lookups by
-        cell side; ``nothing`` for divided cells and the miss."""
+        """(2 n_cells + 2, ...) from values of element sides (2 n_elements, ...), for lookups by
+        cell side; ``nothing`` for divided cells, the miss and nowhere."""
         owner = np.where(self.element >= 0, self.element, 0)
         pairs = values.reshape((-1, 2) + values.shape[1:])[owner]
         pairs[self.element < 0] = nothing
         table = pairs.reshape((-1,) + values.shape[1:])
-        return np.concatenate([table, np.full((1,) + values.shape[1:], nothing, values.dtype)])
+        return np.concatenate([table, np.full((2,) + values.shape[1:], nothing, values.dtype)])
 
 
 def _cell_in_grid(n: np.ndarray, u: np.ndarray, v: np.ndarray):
@@ -135,7 +167,6 @@ def build_elements(geometry: Geometry, group: np.ndarray, target: int) -> Elemen
     cells = grid.astype(np.int64) ** 2
     base = (np.cumsum(cells) - cells).astype(np.int32)
     triangle = np.repeat(np.arange(len(grid), dtype=np.int32), cells)
-    area = (geometry.area / cells)[triangle]
     corners = np.empty((len(triangle), 3, 2), np.float32)
     for n in np.unique(grid):
         some = np.flatnonzero(grid == n)
@@ -148,7 +179,9 @@ def build_elements(geometry: Geometry, group: np.ndarray, target: int) -> Elemen
     labels, clusters = _clusters(geometry, triangle[small], center, group[triangle[small]], size)
     element[small] = labels + whole.sum()
     count = int(whole.sum()) + clusters
-    return Elements(grid, base, element, triangle, area, corners, count, 1, bool((grid > 1).any()))
+    none = np.zeros((0, 3), np.float32)
+    divided = bool((grid > 1).any())
+    return Elements(grid, base, element, triangle, corners, count, 1, divided, none, False)
 
 
 def _along_slivers(geometry: Geometry, small: np.ndarray, size: float) -> np.ndarray:
@@ -208,11 +241,39 @@ def refine(geometry: Geometry, elements: Elements, chosen: np.ndarray) -> Elemen
         base=np.concatenate([elements.base, len(element) + 4 * fresh]).astype(np.int32),
         element=np.concatenate([element, parts]).astype(np.int32),
         triangle=np.concatenate([elements.triangle, np.repeat(elements.triangle[leaf], 4)]),
-        area=np.concatenate([elements.area, np.repeat(elements.area[leaf] / 4, 4)]),
         corners=np.concatenate([elements.corners, _quarters(elements.corners[leaf])]),
         count=count + 4 * len(leaf),
         depth=elements.depth + 1,
         divided=elements.divided,
+        cut=np.concatenate([elements.cut, np.zeros((len(leaf), 3), np.float32)]),
+        has_cuts=elements.has_cuts,
+    )
+
+
+def cut_cells(elements: Elements, cells: np.ndarray, height: np.ndarray) -> Elements:
+    """Divide different, undivided ``cells`` (k,) int by lines: cell k into n + 2k where ``height``
+    is below 0 and n + 2k + 1 where it is above, n cells before. ``height`` (k, 3) are the values
+    at the cell's corners, linear between. Parts of a cell that was an element of its own are
+    elements of their own; others stay in theirs. Within BAND of a line lies nowhere."""
+    fresh, start = np.arange(len(cells)), len(elements.element)
+    line = np.stack([height[:, 0], height[:, 1] - height[:, 0], height[:, 2] - height[:, 0]], 1)
+    number = np.bincount(elements.element[elements.element >= 0], minlength=elements.count)
+    owner = np.repeat(elements.element[cells], 2)
+    alone = np.flatnonzero(number[owner] == 1)
+    owner[alone] = elements.count + np.arange(len(alone))
+    element = elements.element.copy()
+    element[cells] = INSIDE - (len(elements.grid) + fresh)
+    return replace(
+        elements,
+        grid=np.concatenate([elements.grid, np.zeros(len(cells), np.int32)]),
+        base=np.concatenate([elements.base, start + 2 * fresh]).astype(np.int32),
+        element=np.concatenate([element, owner]).astype(np.int32),
+        triangle=np.concatenate([elements.triangle, np.repeat(elements.triangle[cells], 2)]),
+        corners=np.concatenate([elements.corners, np.repeat(elements.corners[cells], 2, axis=0)]),
+        count=elements.count + len(alone),
+        depth=elements.depth + 1,
+        cut=np.concatenate([elements.cut, line.astype(np.float32)]),
+        has_cuts=True,
     )
 
 

@@ -95,12 +95,27 @@ def _own_directions(points: Points, place: np.ndarray) -> np.ndarray:
 
 
 def sides_hit(elements: Elements, hits: Hits) -> np.ndarray:
-    """(n,) int32 cell side of each hit: 2·cell + back; ``2 n_cells`` where nothing was hit."""
+    """(n,) int32 cell side of each hit: 2·cell + back; the miss where nothing was hit."""
     sides = elements.cells_at(np.maximum(hits.triangle, 0), hits.u, hits.v)
     sides *= 2
     sides += ~hits.front
+    if elements.has_cuts:
+        sides[sides >= elements.miss] = elements.nowhere
     sides[hits.triangle < 0] = elements.miss
     return sides
+
+
+@dataclass(frozen=True)
+class Unseen:
+    """k places met of which nothing is known: cell side, triangle, barycentric u and v, which
+    owner's ray met it, and ``weight`` (k, channels): its share in the owner's mean."""
+
+    side: np.ndarray
+    triangle: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+    owner: np.ndarray
+    weight: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -110,6 +125,7 @@ class Gathered:
 
     bounced: np.ndarray
     first: np.ndarray
+    unseen: Unseen | None
 
 
 def gather(
@@ -118,9 +134,10 @@ def gather(
 ) -> Gathered:
     """Light that ``rays`` from each of ``count`` owners bring; ``place(chosen, group)`` gives the
     owners' Points. ``radiosity`` has ``elements`` and, by cell side, ``reflected`` and ``emitted``
-    (2 n_cells + 1, channels) float32, 0 in the last. ``owners`` (count,) are the receivers' numbers;
-    ``learning`` is told what their rays bring, ``guide`` aims them; None: nobody learns or aims."""
-    result = Gathered(*np.zeros((2, count, context.channels)))
+    (2 n_cells + 2, channels) float32, and bool whether it is ``unknown``. ``owners`` (count,) are
+    the receivers' numbers; ``learning`` is told what their rays bring, ``guide`` aims them;
+    None: nobody learns or aims."""
+    totals, unseen = np.zeros((2, count, context.channels)), []
     elements = radiosity.elements
 
     def work(chunk):
@@ -135,9 +152,16 @@ def gather(
             met, directions, cells = shoot_guided(context, points, rays, guide, whose, *key_)
             weight = np.take(guide.weight, cells.ravel())[:, None]
         bounced, first, brought = 0.0, 0.0, np.zeros(rays * len(chosen), np.float32)
+        unseen = []
         for part in met:
             sides = sides_hit(elements, part.hits)
             light = np.take(radiosity.reflected, sides, axis=0)
+            unknown = np.flatnonzero(np.take(radiosity.unknown, sides))
+            if len(unknown):
+                share = 1 if part.weight is None else part.weight[unknown]
+                share = share * (1 if weight is None else _of_first(weight, part)[unknown])
+                share = np.broadcast_to(share / rays, (len(unknown), context.channels))
+                unseen.append(_unseen(sides, part, unknown, chosen, share))
             bounced = bounced + mean_of_rays(light, part, rays, len(chosen), weight)
             direct = _first_hand(context, radiosity.emitted, sides, part, directions)
             if direct is not None:
@@ -145,17 +169,34 @@ def gather(
                 light = light + direct
             if learning is not None:
                 brought[slice(None) if part.rays is None else part.rays] += _brought(light, part)
-        return chosen, bounced, first, learning and learning.sums(cells, brought)
+        return chosen, bounced, first, unseen, learning and learning.sums(cells, brought)
 
     chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // rays))
-    for chosen, bounced, first, sums in map_chunks(
+    for chosen, bounced, first, places, sums in map_chunks(
         work, chunks, context.threads, context.tick(stage)
     ):
-        result.bounced[chosen] = bounced
-        result.first[chosen] = first
+        totals[0, chosen] = bounced
+        totals[1, chosen] = first
+        unseen += places
         if learning is not None:
             learning.add(sums)
-    return result
+    return Gathered(*totals, _join_unseen(unseen))
+
+
+def _unseen(sides: np.ndarray, met: Met, index: np.ndarray, chosen, weight) -> Unseen:
+    """The hits ``index`` (k,) of rays from owners ``chosen`` (R,)."""
+    number, hits = index if met.rays is None else met.rays[index], met.hits
+    return Unseen(
+        sides[index], hits.triangle[index], hits.u[index], hits.v[index],
+        chosen[number % len(chosen)], weight,
+    )
+
+
+def _join_unseen(parts: list[Unseen]) -> Unseen | None:
+    names = ("side", "triangle", "u", "v", "owner", "weight")
+    if not parts:
+        return None
+    return Unseen(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 def _brought(light: np.ndarray, met: Met) -> np.ndarray:
@@ -183,12 +224,17 @@ def mean_of_rays(values: np.ndarray, met: Met, rays: int, count: int, weight=Non
     if met.weight is not None:
         values = values * met.weight
     if weight is not None:
-        values = values * (weight if met.rays is None else weight[met.rays])
+        values = values * _of_first(weight, met)
     if met.rays is None:
         return values.reshape(rays, count, -1).mean(axis=0)
     owner = met.rays % count
     sums = [np.bincount(owner, values[:, channel], count) for channel in range(values.shape[1])]
     return np.stack(sums, 1) / rays
+
+
+def _of_first(weight: np.ndarray, met: Met) -> np.ndarray:
+    """(k, 1) weights of rays (rays · R, 1) at what they met."""
+    return weight if met.rays is None else weight[met.rays]
 
 
 def sky_mean(sky: Skylight | None, missed: np.ndarray, met: Met, directions: np.ndarray):

@@ -17,6 +17,7 @@ from .guide import Guide, Learning
 from .points import footprint_points
 from .radiosity import Radiosity
 from .sampling import uniform
+from .unseen import with_unseen
 
 
 MOST_POINTS = 256  # of a receiver that share its rays in one round
@@ -86,6 +87,7 @@ def add_gathered(
     found = gather(
         context, radiosity, len(owners), rays, place, key, "gather", owners, learning, guide
     )
+    found = with_unseen(context, radiosity, found, (*key, 9), "gather")
     worth = rays if guide is None else rays * guide.worth[guide.cluster[owners]][:, None]
     lighting.bounced[owners] += worth * found.bounced
     lighting.first[owners] += worth * found.first

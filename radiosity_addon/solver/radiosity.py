@@ -12,33 +12,34 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .apart import MAX_GROWTH, set_apart
 from .context import Context
 from .elements import Elements, build_elements, refine
 from .emitters import emits_apart
 from .gather import shoot, sides_hit
-from .geometry import OFFSET
 from .parallel import map_chunks, ranges
 from .points import Points
 from .second_kind import solve_second_kind
 from .transport import (
-    BLACK, Places, Sides, Transport, form_factors, join_places, join_sides, light_sides, places_hit,
+    Places, Sides, Transport, form_factors, join_places, join_sides, light_sides, places_hit,
     trace_transport, transported,
 )
 
 SEEDS_PER_ELEMENT = 40  # rays from receivers that look for elements
 SEED_RAYS = 16  # from each receiver that takes part in that
 MAX_REFINEMENTS = 6
-MAX_GROWTH = 4  # times the elements at the start
 
 
 @dataclass(frozen=True)
 class Radiosity:
-    """Radiosity of everything that rays can meet, (2 n_cells + 1, channels) float32 by cell side, 0 for
-    the miss: ``reflected`` light, and emission that is not sampled explicitly, or None."""
+    """Radiosity of everything that rays can meet, (2 n_cells + 2, channels) float32 by cell side, 0
+    for the miss and nowhere: ``reflected`` light, and emission that is not sampled explicitly, or
+    None."""
 
     elements: Elements
     reflected: np.ndarray
     emitted: np.ndarray | None
+    unknown: np.ndarray  # (2 n_cells + 2,) bool: rays reached no such side when it was solved
     transport: Transport | None  # None: nothing that is reflected counts
     solution: np.ndarray  # (n_rows, channels) reflected radiosity
     iterations: int
@@ -54,7 +55,7 @@ def solve_radiosity(
     ``place(chosen, group)`` gives Points of the ``receivers``, whose rays find the elements.
     """
     elements = build_elements(context.geometry, _groups(context.scene), target)
-    elements = _apart(context, elements, target, tolerance)
+    elements = set_apart(context, elements, target, tolerance)
     places = _seeds(context, elements, receivers, place, target, key)
     elements, known = _refined(context, elements, places, per, target, tolerance, key)
     transport = trace_transport(context, elements, known, rays, per, (*key, 12))
@@ -64,48 +65,9 @@ def solve_radiosity(
 def without_reflection(context: Context, target: int) -> Radiosity:
     """What rays can meet where nothing that is reflected counts: no unknowns, no rows."""
     elements = build_elements(context.geometry, _groups(context.scene), target)
-    nothing = np.zeros((elements.miss + 1, context.channels), np.float32)
-    return Radiosity(
-        elements, nothing, _gathered_emission(context, elements), None, nothing[:0], 0, 0.0, 0.0
-    )
-
-
-def _apart(context: Context, elements: Elements, target: int, tolerance: float) -> Elements:
-    """Divide elements that something stands on or cuts through.
-
-    The parts of such an element do not see each other: inside a block that stands on the floor it
-    is dark, and a radiosity shared with the lit floor around would leak in. Seen from just above
-    the surface, the lines from an element's middle to its corners and between those are blocked.
-    """
-    if context.blockers[0].shadow is None:
-        return elements
-    levels = int(np.clip(np.ceil(np.log2(0.2 / tolerance)), 1, 6))
-    fresh = np.flatnonzero(elements.grid[elements.triangle] > 1)
-    for _ in range(levels):
-        if len(fresh) == 0 or elements.count > MAX_GROWTH * target:
-            break
-        cut = fresh[_obstructed(context, elements, fresh)]
-        start = len(elements.element)
-        elements = refine(context.geometry, elements, elements.element[cut])
-        fresh = np.arange(start, len(elements.element))
-    return elements
-
-
-def _obstructed(context: Context, elements: Elements, cells: np.ndarray) -> np.ndarray:
-    """(k,) bool: something cuts through the flat cells (k,) int, seen from either side."""
-    corners = elements.corners[cells].astype(float)
-    middle = corners.mean(axis=1, keepdims=True)
-    ends = np.concatenate([middle, middle + 0.99 * (corners - middle)], axis=1)
-    triangle = elements.triangle[cells]
-    position = context.geometry.at(triangle[:, None], ends)
-    blocked = np.zeros(len(cells), bool)
-    for side in (1, -1):
-        lifted = position + side * 4 * OFFSET * context.geometry.normal[triangle][:, None]
-        for a, b in ((0, 1), (0, 2), (0, 3), (1, 2), (2, 3), (3, 1)):
-            start = np.ascontiguousarray(lifted[:, a], np.float32)
-            segment = np.ascontiguousarray(lifted[:, b] - lifted[:, a], np.float32)
-            blocked |= ~context.blockers[0].shadow.clear(start, segment)
-    return blocked
+    nothing = np.zeros((elements.nowhere + 1, context.channels), np.float32)
+    emitted, known = _gathered_emission(context, elements), np.zeros(len(nothing), bool)
+    return Radiosity(elements, nothing, emitted, known, None, nothing[:0], 0, 0.0, 0.0)
 
 
 def _seeds(context, elements, receivers: int, place, target: int, key) -> Places:
@@ -164,10 +126,12 @@ def solve_rows(
         )
         solution, iterations, residual = found.solution, found.iterations, found.residual
     seconds = time.perf_counter() - began
-    reflected = _fill_unknown(context, elements, transport, solution)
-    table = elements.values_of_cells(reflected.astype(np.float32), np.float32(0))
+    reflected = np.zeros((2 * elements.count, context.channels), np.float32)
+    reflected[sides.side] = solution
+    table = elements.values_of_cells(reflected, np.float32(0))
+    unknown = elements.values_of_cells(transport.row == -1, False)
     return Radiosity(
-        elements, table, emitted, transport, solution, iterations, residual, seconds
+        elements, table, emitted, unknown, transport, solution, iterations, residual, seconds
     )
 
 
@@ -196,26 +160,6 @@ def _groups(scene) -> np.ndarray:
     return np.unique(pair, return_inverse=True)[1].reshape(-1)
 
 
-def _fill_unknown(context, elements: Elements, transport: Transport, solution) -> np.ndarray:
-    """(2 n_elements, channels) reflected radiosity. A side that no row was traced for, though a later ray
-    may meet it, gets the mean of the known sides of its object, material and facing."""
-    scene, sides = context.scene, transport.sides
-    kind = _groups(scene)
-    whose = np.zeros(elements.count, np.int64)
-    whose[elements.element[elements.element >= 0]] = kind[elements.triangle[elements.element >= 0]]
-    whose = np.stack([2 * whose, 2 * whose + 1], 1).ravel()
-    number = np.bincount(whose[sides.side], sides.share, whose.max(initial=0) + 1)
-    values = np.empty((2 * elements.count, context.channels))
-    for channel in range(context.channels):
-        total = np.bincount(
-            whose[sides.side], sides.share * solution[:, channel], len(number)
-        )
-        values[:, channel] = (total / np.where(number > 0, number, 1))[whose]
-    values[transport.row == BLACK] = 0
-    values[sides.side] = solution
-    return values
-
-
 def _gathered_emission(context: Context, elements: Elements) -> np.ndarray | None:
     """(2 n_cells + 1, channels) float32 exitance of cell sides that rays must find, the same over
     all of a cell (a texture's mean); None where there is none."""
@@ -232,6 +176,6 @@ def _gathered_emission(context: Context, elements: Elements) -> np.ndarray | Non
         emission[cells] += np.pi / len(weights) * found
     if not emission.any():
         return None
-    table = np.zeros((elements.miss + 1, context.channels), np.float32)
-    table[:-1] = emission.reshape(-1, context.channels)
+    table = np.zeros((elements.nowhere + 1, context.channels), np.float32)
+    table[:-2] = emission.reshape(-1, context.channels)
     return table

@@ -49,8 +49,8 @@ class Places:
 
 
 def places_hit(sides: np.ndarray, hits: Hits, miss: int) -> Places:
-    """The hits of ``sides_hit`` that met something."""
-    met = np.flatnonzero(sides != miss)
+    """The hits of ``sides_hit`` that met something that is somewhere."""
+    met = np.flatnonzero(sides < miss)
     return Places(sides[met], hits.triangle[met], hits.u[met], hits.v[met])
 
 
