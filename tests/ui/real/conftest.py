@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -22,7 +23,7 @@ def load(path: Path):
     return module
 
 
-window = load(HERE / "window.py")
+window, box = load(HERE / "window.py"), load(HERE / "box.py")
 
 
 def blenders_python() -> str:
@@ -70,3 +71,13 @@ def blender_window(profile, tmp_path_factory):
     """Blender with the extension, in a window."""
     with window.Window(tmp_path_factory.mktemp("window"), profile) as opened:
         yield opened
+
+
+@pytest.fixture(scope="module")
+def room(blender_window):
+    """The window with the box in it and the sidebar open."""
+    blender_window.ask(box.IMPORTS + box.AREA + box.ROOM)
+    time.sleep(1)
+    blender_window.ask(box.AREA + "region.active_panel_category = 'Radiosity'")
+    time.sleep(1)
+    return blender_window
