@@ -41,7 +41,7 @@ class RADIOSITY_PT_preflight(RadiosityPanel, bpy.types.Panel):
             column.separator()
             pair(column, "Left Out", words.count(len(plan.left_out)))
             for name, reason in plan.left_out[:MOST_SHOWN]:
-                column.label(text=f"{name}: {reason}", icon="X", translate=False)
+                draw_note(column, f"{name}: {reason}", "X")
             draw_more(column, len(plan.left_out))
         column.separator()
         pair(column, "Time, about", words.duration(plan.seconds))
@@ -105,9 +105,13 @@ def draw_warnings(layout, report: dict) -> None:
     left_out = [f"{item['name']}: {item['reason']}" for item in report["objects"]
                 if not item["baked"]]  # fmt: skip
     for text in (*report["warnings"], *left_out):
-        column = layout.column(align=True)
-        for index, line in enumerate(broken(text)):
-            column.label(text=line, icon="BLANK1" if index else "ERROR", translate=False)
+        draw_note(layout.column(align=True), text, "ERROR")
+
+
+def draw_note(column, text: str, icon: str) -> None:
+    """The whole text, broken into lines, the icon before the first."""
+    for index, line in enumerate(broken(text)):
+        column.label(text=line, icon="BLANK1" if index else icon, translate=False)
 
 
 def broken(text: str) -> list[str]:
