@@ -61,7 +61,7 @@ def _light_points(context: Context, points: Points, key):
     choices, chosen, square = 0, np.zeros(count), np.zeros(count)
     for number, (light, factor) in enumerate(_lights_for(context, points, position, normal, key)):
         choices += factor is not None
-        table = sobol(per, 2, *key, number, 1)
+        table = sobol(per, 4, *key, number, 1)[:, 2:]  # points take dimensions 0, 1 and 4
         shift = points.turn[:, [2, 0]].astype(float)
         xi = ((table[:, None] + shift) % 1.0).reshape(-1, 2)
         for sample, color, rows in _samples(context, light, position, normal, xi, per):
@@ -101,7 +101,7 @@ def _lights_for(context: Context, points: Points, position, normal, key):
     pairs = [(light, None) for light in sources.always]
     per, count = points.shape
     for number, pool in enumerate(sources.pools):
-        table = sobol(per, 1, *key, 2, number)
+        table = sobol(per, 6, *key, 2, number)[:, 5:]
         xi = ((table + points.turn[:, 0].astype(float)) % 1.0).reshape(-1, 1)
         xi = (xi + np.arange(PER_POINT)) / PER_POINT  # a point's choices lie apart, too
         choices = choose_lights(sources, pool, position, normal, xi)

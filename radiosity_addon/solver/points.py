@@ -71,12 +71,12 @@ def footprint_points(
 ) -> Points:
     """``per`` points, stratified by area, on each of the ``chosen`` footprints (R,) int,
     shifted by ``turn`` (R, 3) in [0, 1)."""
-    table = sobol(per, 3, *key).astype(np.float32)
+    table = sobol(per, 5, *key).astype(np.float32)  # the lights' places take 2 and 3
     place = table[:, None, :2] + turn[:, :2]
     place -= place >= 1
     cell = footprints.start[chosen]
     if np.any(footprints.start[chosen + 1] - cell > 1):
-        cell = _choose_cells(footprints, chosen, table[:, 2:], turn[:, 2])
+        cell = _choose_cells(footprints, chosen, table[:, 4:], turn[:, 2])
     square = footprints.square[cell]
     if not square.all():
         fold = ~square & (place[..., 0] + place[..., 1] > 1)

@@ -18,6 +18,8 @@ GROUPS = 8  # neighbouring receivers use different point sets, so that their err
 def sobol(count: int, dimensions: int, *key: int) -> np.ndarray:
     """(count, dimensions) float64 in [0, 1): a Sobol set, shifted digitally for this key.
 
+    What is sampled together must take different dimensions of sets of one length: the same ones
+    have equal digits, whatever their shifts, and however many points there are they lie on a plane.
     The shift is uniform, so that means over sets are unbiased (L'Ecuyer & Lemieux 2002, section
     4.2); one of a few scrambled sets (Owen 1995) is shifted.
     """
