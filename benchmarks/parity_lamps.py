@@ -70,11 +70,12 @@ CASES = (
     Case("point, radius 0.8, cut by the floor, no soft falloff", partial(
         lit_by, "POINT", (1.1, -1.0, 0.6), energy=150.0, shadow_soft_size=0.8,
         use_soft_falloff=False)),
-    Case("spot, blend 0.5", partial(SPOT, spot_blend=0.5, shadow_soft_size=0.0)),
+    Case("spot, blend 0.5", partial(SPOT, spot_blend=0.5, shadow_soft_size=0.0), effort=4),
     Case("spot, blend 0, radius 0.2", partial(SPOT, spot_blend=0.0, shadow_soft_size=0.2)),
-    Case("spot, blend 1, radius 0.2", partial(SPOT, spot_blend=1.0, shadow_soft_size=0.2)),
+    Case("spot, blend 1, radius 0.2", partial(SPOT, spot_blend=1.0, shadow_soft_size=0.2),
+         effort=16),
     Case("spot, blend 1, radius 0.2, no soft falloff", partial(
-        SPOT, spot_blend=1.0, shadow_soft_size=0.2, use_soft_falloff=False)),
+        SPOT, spot_blend=1.0, shadow_soft_size=0.2, use_soft_falloff=False), effort=8),
     Case("sun, angle 0", partial(lit_by, "SUN", energy=3.0, angle=0.0)),
     Case("sun, angle 10°", partial(lit_by, "SUN", energy=3.0, angle=radians(10))),
     Case("area, square", area),

@@ -251,5 +251,5 @@ CASES = (
     Case("emission texture of a panel", glowing_picture),
     Case("emission texture of the stage", partial(glowing_picture, True)),
     Case("emission node tree", glowing_nodes),
-    Case("principled emission, close by", glowing_slab),
+    Case("principled emission, close by", glowing_slab, effort=16),
 )  # fmt: skip

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -56,8 +57,9 @@ def lit_file(chosen: Picture, path: Path) -> None:
 
 
 def bake(chosen: Picture, source: Path, output: Path) -> dict:
-    """Bake ``source`` into ``output`` by the command line; its report."""
-    report = output.with_suffix(".json")
+    """Bake ``source`` into ``output`` by the command line; its report, and ``processor``: the
+    seconds of all cores together, which do not depend on what else they do."""
+    report, before = output.with_suffix(".json"), os.times()
     subprocess.run(
         [
             sys.executable, "-m", "radiosity_addon", str(source), "--output", str(output),
@@ -67,7 +69,10 @@ def bake(chosen: Picture, source: Path, output: Path) -> dict:
         cwd=PROJECT,
         check=True,
     )  # fmt: skip
-    return json.loads(report.read_text())
+    after = os.times()
+    spent = after.children_user + after.children_system
+    spent -= before.children_user + before.children_system
+    return {**json.loads(report.read_text()), "processor": spent}
 
 
 def show_baked(target: str) -> None:
@@ -124,7 +129,8 @@ def main(arguments=None) -> None:
             parser.error(f"there is no picture {name}; choose from {', '.join(PICTURES)}")
         report = make(name, chosen.folder)
         print(
-            f"{name}: {report['seconds']['total']:.1f} s, {report['receivers']} receivers, "
+            f"{name}: {report['seconds']['total']:.1f} s, of processors {report['processor']:.1f}, "
+            f"{report['receivers']} receivers, {report['peak_memory'] / 1e6:.0f} MB, "
             f"estimated error {report['estimated_error']:.4f}, warnings: {report['warnings']}"
         )
 
