@@ -120,7 +120,7 @@ def told(*seconds: float) -> str:
 
 @pytest.mark.parametrize("target", ["VERTEX", "IMAGE"])
 def test_a_bake_adds_a_tenth_of_a_second_to_no_answer(scene, alone, target):
-    """The first bake after the installation is among these: Python compiles the extension then.
+    """Run alone, this begins with the first bake after the installation, which Python compiles.
 
     Judged by the time of Blender's thread: neither the threads that draw this screen nor what else
     the machine does is in it. While the light is solved the wall decides; there the slowest
