@@ -181,9 +181,14 @@ those of the run before, so that not all need be of one run.
 KNOWN = """
 ## Known differences
 
-* **Mirror reflections, refraction and translucency** are not modelled: radiosity is diffuse. The
-  table gives their share in a scene that shows them. A translucent surface reflects its colour
-  diffusely on both sides and lets nothing through; a warning names it.
+* **Mirror reflections and refraction** are not modelled: radiosity is diffuse. The table gives their
+  share in a scene that shows them.
+* **Translucency**: a translucent surface reflects its colour diffusely on both sides and lets nothing
+  through; a warning names it. Light that passes diffusely would tie the two sides of a surface
+  together: the radiosity of each would depend on the light on both, so would each baked point, and
+  every such point would need its rays twice. The 5 % here are those of a large slab close to the floor.
+* **Light linked to objects**: lamps are linked as in Cycles; the links of an object that emits are not
+  looked at, with a warning.
 * **Smooth shading**: Cycles lights a face as if it were turned to its smooth normal; we light it as it
   lies. Flat faces and faces between sharp edges agree.
 * **Two sides**: where a node tree asks which side is seen (the Backfacing output), each side has its own
