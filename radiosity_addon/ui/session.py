@@ -22,6 +22,7 @@ from .payload import PACKAGE
 # The shares of the whole that the solver's part has in the progress bar.
 SOLVE_FROM, SOLVE_TO = 0.05, 0.97
 BUDGET = 0.02  # seconds of reading or writing in one step, but at least one piece of it
+MOST = 0.05  # seconds that a step with several pieces takes, should a long one be the last
 # What reading and writing import, in pieces. SciPy and embreex are the solver's process's alone.
 IMPORTS = ("bake.texels", "bake.unwrap", "export.shaders", "export.materials", "export.lights",
            "export.world", "export.evaluated", "export.pipeline", "stages.prepare",
@@ -59,6 +60,7 @@ class BakeSession:
         self._job = self._result = None
         self._peak_memory, self._reused = 0, ""
         self._maps: list = []
+        self._longest = 0.0  # seconds of the longest piece so far
 
     @property
     def elapsed(self) -> float:
@@ -103,9 +105,11 @@ class BakeSession:
         if self._steps is None:
             reading = self.stage is Stage.START
             self._steps = self._read(context) if reading else self._write(context)
-        end = time.perf_counter() + BUDGET
+        start = before = time.perf_counter()
         for self.fraction in self._steps:
-            if time.perf_counter() >= end:
+            now = time.perf_counter()
+            self._longest, before = max(self._longest, now - before), now
+            if now - start >= min(BUDGET, MOST - self._longest):
                 return
         self._steps = None
         if self.stage is Stage.DONE:
