@@ -19,7 +19,7 @@ from scipy.sparse import coo_matrix, csr_matrix, diags
 
 from ..export.exported import ExportedObject
 from ..solver.receivers import Receivers
-from .bounded import solve_bounded
+from .bounded import solve_bounded, solve_roughly
 
 STIFFNESS = (0.03, 1e-10)  # ε of triangles with fewer than, and at least, three receivers
 
@@ -82,6 +82,13 @@ class CornerFit:
                 if same
                 else solve_bounded(self.normal, right[:, channel], *(x[:, channel] for x in bounds))
             )
+        return colors[self.group] if self.per_loop else colors
+
+    def rough_colors(self, values: np.ndarray) -> np.ndarray:
+        """The same for ``values`` (count, c) of any sign, without bounds and to a hundredth: linear
+        in the light, for telling what becomes of its errors."""
+        right = self.sampling.T @ (self.weights[:, None] * values)
+        colors = np.stack([solve_roughly(self.normal, column) for column in right.T], 1)
         return colors[self.group] if self.per_loop else colors
 
 

@@ -28,7 +28,7 @@ class CornerMap:
         count, each = self.loops.shape
         start = np.arange(0, count * each + 1, each)
         entries = self.weights.ravel(), self.loops.ravel(), start
-        matrix = csr_matrix(entries, shape=(count, self.n_loops))
+        matrix = csr_matrix(entries, shape=(count, self.n_loops), copy=True)
         matrix.sum_duplicates()
         matrix.eliminate_zeros()
         return matrix

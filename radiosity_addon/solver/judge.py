@@ -162,8 +162,8 @@ class Judge:
 
     def _projected(self, halves: list[np.ndarray]) -> float:
         """Mean squared relative error of the halves' mean, where colours end."""
-        a, b = (self.project(half) for half in halves)
-        level = (a + b).mean(axis=1) / 2
+        a, b = halves
+        level = self.project((a + b) / 2).mean(axis=1)
         level = np.maximum(level, level.mean())
         level = np.where(level > 0, level, 1.0)[:, None]
-        return float((((a - b) / (2 * level)) ** 2).mean())
+        return float(((self.project(a - b) / (2 * level)) ** 2).mean())

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 MANY_RECEIVERS = 400_000
 FIRST_RAYS = 400_000  # of all receivers together in the first round, at least
+RECEIVERS_PER_ELEMENT = 400  # at most: to gather again for many costs more than elements do
 MOST_ROW_RAYS = 10_000_000  # of all elements together: they are kept in memory
 
 
@@ -34,7 +35,7 @@ class Plan:
 
 def make_plan(error: float, receivers: int, smoothing: bool) -> Plan:
     """The first round for a relative ``error`` at ``receivers``; ``smoothing``: texels share."""
-    elements = int(min(max(1000 * (0.03 / error) ** 1.3, 200), 60_000))
+    elements = max(1000 * (0.03 / error) ** 1.3, 200, receivers / RECEIVERS_PER_ELEMENT)
     rays = 16 if error < 0.015 or not smoothing else 8 if error < 0.025 else 4
     if receivers > MANY_RECEIVERS:
         rays = max(rays // 2, 4)
@@ -45,7 +46,7 @@ def make_plan(error: float, receivers: int, smoothing: bool) -> Plan:
     return Plan(
         goal=0.75 * error,
         enough=0.85 * error,
-        elements=elements,
+        elements=int(min(elements, 60_000)),
         row_rays=64,
         row_points=8,
         points=points,

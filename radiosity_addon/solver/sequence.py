@@ -55,8 +55,8 @@ def solve(
 ) -> Solution:
     """Light at the receivers, to the relative error ``settings.target_error``.
 
-    ``project`` maps values at receivers (count, c) to where the error is judged (m, c), for
-    colours that are means over receivers; None judges the receivers themselves. ``progress`` may
+    ``project`` maps values at receivers (count, c) to where the error is judged (m, c), linearly,
+    for colours that are means over receivers; None judges the receivers themselves. ``progress`` may
     raise to stop. ``kept`` has solves to use again and takes those made. Raises ValueError for a
     scene that cannot be solved.
     """
@@ -124,8 +124,7 @@ def _judge(context: Context, footprints: Footprints, receivers: Receivers, passe
         lattices = build_lattices(receivers.grid, position, normal, context.threads)
     else:
         lattices = build_graph(position, normal, footprints.area, context.threads)
-    judged = project and (lambda light: project(_three(light))[:, : context.channels])
-    return Judge(_surface(context, footprints), lattices, passes, context.threads, judged)
+    return Judge(_surface(context, footprints), lattices, passes, context.threads, project)
 
 
 def _surface(context: Context, footprints: Footprints) -> Surface:

@@ -68,13 +68,13 @@ def _fits(job: Job, layout: Layout) -> list[CornerFit] | None:
 
 
 def _where_judged(layout: Layout, fits: list[CornerFit]):
-    """Light at all receivers → the colours whose error counts.
+    """Light at all receivers → the colours whose error counts; linear.
 
     A vertex colour is a mean over many receivers, and its error less than theirs.
     """
     spans = [slice(*layout.spans[i : i + 2]) for i in range(len(fits))]
     return lambda light: np.concatenate(
-        [fit.colors(light[span]) for fit, span in zip(fits, spans)]
+        [fit.rough_colors(light[span]) for fit, span in zip(fits, spans)]
     )
 
 

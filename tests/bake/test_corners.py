@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_matrix
 
-from radiosity_addon.bake.corners import fit_corners
+from radiosity_addon.bake.corners import corner_fit, fit_corners
 from radiosity_addon.bake.faces import face_receivers, receiver_areas
 from radiosity_addon.export.exported import CornerMap, ExportedObject
 
@@ -63,6 +63,18 @@ def test_linear_light_is_exact(m, smooth):
 def test_linear_light_is_exact_per_vertex():
     plane = Plane(4)
     assert plane.fit(linear, "point") == pytest.approx(linear(plane.vertices), abs=1e-6)
+
+
+def test_rough_colours_tell_what_becomes_of_errors():
+    """Light with errors of both signs less light without them is the errors: linear, and to a few
+    times the hundredth that it stops at."""
+    plane = Plane(6)
+    fit = corner_fit(plane.target, plane.receivers, plane.area)
+    errors = np.random.default_rng(0).normal(size=(len(plane.points), 3))
+    colors = fit.rough_colors(errors)
+    exact = fit.colors(linear(plane.points) + 0.1 * errors) - fit.colors(linear(plane.points))
+    assert colors.shape == exact.shape and (colors < 0).any()
+    assert np.linalg.norm(0.1 * colors - exact) < 0.03 * np.linalg.norm(exact)
 
 
 @pytest.mark.parametrize("cuts", [1, 2, 7])
