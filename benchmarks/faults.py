@@ -100,13 +100,14 @@ class Bake:
     place: Place
     words: list[str]
     limits: dict[int, int] = field(default_factory=dict)
+    program: str = "benchmarks.fault_child"
 
     def __post_init__(self) -> None:
         number, name = tempfile.mkstemp(prefix="stages-")
         os.close(number)
         self._stages = Path(name)
         # Under limits plainly: what announces the stages imports NumPy before its time.
-        program = "radiosity_addon" if self.limits else "benchmarks.fault_child"
+        program = "radiosity_addon" if self.limits else self.program
         own = {"TMPDIR": str(self.place.folder / "tmp"), "RADIOSITY_STAGES": name}
         self._process = subprocess.Popen(
             [sys.executable, "-m", program, *self.words],
@@ -242,6 +243,21 @@ def kills(fresh, length: float) -> list[Row]:
     return [row, late]
 
 
+def solvers(fresh, _) -> list[Row]:
+    """kill -9 of the process that solves for the button."""
+    random = Random(1)
+    row = Row("the solver's process killed at 5 random times, baking from the button", 1, "stopped")
+    for _ in range(5):
+        row.outcomes.append(solver_killed(fresh(), random.uniform(0, 2)))
+    return [row]
+
+
+def solver_killed(place: Place, seconds: float) -> Outcome:
+    """The solver's process is killed so long after it has started."""
+    before, words = place.contents(), [str(place.scene), str(seconds)]
+    return outcome(Bake(place, words, program="benchmarks.fault_button"), before)
+
+
 def disks(fresh, _) -> list[Row]:
     """A limit on the size of files, and a file system that is full."""
     import resource
@@ -318,8 +334,8 @@ def mounted(folder: Path, arguments: list[str]):
             subprocess.run(["umount", str(folder)], check=True)
 
 
-FAULTS = {"signals": signals, "kills": kills, "disks": disks, "folders": folders,
-          "memories": memories}  # fmt: skip
+FAULTS = {"signals": signals, "kills": kills, "solvers": solvers, "disks": disks,
+          "folders": folders, "memories": memories}  # fmt: skip
 INTRODUCTION = """# Faults
 
 A bake of the Cornell box into an image of 256² texels, with a file of it and a report, which an

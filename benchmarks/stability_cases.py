@@ -60,6 +60,8 @@ def _light():
     for factor in (1e-30, 1e-6, 1e6, 1e30):
         yield Case("emission", f"lamp × {factor:g}", "B × the same", 1e-6,
                    partial(measures.brightness, factor), slow=factor < 1e9)  # fmt: skip
+    yield Case("emission", "surfaces of 1e30 and 1e-30", "as without the second", 1e-2,
+               measures.bright_and_faint, slow=True)  # fmt: skip
     yield Case("emission", "lamps of 1e30 and 1e-30", "as without the second", 1e-2,
                measures.mixed_brightness)  # fmt: skip
 
@@ -76,6 +78,8 @@ def _size():
         yield Case("scale", "edge 1e-6 at 1" + (", in float32" if rounded else ", in float64"),
                    "a warning" if rounded else "no warning", 0,
                    partial(measures.rounding, rounded))  # fmt: skip
+    yield Case("scale", "two rooms 1e6 edges apart", "a warning", 0,
+               partial(measures.worlds_apart, 1e6), slow=True)  # fmt: skip
     for ratio, note in ((1e-2, ""), (1e-4, ""), (1e-6, " (1 mm in 1 km)")):
         yield Case("size ratio", f"lamp {ratio:g} of the hall{note}", "Σ A B = Φ", 1e-2,
                    partial(measures.small_lamp, ratio), slow=ratio > 1e-6)  # fmt: skip
@@ -154,6 +158,21 @@ def _topology():
     through = meshes.blob(2, 0.2, (1.0, 0.5, 0.5))
     yield Case("topology", "sealed box, a blob through its wall", "B = 0", 0,
                lambda: sealed([*walls(), through], range(6)), slow=True)  # fmt: skip
+    ground = scenes.plane((0.5, 0.5, 0), (5, 0, 0), (0, 5, 0))
+    table = scenes.plane((0.5, 0.5, 0.1), (0.3, 0, 0), (0, 0.3, 0), 6)
+    tiles = scenes.plane((0.51, 0.52, 0), (1.5, 0, 0), (0, 1.5, 0), 37)
+    for what, parts in (
+        ("a house on a ground of two triangles", [*scenes.house(), ground]),
+        ("a house on small tiles, not along their edges", [*scenes.house(divisions=4), tiles]),
+        ("six planes through each other", [*scenes.house(0.3, 0.3), ground, table]),
+        ("the same, of small faces", [*scenes.house(0.3, 0.3, 9), tiles, table]),
+    ):
+        for turned in (False, True):
+            yield Case("topology", f"sealed room: {what}" + ", turned" * turned, "B = 0", 0,
+                       partial(measures.sealed_inside, parts, turned),
+                       slow="small" in what)  # fmt: skip
+    yield Case("topology", "a Möbius strip", "B = 1", 5e-3,
+               lambda: furnace([*walls(1), scenes.moebius()], 0.5))  # fmt: skip
     inside = meshes.blob(2, 0.2)
     inverted = [scenes.reversed_part(wall) for wall in walls()]
     yield Case("topology", "blob in a sealed box of inverted normals", "B = 0", 0,
@@ -196,6 +215,18 @@ def _degenerate():
                lambda: measures.alone(_first(room, 1)))  # fmt: skip
     yield Case("degenerate", "no emitter", "B = 0", 0,
                lambda: radiosity(replace(room, lamps=()))[0].max())  # fmt: skip
+    for what, rho, exitance in (
+        ("emission of 1e-320", 0.5, 1e-320), ("reflectance 5e-324", 5e-324, 1.0),
+        ("reflectance −1e-9", -1e-9, 1.0),
+    ):  # fmt: skip
+        yield Case("degenerate", what, "B as of 0, or the same", 1e-2,
+                   partial(measures.box_light, rho, exitance))  # fmt: skip
+    flat = replace(room, vertices=np.full_like(room.vertices, 0.3))
+    yield Case("degenerate", "all vertices in one place", "refused, or B = 0", 0,
+               partial(measures.nothing_there, flat))  # fmt: skip
+    copies = (walls(1)[0][0], np.tile(walls(1)[0][1], (50_000, 1)))
+    yield Case("degenerate", "a wall 50,000 times", "B = 1", 5e-3,
+               lambda: measures.furnace([copies, *walls(1)[1:]], 0.5), slow=True)  # fmt: skip
     yield Case("degenerate", "only emitters", "B = E", 1e-6,
                lambda: measures.furnace(walls(1), 0.0))  # fmt: skip
 
@@ -232,8 +263,8 @@ def _much():
     yield Case("invariance", "quads cut along the other diagonal", "as before", 1e-2,
                lambda: measures.same_as_room([meshes.grid(c[[1, 2, 3, 0]], 4)
                                               for c in scenes.CORNERS], 2))  # fmt: skip
-    yield Case("chance", "500 random scenes", "none fails", 0,
-               partial(measures.random_failures, 500), slow=True)  # fmt: skip
+    yield Case("chance", "2000 random scenes", "none fails", 0,
+               partial(measures.random_failures, 2000), slow=True)  # fmt: skip
 
 
 CASES = (*_light(), *_size(), *_shape(), *_much())

@@ -52,6 +52,20 @@ def open_strips(rho: float) -> float:
     return worst(part_means(scene, 0.005, 8).mean(), exact.facing_strips(rho)[2])
 
 
+def box_light(rho: float, exitance: float) -> float:
+    """Deviation from B = E / (1 − ρ) in a closed box, ρ as if not below 0."""
+    found, _, _ = radiosity(meshes.box_scene(reflectance=rho, exitance=exitance), 0.05)
+    return worst(found, exitance / (1 - max(rho, 0)))
+
+
+def nothing_there(scene: Scene) -> float:
+    """The light on a scene without extent, 0 where it is refused with a message."""
+    try:
+        return float(radiosity(scene)[0].max())
+    except ValueError as error:
+        return 0.0 if str(error) else 1.0
+
+
 def refused(scene: Scene, message: str) -> float:
     """0 where the scene is refused with that in the message, 1 where not."""
     try:
@@ -151,6 +165,40 @@ def sealed(parts, dark=None, **sun) -> float:
     found, receivers, _ = radiosity(scene)
     dark = range(len(parts)) if dark is None else dark
     return float(found[np.isin(scene.object[receivers.triangle], dark)].max())
+
+
+def sealed_inside(parts, turned: bool = False) -> float:
+    """Brightest receiver inside the unit cube that ``parts`` close off, beside the sun: of those on
+    its faces only the ones that look inwards count. ``turned``: all is rotated."""
+    scene = meshes.scene(parts, 0.5)
+    whole = meshes.triangle_receivers(scene, 2)
+    corners = scene.vertices[scene.triangles][whole.triangle]
+    steps = corners[:, 1:] - corners[:, :1]
+    place = corners[:, :1] + np.einsum("nkc,ncd->nkd", whole.corners, steps)
+    inside = ((place > -1e-9) & (place < 1 + 1e-9)).all(axis=(1, 2))
+    on_face = (np.abs(place - 0.5) > 0.5 - 1e-6).all(axis=1).any(axis=1)
+    inwards = (np.cross(steps[:, 0], steps[:, 1]) * (0.5 - place.mean(axis=1))).sum(axis=1) > 0
+    sunny = scenes.sunny(scene, (0.3, 0.2, -1.0))
+    found = solve(scenes.turned(sunny) if turned else sunny, whole, Settings(error=0.03))
+    return float(compose(found, ALL)[inside & (inwards | ~on_face)].max())
+
+
+def worlds_apart(distance: float) -> float:
+    """0 where two lit rooms so many edges apart are warned of, 1 where not."""
+    rooms = [(v + [x, 0, 0], t) for x in (0, distance) for v, t in scenes.walls(1)]
+    _, _, solution = radiosity(scenes.lamp_room(rooms), 0.5, 1)
+    return float(not any("apart" in text for text in solution.statistics.warnings))
+
+
+def bright_and_faint() -> float:
+    """Two emitting squares of 1e30 and 1e-30 W/m²: the light is that of the first, to rounding."""
+    lamps = [scenes.quad((x, 0.5, 0.8), 0.2) for x in (0.3, 0.7)]
+    means = [
+        part_means(meshes.scene([*walls(), *lamps], 0.5,
+                                np.array([0.0] * 6 + [1e30, faint])[:, None]))[:6]
+        for faint in (1e-30, 0.0)
+    ]  # fmt: skip
+    return worst(*means)
 
 
 def next_room() -> float:

@@ -23,7 +23,7 @@ from radiosity_addon.solver.sequence import solve
 from radiosity_addon.solver.solution import Solution, compose
 from tests.solver import meshes
 
-ERROR = 0.5  # asked of every solve
+ERROR = 2.0  # asked of every solve: many cheap ones find more than few good ones
 ODD = ("degenerate", "collinear", "twice", "reversed", "sliver", "tiny")
 BAD = ("vertex", "reflectance", "emission", "lamp", "sky")  # what is made NaN or infinite
 LAMPS = ("point", "soft", "spot", "sun", "wide sun", "rectangle", "ellipse", "spread")
@@ -55,7 +55,7 @@ def random_scenes(draw) -> Random:
         Material(f"part {i}", *(draw(_fields(kind, len(scene.triangles))) for kind in KINDS))
         for i in range(len(parts))
     )
-    kinds = draw(st.lists(st.sampled_from(LAMPS), max_size=9))
+    kinds = draw(st.lists(st.sampled_from(LAMPS), max_size=5))
     lamps = tuple(_lamp(random, kind, draw(_strengths)) for kind in kinds)
     scene = _placed(replace(scene, materials=materials, lamps=lamps, sky=draw(_skies())), scale,
                     draw(st.sampled_from((0.0, 0.0, 1e6))))  # fmt: skip

@@ -111,13 +111,59 @@ def prism(degrees: float) -> list:
     return [meshes.grid(np.array(q), 1) for q in quads] + [meshes.polygon(end) for end in ends]
 
 
+def moebius(count: int = 60):
+    """A strip of ``count`` quads with one side only."""
+    angle, half = np.linspace(0, 2 * np.pi, count, endpoint=False), np.array([-0.1, 0.1])[:, None]
+    radius = 0.25 + half * np.cos(angle / 2)
+    height = half * np.sin(angle / 2)
+    vertices = np.stack([radius * np.cos(angle), radius * np.sin(angle), height], -1) + 0.5
+    now, following = np.arange(count), np.arange(1, count + 1)
+    low, high = now, now + count
+    last = following == count  # joined to the first, upside down
+    next_low = np.where(last, count, following)
+    next_high = np.where(last, 0, following + count)
+    lower = np.stack([low, next_low, next_high], 1)
+    return vertices.reshape(-1, 3), np.concatenate([lower, np.stack([low, next_high, high], 1)])
+
+
+def plane(center, u, v, divisions: int = 1):
+    """A rectangle center ± u ± v."""
+    center, u, v = (np.asarray(a, float) for a in (center, u, v))
+    corners = np.array([center - u - v, center + u - v, center + u + v, center - u + v])
+    return meshes.grid(corners, divisions)
+
+
+def house(beyond: float = 0.0, below: float = 0.0, divisions: int = 1) -> list:
+    """Four walls and a roof of a unit cube, on its floor's plane or reaching ``below`` it; all
+    reach ``beyond`` the cube's edges."""
+    half = 0.5 + beyond
+    side = np.array([0, 0, (1 + below + beyond) / 2])
+    middle = (1 + beyond - below) / 2
+    walls = [
+        plane((x, 0.5, middle), (0, half, 0), side, divisions) for x in (0, 1)
+    ] + [plane((0.5, y, middle), (half, 0, 0), side, divisions) for y in (0, 1)]
+    return [*walls, plane((0.5, 0.5, 1), (half, 0, 0), (0, half, 0), divisions)]
+
+
 def beside_the_sun(parts, toward=(0.3, 0.2, -1.0)) -> Scene:
     """``parts`` on a large ground under a bright sun and sky."""
-    direction = np.asarray(toward, float) / np.linalg.norm(toward)
     ground = meshes.grid(np.array([[-5, -5, -1], [5, -5, -1], [5, 5, -1], [-5, 5, -1]], float), 2)
-    scene = meshes.scene([*parts, ground], 0.5)
-    sun = SunLamp("Sun", direction, np.full(3, 1e3))
+    return sunny(meshes.scene([*parts, ground], 0.5), toward)
+
+
+def sunny(scene: Scene, toward) -> Scene:
+    """Under a bright sun and sky."""
+    sun = SunLamp("Sun", np.asarray(toward, float) / np.linalg.norm(toward), np.full(3, 1e3))
     return replace(scene, lamps=(sun,), sky=Sky(np.full((1, 1, 3), 10.0, np.float32)))
+
+
+def turned(scene: Scene) -> Scene:
+    """A scene under one sun, rotated about all axes."""
+    q, _ = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))
+    q *= np.sign(np.linalg.det(q))
+    sun = scene.lamps[0]
+    sun = replace(sun, direction=q @ sun.direction)
+    return replace(scene, vertices=scene.vertices @ q.T, lamps=(sun,))
 
 
 def only(receivers: Receivers, chosen: np.ndarray) -> Receivers:

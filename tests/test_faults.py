@@ -100,3 +100,9 @@ def test_folder_that_goes_during_the_bake(place):
     found = faults.removed_during(place)
     assert (found.status, found.strange) == (1, ())
     assert found.message.count("\n") == 1 and "does not exist" in found.message
+
+
+def test_killed_solver_is_a_message_and_changes_nothing(place):
+    found = faults.solver_killed(place, 0.2)
+    assert (found.status, found.strange) == (1, ())
+    assert found.message.startswith("radiosity: the solver's process stopped (signal 9)")

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .coincident import copied_often
 from .embree import Tracer
 from .geometry import Geometry
 from .scene import Scene
@@ -50,5 +51,6 @@ def _of_objects(scene: Scene, objects: np.ndarray | None) -> np.ndarray:
 
 
 def _tracer(geometry: Geometry, keep: np.ndarray) -> Tracer:
+    keep = keep & ~copied_often(geometry, keep)
     chosen = None if keep.all() else np.flatnonzero(keep)
     return Tracer(geometry.vertices, geometry.triangles, chosen)

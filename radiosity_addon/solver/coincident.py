@@ -19,6 +19,9 @@ from .geometry import OFFSET, Geometry
 MANY = 1024  # overlapping faces that are cut; more are left to rays
 MOST_PAIRS = 1 << 24  # of overlapping faces and all others that are compared
 SLIVER = 1e-9  # of a triangle: a smaller remainder is nothing
+COPIES = 4  # of one triangle that are traced; of more only the first
+# Odd numbers that scatter the bits of coordinates: the golden ratio's and two primes (xxHash).
+FACTORS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
 PROBES = np.array([[i + 0.5, j + 0.5] for i in range(4) for j in range(4 - i)]) / 4.5  # (10, 2)
 
 
@@ -132,6 +135,20 @@ def exact_copies(geometry: Geometry, chosen: np.ndarray) -> np.ndarray:
         copies[triangles] = True
         copies[triangles[first]] = False
     return copies
+
+
+def copied_often(geometry: Geometry, chosen: np.ndarray) -> np.ndarray:
+    """(n_triangles,) bool: of those ``chosen`` all but the first of triangles that are there more
+    than COPIES times. A tree cannot tell them apart, so that every ray would be tried with each."""
+    bits = (geometry.vertices + 0.0).view(np.uint64)  # the same for 0 and -0
+    vertex = (bits * FACTORS).sum(axis=1)
+    vertex ^= vertex >> np.uint64(29)
+    triangles = np.flatnonzero(chosen)
+    key = (vertex * FACTORS[0])[geometry.triangles[triangles]].sum(axis=1)
+    _, group, number = np.unique(key, return_inverse=True, return_counts=True)
+    often = np.zeros(len(chosen), bool)
+    often[triangles] = number[group.reshape(-1)] > COPIES
+    return exact_copies(geometry, often)
 
 
 def overlapping(geometry: Geometry, tracer: Tracer, chosen: np.ndarray) -> np.ndarray:

@@ -18,7 +18,8 @@ from .parallel import map_chunks, ranges
 
 REACH = 4 * OFFSET  # nearer than this triangles touch
 LARGE = 0.02  # of the scene: on both sides of larger triangles something may stand
-PARALLEL = 1e-4  # sine of the angle between two triangles: below, they meet along no line
+PARALLEL = 0.3  # sine of the angle between two triangles: below, all near the line is too near it
+SMALL = 0.004  # of the scene: height of a triangle over the other plane, from top to bottom, at least
 MOST = 1 << 18  # pairs; with more, everything is cut by everything
 LAYERS = 32  # triangles met along one edge
 CHUNK = 1 << 15
@@ -83,6 +84,7 @@ def _verified(geometry: Geometry, triangle: np.ndarray, other: np.ndarray) -> Cr
     axis = np.cross(normal, geometry.normal[other])
     sine = np.linalg.norm(axis, axis=1)
     cut = (height.min(axis=1) < -REACH) & (height.max(axis=1) > REACH) & (sine > PARALLEL)
+    cut &= np.ptp(height, axis=1) > SMALL
     triangle, other, height = triangle[cut], other[cut], height[cut]
     axis = axis[cut] / sine[cut, None]
     ends = _line(height)
@@ -119,11 +121,14 @@ def _extent(geometry: Geometry, triangle, other, axis) -> tuple[np.ndarray, np.n
     (n,) from and to, from > to where they do not."""
     corners = geometry.vertices[geometry.triangles[other]]
     height, along = _heights(geometry, other, triangle), np.einsum("kic,kc->ki", corners, axis)
-    level = np.array([-2.0, 2.0])[:, None] * REACH
+    mine, theirs = geometry.triangles[triangle], geometry.triangles[other]
+    neighbours = (mine[:, :, None] == theirs[:, None]).any(axis=(1, 2))
+    reach = np.where(neighbours, 0, 2 * REACH)[:, None]  # they touch where they are joined
+    level = reach[:, None] * np.array([-1.0, 1.0])[:, None]
     rise = np.roll(height, -1, axis=1) - height
     share = (level - height[:, None]) / np.where(rise == 0, 1, rise)[:, None]  # (n, 2, 3)
     place = along[:, None] + share * (np.roll(along, -1, axis=1) - along)[:, None]
     inside = (rise[:, None] != 0) & (share >= 0) & (share <= 1)
     place = np.concatenate([place.reshape(-1, 6), along], axis=1)
-    inside = np.concatenate([inside.reshape(-1, 6), np.abs(height) <= 2 * REACH], axis=1)
+    inside = np.concatenate([inside.reshape(-1, 6), np.abs(height) <= reach], axis=1)
     return np.where(inside, place, np.inf).min(axis=1), np.where(inside, place, -np.inf).max(axis=1)

@@ -21,7 +21,7 @@ MAX_GRID = 128  # cells along a triangle's edge, before refinement
 LONG = 4.0  # times an element's size: a small triangle is a sliver
 MAX_SLIVER_GRID = 32  # cells along a sliver
 SLIVER_CELLS = 500_000  # of all slivers together
-BAND = 4 * OFFSET  # rays meet the surface with an error; nearer to a cut its sides are not told
+BAND = OFFSET  # rays meet the surface with an error; nearer to a cut its sides are not told
 INSIDE = -1  # in ``Elements.element``: -1 - k means that grid k divides the cell further
 
 

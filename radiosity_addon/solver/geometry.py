@@ -16,6 +16,7 @@ from .sharp import edge_shrink
 # and 5e-7; nearer gaps than this cannot be told apart in float32 anyway.
 OFFSET = 5e-7
 SMALLEST, LARGEST = 1e-100, 1e100  # extent of a scene; powers of it must be numbers too
+SMALL = 8 * OFFSET  # edges of faces at which rays start too far from where they should
 ROUGH = 1e-4  # of a scene's extent: 32-bit vertices further apart than this have lost its shape
 
 
@@ -77,8 +78,12 @@ def build_geometry(vertices: np.ndarray, triangles: np.ndarray) -> Geometry:
 
 
 def rounding_warning(vertices: np.ndarray, geometry: Geometry) -> str | None:
-    """What to say of vertices (n, 3) that are 32-bit numbers too far from the origin for the
-    scene's size; None of others."""
+    """What to say of vertices (n, 3) where the scene's shape may be lost to rounding: they are
+    32-bit numbers too far from the origin for its size, or most faces are too small for it."""
+    return _far_from_origin(vertices, geometry) or _far_apart(geometry)
+
+
+def _far_from_origin(vertices: np.ndarray, geometry: Geometry) -> str | None:
     used = np.asarray(vertices, np.float64)[np.unique(geometry.triangles)]
     with np.errstate(over="ignore", under="ignore"):
         single = used.astype(np.float32)
@@ -91,4 +96,16 @@ def rounding_warning(vertices: np.ndarray, geometry: Geometry) -> str | None:
         f"the scene is {geometry.scale:.3g} units across and lies {np.abs(used).max():.3g} from "
         f"the origin, where 32-bit vertices are rounded to {step:.2g}: its shape may be lost; "
         "model it at the origin"
+    )
+
+
+def _far_apart(geometry: Geometry) -> str | None:
+    edges = np.maximum((geometry.e1**2).sum(axis=1), (geometry.e2**2).sum(axis=1))
+    middle = float(np.sqrt(np.median(edges))) if len(edges) else 1.0
+    if middle >= SMALL:
+        return None
+    return (
+        f"the scene is {geometry.scale:.3g} units across and half of its faces are smaller than "
+        f"{middle * geometry.scale:.2g}: light near them cannot be told apart; bake what lies far "
+        "apart on its own"
     )

@@ -11,7 +11,7 @@ BOX = meshes.box_scene(exitance=1.0)
 
 
 def test_random_scenes():
-    run(60)
+    run(30)
 
 
 def test_a_scene_that_should_be_refused_and_is_not_is_found():
