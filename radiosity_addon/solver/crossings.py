@@ -19,7 +19,7 @@ from .parallel import map_chunks, ranges
 REACH = 4 * OFFSET  # nearer than this triangles touch
 LARGE = 0.02  # of the scene: on both sides of larger triangles something may stand
 PARALLEL = 0.3  # sine of the angle between two triangles: below, all near the line is too near it
-SMALL = 0.004  # of the scene: height of a triangle over the other plane, from top to bottom, at least
+SMALL = 0.004  # of the scene: a face less high over the other's plane is not cut
 MOST = 1 << 18  # pairs; with more, everything is cut by everything
 LAYERS = 32  # triangles met along one edge
 CHUNK = 1 << 15

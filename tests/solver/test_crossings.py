@@ -49,9 +49,10 @@ def test_what_stands_on_a_triangle_cuts_it_alone():
 
 @pytest.mark.parametrize(
     "other",
-    [upright(1e-3, 0.5), FLOOR + [0, 0, 0.1], FLOOR[::-1], FLOOR + [1, 0, 0], FLOOR @ np.diag([1, 0, 1])],
+    [upright(1e-3, 0.5), FLOOR + [0, 0, 0.1], FLOOR[::-1], FLOOR + [1, 0, 0],
+     FLOOR @ np.diag([1, 0, 1])],
     ids=["above", "parallel", "the same, reversed", "beside", "degenerate"],
-)
+)  # fmt: skip
 def test_what_does_not_touch_or_lies_in_one_plane_cuts_nothing(other):
     assert len(crossings(other).triangle) == 0
 
