@@ -91,7 +91,7 @@ def _refined(context, elements, places: Places, per, target, tolerance, key):
     known = light_sides(context, places, elements.sides_of(places.side), per, (*key, 11))
     mean = float((known.share @ known.lit).mean())
     for step in range(MAX_REFINEMENTS):
-        worth = known.share * known.spread > 0.05 * tolerance * mean / np.sqrt(target)
+        worth = known.share * known.spread > tolerance * mean / np.sqrt(target)
         worth &= known.share * len(places.side) > 2
         divided = np.unique(known.side[worth] // 2)
         if len(divided) == 0 or elements.count > MAX_GROWTH * target:

@@ -20,7 +20,6 @@ from .transport import light_points
 
 RAYS = 4  # from a place that receivers' rays met; one from what those meet, and so on
 DEPTH = 8  # unseen sides that are met one after the other
-LEAST = 1e-3  # absorbed by what is met after these
 
 
 def with_unseen(
@@ -39,11 +38,7 @@ def with_unseen(
         context, radiosity, count, 1 if depth else RAYS, lambda chosen, group: points.take(chosen),
         (*key, depth), stage, np.arange(count),
     )
-    beyond = inner.unseen if depth + 1 == DEPTH else None
     inner = with_unseen(context, radiosity, inner, (*key, depth), stage, depth + 1)
-    light = lit + reflectance[0] * (inner.bounced + inner.first)
-    if beyond is not None:  # as if what is met there looked like this place: B = s / (1 − ρ)
-        light[beyond.owner] /= np.maximum(1 - reflectance[0][beyond.owner], LEAST)
-    light = unseen.weight * light
+    light = unseen.weight * (lit + reflectance[0] * (inner.bounced + inner.first))
     more = [np.bincount(unseen.owner, column, len(found.bounced)) for column in light.T]
     return replace(found, bounced=found.bounced + np.stack(more, 1))

@@ -29,6 +29,7 @@ BULB = PointLamp("Bulb", np.array([0.3, 0.4, 0.8]), np.ones(3), 0.1)
 SUN = SunLamp("Sun", np.array([0.0, 0.6, -0.8]), np.full(3, 2.0), 0.01)
 GREY_SKY = Sky(np.ones((1, 1, 3), np.float32))
 EVERYTHING = Needs(True, True, True)
+TRIES = 5  # of what is timed; the shortest counts
 
 
 def room(reflectance=0.5, **changes):
@@ -98,22 +99,22 @@ def test_colours_of_what_is_not_there_do_not_count():
 
 def test_one_channel_gives_what_three_give_in_less_time(monkeypatch):
     """The sums over neighbours are a third as wide; they are timed alone, as rays cost the same."""
-    weigh, seconds = Judge.weigh, [0.0]
+    weigh, seconds = Judge.weigh, [[], []]
 
     def timed(self, halves):
-        began = time.process_time()
-        verdict = weigh(self, halves)
-        seconds[-1] += time.process_time() - began
+        for _ in range(TRIES):
+            began = time.process_time()
+            verdict = weigh(self, halves)
+            seconds[halves[0].direct.shape[1] == 3].append(time.process_time() - began)
         return verdict
 
     monkeypatch.setattr(Judge, "weigh", timed)
     scene = furnished(sky=GREY_SKY)
-    one, _ = solve(scene, divisions=16)
-    seconds.append(0.0)
+    one, _ = solve(scene, divisions=24)
     monkeypatch.setattr(context_module, "channels_of", lambda scene: 3)
-    three, _ = solve(scene, divisions=16)
-    assert np.allclose(one, three, rtol=1e-5)
-    assert seconds[0] < 0.9 * seconds[1]
+    three, _ = solve(scene, divisions=24)
+    assert apart(one, three) < 1e-3  # rounding may tip what gets another sample
+    assert min(seconds[0]) < 0.8 * min(seconds[1])
 
 
 CLOSE_LAMP = AreaLamp(
