@@ -1,4 +1,4 @@
-"""Headless bake: ``python -m radiosity_addon``, and ``blender --python radiosity_addon/__main__.py``.
+"""Headless bake: ``python -m radiosity_addon``, ``blender --python radiosity_addon/__main__.py``.
 
 Blender runs this file by its path, with no package around it and its own options in ``sys.argv``;
 then the package is loaded from this file's folder and the words after ``--`` are ours.

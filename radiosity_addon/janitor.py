@@ -31,7 +31,7 @@ if last != b"done":
 
 
 class Janitor:
-    """Call ``watch`` for the files of each pattern, then ``dismiss`` when none is left to remove."""
+    """Call ``watch`` for the files of each pattern, then ``dismiss`` when none is left."""
 
     def __init__(self) -> None:
         self._process: subprocess.Popen | None = None

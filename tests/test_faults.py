@@ -36,8 +36,8 @@ def place(tmp_path, scene) -> faults.Place:
     [("start", signal.SIGINT), ("gather", signal.SIGTERM), ("save", signal.SIGINT)],
 )
 def test_signal_ends_a_bake_within_a_second(stage, number, place):
-    """Saving so small a bake may be over before the signal comes: then all of it is there. A machine
-    that is busy with something else gets another try."""
+    """Saving so small a bake may be over before the signal comes: then all of it is there. A
+    machine that is busy with something else gets another try."""
     for _ in range(TRIES):
         found = faults.interrupt_at(place, stage, number)
         if found.status != 130 or found.seconds < 1.0:

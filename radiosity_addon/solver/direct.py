@@ -25,8 +25,8 @@ POINTS_PER_CHUNK = 1 << 14
 
 @dataclass(frozen=True)
 class DirectLight:
-    """Irradiance (count, channels) float64, where shadow rays disagreed (count,) bool, and the variance
-    (count,) of its channels' mean that the choice among many lights leaves."""
+    """Irradiance (count, channels) float64, where shadow rays disagreed (count,) bool, and the
+    variance (count,) of its channels' mean that the choice among many lights leaves."""
 
     irradiance: np.ndarray
     mixed: np.ndarray
@@ -53,7 +53,8 @@ def direct_light(context: Context, count: int, per: int, place, key, stage: str)
 
 
 def _light_points(context: Context, points: Points, key):
-    """(R, channels) irradiance, (R,) bool: some light's shadow rays disagreed, and (R,) variance."""
+    """(R, channels) irradiance, (R,) bool: some light's shadow rays disagreed, and (R,)
+    variance."""
     per, count = points.shape
     position = points.position.reshape(-1, 3).astype(float)
     normal = points.normal.reshape(-1, 3).astype(float)

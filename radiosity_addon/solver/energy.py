@@ -62,7 +62,8 @@ def energy_balance(context: Context) -> dict:
 
 
 def _follow(context: Context, particles: Particles) -> tuple[np.ndarray, np.ndarray]:
-    """(channels,) power absorbed and escaped. The little still under way at the end is in neither."""
+    """(channels,) power absorbed and escaped. The little still under way at the end is in
+    neither."""
     absorbed, escaped = np.zeros((2, context.channels))
     everything = particles.weight.sum()
     for bounce in range(MAX_BOUNCES):
@@ -149,8 +150,8 @@ def _from_afar(context: Context) -> Particles:
 
 
 def _choose(power: np.ndarray, *key: int):
-    """Lights (n,) int in proportion to the mean of their ``power`` (k, channels), how many particles
-    each may expect, and numbers (n, 5) in [0, 1) of which the first is used up."""
+    """Lights (n,) int in proportion to the mean of their ``power`` (k, channels), how many
+    particles each may expect, and numbers (n, 5) in [0, 1) of which the first is used up."""
     level = np.cumsum(power.mean(axis=1))
     if len(level) == 0 or level[-1] <= 0:
         return np.zeros(0, int), np.zeros(0), np.zeros((0, 5))
@@ -161,8 +162,8 @@ def _choose(power: np.ndarray, *key: int):
 
 
 def _power(kind) -> np.ndarray:
-    """(k, channels) power of lights: π·radiance·area a side, 4π·intensity of a point lamp, and of a spot
-    the same with the integral of its beam, a smoothstep, over the directions."""
+    """(k, channels) power of lights: π·radiance·area a side, 4π·intensity of a point lamp, and of a
+    spot the same with the integral of its beam, a smoothstep, over the directions."""
     if isinstance(kind, Polygons):
         return kind.color * (np.pi * kind.area * (1 + kind.two_sided))[:, None]
     beam = np.where(kind.edge < -1, 2.0, 1 - kind.edge - kind.smooth / 2)

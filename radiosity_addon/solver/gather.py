@@ -1,7 +1,8 @@
 """Gather: cosine-distributed rays from points, and the light they bring back.
 
 Depends on ``context``, ``points``, ``elements``, ``passage``, ``guide``, ``parallel``. One ray of n
-carries 1/n of the irradiance: rows built from rays have entries >= 0 and sums <= 1, whatever the geometry.
+carries 1/n of the irradiance: rows built from rays have entries >= 0 and sums <= 1, whatever the
+geometry.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ RAYS_PER_CHUNK = 1 << 16
 class Met:
     """What rays met: all of them first, then those that went on through a surface.
 
-    ``rays`` (k,) numbers the rays, ``weight`` (k, channels) the share of their light; both None for the
-    first, which is every ray with weight 1.
+    ``rays`` (k,) numbers the rays, ``weight`` (k, channels) the share of their light; both None for
+    the first, which is every ray with weight 1.
     """
 
     hits: Hits
@@ -120,8 +121,8 @@ class Unseen:
 
 @dataclass(frozen=True)
 class Gathered:
-    """Mean over each owner's rays, (count, channels) float64: reflected light, and light first-hand, from
-    the sky and from emission that is not sampled explicitly."""
+    """Mean over each owner's rays, (count, channels) float64: reflected light, and light
+    first-hand, from the sky and from emission that is not sampled explicitly."""
 
     bounced: np.ndarray
     first: np.ndarray
@@ -238,7 +239,8 @@ def _of_first(weight: np.ndarray, met: Met) -> np.ndarray:
 
 
 def sky_mean(sky: Skylight | None, missed: np.ndarray, met: Met, directions: np.ndarray):
-    """(R, channels) mean over rays of the sky's radiosity where ``missed`` (k,); 0 without a sky."""
+    """(R, channels) mean over rays of the sky's radiosity where ``missed`` (k,); 0 without a
+    sky."""
     if sky is None:
         return 0.0
     rays, count = directions.shape[:2]

@@ -33,7 +33,8 @@ class Surface:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Irradiances (count, channels), the estimated relative error, and its square at each receiver."""
+    """Irradiances (count, channels), the estimated relative error, and its square at each
+    receiver."""
 
     direct: np.ndarray
     indirect: np.ndarray
@@ -129,8 +130,8 @@ class Judge:
         return float(np.sqrt(max(shared - 2 * own, 0.0)))
 
     def _smoothed(self, a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> _Part:
-        """Halves (count, k · channels) of k parts smoothed alike, and the mean's squared relative error
-        (count,) of the parts' sum.
+        """Halves (count, k · channels) of k parts smoothed alike, and the mean's squared relative
+        error (count,) of the parts' sum.
 
         Two halves of one receiver may agree by chance, so its error is taken from those around
         it too.

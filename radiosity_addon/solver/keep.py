@@ -129,8 +129,8 @@ def _same(kept: Plan, asked: Plan) -> bool:
 
 def shape_digest(scene: Scene, receivers: Receivers, seed: int) -> str:
     """Of everything that rays between surfaces depend on, whether anything is coloured, and
-    whether each light shines at all: elements are small where the shadows of those that do have their edges. The sky counts as
-    shape: rows remember what their rays brought from it."""
+    whether each light shines at all: elements are small where the shadows of those that do have
+    their edges. The sky counts as shape: rows remember what their rays brought from it."""
     baked = np.unique(scene.object[receivers.triangle])
     surfaces = [(m.reflectance, m.transmittance, _shines(m.emission), m.back is None)
                 for m in sides(scene.materials)]  # fmt: skip
@@ -151,7 +151,8 @@ def light_digest(scene: Scene) -> str:
 
 def _shines(thing) -> tuple[str, bool]:
     """The kind of a lamp or an emission field, and whether it gives any light."""
-    values = [getattr(thing, name, 1.0) for name in (*LAMP_COLOR.values(), "value", "factor", "values")]
+    names = (*LAMP_COLOR.values(), "value", "factor", "values")
+    values = [getattr(thing, name, 1.0) for name in names]
     return type(thing).__name__, all(np.any(np.asarray(v) > 0) for v in values)
 
 

@@ -15,7 +15,8 @@ def polygon_form_factor(
     """(n,) float64: form factor from points (n, 3) with unit normals (n, 3) to a convex polygon.
 
     ``polygon``: k corners in order, (3,) each, or (n, 3) where every point has its own. The part
-    below the horizon of a point is clipped away. Irradiance is π times this times the radiance. The polygon counts from both of its sides.
+    below the horizon of a point is clipped away. Irradiance is π times this times the radiance. The
+    polygon counts from both of its sides.
     """
     rays = [corner - position for corner in polygon]
     heights = [np.einsum("ij,ij->i", ray, normal) for ray in rays]

@@ -1,8 +1,8 @@
 """Lattice: the texels of an image as neighbours of each other on the surface.
 
 Depends on NumPy and ``parallel``. An à-trous kernel (Holschneider et al. 1989) averages texels at
-distances 1, 2, 4, ...; neighbours are used in opposite pairs only, f(x+d) + f(x−d) − 2 f(x), so that light
-that varies linearly stays as it is, at the edge of a wall too.
+distances 1, 2, 4, ...; neighbours are used in opposite pairs only, f(x+d) + f(x−d) − 2 f(x), so
+that light that varies linearly stays as it is, at the edge of a wall too.
 """
 
 from __future__ import annotations

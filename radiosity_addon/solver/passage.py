@@ -1,7 +1,7 @@
 """Passage: what rays meet on their way through surfaces that let light through.
 
-Depends on ``context``, ``blockers``. A cutout leaf or a pane of glass reflects its share and lets the rest
-straight on, tinted. Scenes without such surfaces never come here.
+Depends on ``context``, ``blockers``. A cutout leaf or a pane of glass reflects its share and lets
+the rest straight on, tinted. Scenes without such surfaces never come here.
 """
 
 from __future__ import annotations

@@ -113,9 +113,9 @@ class Scene:
     """Triangles with materials; lamps; a sky; the names they came from.
 
     The front of a triangle is where its vertices turn counter-clockwise. Both sides reflect and
-    emit, as their materials say; receivers are fronts. ``casts_shadow`` and ``visible`` (to diffuse rays) are per object.
-    ``lamp_objects``: for each lamp the objects it lights (indices), or None for all of them;
-    ``lamp_blockers``: the same of those that shade its light.
+    emit, as their materials say; receivers are fronts. ``casts_shadow`` and ``visible`` (to diffuse
+    rays) are per object. ``lamp_objects``: for each lamp the objects it lights (indices), or None
+    for all of them; ``lamp_blockers``: the same of those that shade its light.
     """
 
     vertices: np.ndarray  # (n_vertices, 3) float64

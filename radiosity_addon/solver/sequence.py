@@ -56,9 +56,9 @@ def solve(
     """Light at the receivers, to the relative error ``settings.target_error``.
 
     ``project`` maps values at receivers (count, c) to where the error is judged (m, c), linearly,
-    for colours that are means over receivers; None judges the receivers themselves. ``progress`` may
-    raise to stop. ``kept`` has solves to use again and takes those made. Raises ValueError for a
-    scene that cannot be solved.
+    for colours that are means over receivers; None judges the receivers themselves. ``progress``
+    may raise to stop. ``kept`` has solves to use again and takes those made. Raises ValueError for
+    a scene that cannot be solved.
     """
     clock = Clock()
     check_scene(scene, receivers)

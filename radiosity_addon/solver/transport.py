@@ -99,8 +99,8 @@ def light_sides(context: Context, places: Places, side: np.ndarray, per: int, ke
 
 def light_points(context: Context, points: Points, key):
     """Reflectance (per, R, channels) at points (per, R), the mean (R, channels) of reflectance ×
-    direct irradiance, and its standard deviation (R,) over the points, mean of channels, less what the
-    choice among many lights adds."""
+    direct irradiance, and its standard deviation (R,) over the points, mean of channels, less what
+    the choice among many lights adds."""
     per, count = points.shape
     single = points.single()
     direct = direct_light(
@@ -134,7 +134,8 @@ class Transport:
 
 @dataclass(frozen=True)
 class Later:
-    """k hits behind transmitting surfaces: row, cell side, weight (k, channels) of the ray's light."""
+    """k hits behind transmitting surfaces: row, cell side, weight (k, channels) of the ray's
+    light."""
 
     row: np.ndarray
     side: np.ndarray
@@ -186,8 +187,8 @@ def join_sides(parts) -> Sides:
 
 
 def _trace_rows(context: Context, elements: Elements, points: Points, row, rays: int, key):
-    """Hits (R, rays), later hits, sky (R, channels), and the places on sides whose ``row`` is -1, for R
-    owners' points."""
+    """Hits (R, rays), later hits, sky (R, channels), and the places on sides whose ``row`` is -1,
+    for R owners' points."""
     count = points.shape[1]
     hits = np.empty((count, rays), np.int32)
     light = np.zeros((count, context.channels))

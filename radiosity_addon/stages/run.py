@@ -42,7 +42,9 @@ def run(job: Job, progress: Progress = silent, kept=None) -> Result:
     return Result(
         colors=tuple(colors),
         statistics=_charged(figures, "elements", laid_out),
-        warnings=(*layout.warnings, *_warn_of_darkness(solution, job.settings.passes), *figures.warnings),
+        warnings=(
+            *layout.warnings, *_warn_of_darkness(solution, job.settings.passes), *figures.warnings
+        ),
         seconds={"fit": time.perf_counter() - started},
         receivers=receivers.count,
     )

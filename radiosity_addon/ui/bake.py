@@ -12,7 +12,7 @@ from .properties import settings_of
 from .report_store import store_report
 
 TICK = 0.05  # seconds between two steps
-REDRAW = 0.25  # seconds between two pictures of the progress: each makes Blender show the window anew
+REDRAW = 0.25  # seconds between two pictures of the progress: each draws the window anew
 # What bad input and failing disks raise; anything else is a fault of ours and shows its traceback.
 EXPECTED = (ValueError, OSError, RuntimeError, MemoryError, ImportError)
 

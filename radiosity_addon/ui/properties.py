@@ -22,7 +22,7 @@ CUSTOM = "CUSTOM"  # the quality whose error the user names
 
 TARGETS = (
     ("VERTEX", "Vertex Colors", "A color attribute on each mesh: as fine as the mesh, no UV map"),
-    ("IMAGE", "Image Textures", "One 32-bit float image per object: needs a UV map without overlaps"),
+    ("IMAGE", "Image Textures", "One 32-bit float image per object; a UV map without overlaps"),
 )
 DOMAINS = (
     ("CORNER", "Face Corner", "Keeps hard edges between faces sharp"),

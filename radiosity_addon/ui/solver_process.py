@@ -1,4 +1,4 @@
-"""The solver's process: started, watched and ended from Blender without ever waiting for it. No bpy.
+"""The solver's process: started, watched and ended from Blender without waiting for it. No bpy.
 
 Extensions may not start threads beside Blender's main thread, so the long middle stage of a bake
 runs in a process of its own: Blender's own Python on ``worker.py``. All it needs and gives lies in

@@ -1,4 +1,4 @@
-"""Lamps that only some objects shade: each object blocks the light of those that it is linked to."""
+"""Lamps that only some objects shade: each blocks the light of those that it is linked to."""
 
 import numpy as np
 import pytest
