@@ -271,7 +271,7 @@ def test_tiny_bakes_again(blender):
     from benchmarks.again import measure, table
     from benchmarks.scenes import lit_by_a_lamp_panel
 
-    rows = measure(lit_by_a_lamp_panel, error=0.1, size=32)
+    rows = measure(lit_by_a_lamp_panel, error=0.015, size=32)
     assert [row.reused for row in rows] == ["solution"] * 3 + ["transport"]
-    assert all(row.again < row.fresh for row in rows)
+    assert sum(row.again for row in rows) < 0.9 * sum(row.fresh for row in rows)
     assert table(rows).count("\n") == 5
