@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 
 MANY_RECEIVERS = 400_000
 FIRST_RAYS = 400_000  # of all receivers together in the first round, at least
-RECEIVERS_PER_ELEMENT = 400  # at most: to gather again for many costs more than elements do
+# Receivers for which to gather again costs more than elements do, and how many an element may serve.
+VERY_MANY_RECEIVERS, RECEIVERS_PER_ELEMENT = 1_000_000, 200
 MOST_ROW_RAYS = 10_000_000  # of all elements together: they are kept in memory
 
 
@@ -35,7 +36,10 @@ class Plan:
 
 def make_plan(error: float, receivers: int, smoothing: bool) -> Plan:
     """The first round for a relative ``error`` at ``receivers``; ``smoothing``: texels share."""
-    elements = max(1000 * (0.03 / error) ** 1.3, 200, receivers / RECEIVERS_PER_ELEMENT)
+    elements = 1000.0
+    if receivers > VERY_MANY_RECEIVERS:
+        elements = max(elements, receivers / RECEIVERS_PER_ELEMENT)
+    elements = max(elements * (0.03 / error) ** 1.3, 200)
     rays = 16 if error < 0.015 or not smoothing else 8 if error < 0.025 else 4
     if receivers > MANY_RECEIVERS:
         rays = max(rays // 2, 4)
