@@ -195,29 +195,24 @@ def test_lamp_hidden_from_diffuse_rays_is_left_out(blender, export):
     assert export().scene.lamps == ()
 
 
-@pytest.mark.parametrize("state, lit", [("INCLUDE", ["A"]), ("EXCLUDE", ["B"])])
-def test_light_linking(blender, export, state, lit):
+@pytest.mark.parametrize("state, linked", [("INCLUDE", ["A"]), ("EXCLUDE", ["B"])])
+@pytest.mark.parametrize(
+    "collects, tells, other",
+    [
+        ("receiver_collection", "lamp_objects", "lamp_blockers"),
+        ("blocker_collection", "lamp_blockers", "lamp_objects"),
+    ],
+)
+def test_light_and_shadow_linking(blender, export, collects, tells, other, state, linked):
     things = [add_plane(blender, name) for name in "AB"]
     lamp = add_lamp(blender, "POINT", energy=10.0)
-    collection = blender.data.collections.new("Lit")
+    collection = blender.data.collections.new("Linked")
     collection.objects.link(things[0])
-    lamp.light_linking.receiver_collection = collection
+    setattr(lamp.light_linking, collects, collection)
     collection.collection_objects[0].light_linking.link_state = state
     scene = export().scene
-    assert [scene.objects[i] for i in scene.lamp_objects[0]] == lit
-
-
-@pytest.mark.parametrize("state, shading", [("INCLUDE", ["A"]), ("EXCLUDE", ["B"])])
-def test_shadow_linking(blender, export, state, shading):
-    things = [add_plane(blender, name) for name in "AB"]
-    lamp = add_lamp(blender, "POINT", energy=10.0)
-    collection = blender.data.collections.new("Shading")
-    collection.objects.link(things[0])
-    lamp.light_linking.blocker_collection = collection
-    collection.collection_objects[0].light_linking.link_state = state
-    scene = export().scene
-    assert [scene.objects[i] for i in scene.lamp_blockers[0]] == shading
-    assert scene.lamp_objects is None and not any("shad" in w for w in scene.warnings)
+    assert [scene.objects[i] for i in getattr(scene, tells)[0]] == linked
+    assert getattr(scene, other) is None and not any("shad" in w for w in scene.warnings)
 
 
 def test_nothing_shades_a_lamp_without_shadow(blender, export):
