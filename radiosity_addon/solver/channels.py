@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from .fields import Constant, Field, Texture
-from .scene import Scene, lamp_color, sides
+from .scene import Scene, lamp_color, used_sides
 
 ALIKE = 1e-6  # of the largest channel: what conversions between colour spaces may leave
 SAMPLE = 4096  # values that are looked at before all are
@@ -17,8 +17,8 @@ SAMPLE = 4096  # values that are looked at before all are
 
 def channels_of(scene: Scene) -> int:
     """1 where the channels of every colour in use are alike, else 3."""
-    used = tuple(scene.materials[i] for i in np.unique(scene.material))
-    fields = [f for m in sides(used) for f in (m.reflectance, m.emission, m.transmittance)]
+    used = used_sides(scene)
+    fields = [f for m in used for f in (m.reflectance, m.emission, m.transmittance)]
     colors = [np.asarray(lamp_color(lamp)) for lamp in scene.lamps]
     colors += [] if scene.sky is None else [scene.sky.pixels]
     grey = all(map(_grey, colors)) and all(map(_grey_field, fields))

@@ -20,7 +20,7 @@ from .evaluate import evaluate_material
 from .fields import Constant, is_black
 from .geometry import Geometry, build_geometry
 from .progress import Progress
-from .scene import Scene, sides
+from .scene import Scene, sides, used_sides
 from .skylight import Skylight, split_sky
 from .sources import Sources, build_sources
 
@@ -50,6 +50,12 @@ class Context:
             isinstance(material.reflectance, Constant) and isinstance(material.emission, Constant)
             for material in sides(self.scene.materials)
         )
+
+    @cached_property
+    def glows(self) -> bool:
+        """Some surface may emit light that is not sampled explicitly."""
+        met = used_sides(self.scene, ~self.explicit)
+        return not all(is_black(side.emission) for side in met)
 
     @property
     def rays(self) -> int:

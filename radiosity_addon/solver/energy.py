@@ -197,7 +197,7 @@ def _leave_sphere(kind: Spheres, which, xi):
 def _unsampled_faces(context: Context) -> Polygons:
     """The emissive triangles that rays must find, as lights of their mean radiance."""
     scene, geometry = context.scene, context.geometry
-    shows = ~context.explicit
+    shows = ~context.explicit & context.glows
     if scene.visible is not None:
         shows &= scene.visible[scene.object]
     places = np.array([[1 / 6, 1 / 6], [4 / 6, 1 / 6], [1 / 6, 4 / 6], [1 / 3, 1 / 3]])

@@ -7,11 +7,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from .context import Context
 from .fields import is_black
-from .scene import sides
+from .scene import used_sides
 
 
 @dataclass(frozen=True)
@@ -31,14 +29,9 @@ class Needs:
 
 def needs_of(context: Context, passes: tuple[str, ...]) -> Needs:
     """What the ``passes`` ask for and the scene can give."""
-    scene = context.scene
-    used = tuple(scene.materials[i] for i in np.unique(scene.material))
-    met = np.unique(scene.material[~context.explicit])
-    met = tuple(scene.materials[i] for i in met)
-    glows = not all(is_black(material.emission) for material in sides(met))
-    reflects = not all(is_black(material.reflectance) for material in sides(used))
+    reflects = not all(is_black(side.reflectance) for side in used_sides(context.scene))
     return Needs(
         explicit="direct" in passes,
-        first="direct" in passes and (glows or context.sky is not None),
+        first="direct" in passes and (context.glows or context.sky is not None),
         reflected="indirect" in passes and reflects,
     )

@@ -163,6 +163,8 @@ def _groups(scene) -> np.ndarray:
 def _gathered_emission(context: Context, elements: Elements) -> np.ndarray | None:
     """(2 n_cells + 1, channels) float32 exitance of cell sides that rays must find, the same over
     all of a cell (a texture's mean); None where there is none."""
+    if not context.glows:
+        return None
     cells = np.flatnonzero(~context.explicit[elements.triangle])
     corners = elements.corners[cells].astype(float)
     weights = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4], [2, 2, 2]]) / 6

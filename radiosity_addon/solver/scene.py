@@ -131,3 +131,8 @@ class Scene:
     lamp_objects: tuple[np.ndarray | None, ...] | None = None
     lamp_blockers: tuple[np.ndarray | None, ...] | None = None
     warnings: tuple[str, ...] = field(default=())
+
+
+def used_sides(scene: Scene, triangles=slice(None)) -> list[Material]:
+    """``sides`` of the materials that some of the triangles have."""
+    return sides(tuple(scene.materials[i] for i in np.unique(scene.material[triangles])))
