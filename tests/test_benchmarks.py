@@ -275,3 +275,14 @@ def test_tiny_bakes_again(blender):
     assert [row.reused for row in rows] == ["solution"] * 3 + ["transport"]
     assert sum(row.again for row in rows) < 0.9 * sum(row.fresh for row in rows)
     assert table(rows).count("\n") == 5
+
+
+def test_small_large_mesh(blender):
+    """A head's 468 quads and 32 triangles become 1,968 quads at level 1, four times as many at
+    level 2; each two triangles. Two heads of level 1, one of level 2, and the box's 12."""
+    from benchmarks.large import FIGURES, measure
+
+    report = measure(2, 0.1)
+    assert set(FIGURES) < set(report)
+    assert report["triangles"] == 2 * 2 * 1968 + 2 * 4 * 1968 + 12
+    assert report["estimated_error"] <= 0.1

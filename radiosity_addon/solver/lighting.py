@@ -6,6 +6,7 @@ Depends on ``context``, ``direct``, ``gather``, ``guide``, ``footprints``, ``poi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import gcd
 
 import numpy as np
 
@@ -83,7 +84,8 @@ def add_gathered(
     as many as it is worth."""
     key = (context.seed, 21, *key)
     owners = _simple_first(footprints, owners)
-    place = place_on(footprints, owners, int(np.clip(rays // 4, min(rays, 4), MOST_POINTS)), *key)
+    per = gcd(rays, int(np.clip(rays // 4, 4, MOST_POINTS)))  # every point has as many rays
+    place = place_on(footprints, owners, per, *key)
     found = gather(
         context, radiosity, len(owners), rays, place, key, "gather", owners, learning, guide
     )
