@@ -1,9 +1,9 @@
 """Apart: parts of the surface that do not see each other are different elements.
 
-Depends on ``context``, ``crossings``, ``elements``. Inside a block that stands on the floor it is
-dark, and a radiosity shared with the lit floor around would leak in. So cells are cut along what
-crosses them or stands on them, small faces share an element only with what they see, and what is
-still obstructed is divided.
+Depends on ``context``, ``crossings``, ``elements``, ``ways``. Inside a block that stands on the
+floor it is dark, and a radiosity shared with the lit floor around would leak in. So cells are cut
+along what crosses them or stands on them, small faces share an element only with what they see, and
+what is still obstructed is divided.
 """
 
 from __future__ import annotations
@@ -14,17 +14,15 @@ import numpy as np
 
 from .context import Context
 from .elements import INSIDE, Elements, cut_cells, grid_cells, refine
-from .geometry import OFFSET
+from .ways import LIFT, is_clear, is_way_free
 
 MAX_GROWTH = 4  # times the elements at the start
 SPENT = 2.5  # times these: as far as cuts and small faces go; the edges of shadows need some too
-LIFT = 4 * OFFSET  # lines of sight run above the surface
 FEW = 3  # lines across a cell; with more it is divided first
 FINER = 3  # times
 MOST_CUTS = 12  # of a cell
 PROBES = 8  # along an edge, to find a place in each part of a cell
 MOST_TESTED = 1 << 18  # small faces that are looked at one by one
-RISE = 0.5  # of their distance: how far above two places the way may lead
 ROUNDS = 4  # elements that one of small faces may fall into before its faces are left alone
 
 
@@ -174,23 +172,9 @@ def _sees(context: Context, position, normal, label: np.ndarray) -> np.ndarray:
     clear = np.ones(len(label), bool)
     for side in (1, -1):
         up = side * normal
-        low = position + LIFT * up
-        direct = _clear(context, low, low[middle])
-        some = np.flatnonzero(~direct)
-        other = middle[some]
-        way = np.linalg.norm(position[some] - position[other], axis=1)[:, None]
-        high, above = low[some] + RISE * way * up[some], low[other] + RISE * way * up[other]
-        over = _clear(context, low[some], high) & _clear(context, high, above)
-        direct[some] = over & _clear(context, above, low[other])
-        clear &= direct
+        clear &= is_way_free(context, position, up, position[middle], up[middle])
     clear[middle] = True
     return clear
-
-
-def _clear(context: Context, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """(k,) bool: nothing lies between places (k, 3)."""
-    shadow = context.blockers[0].shadow
-    return shadow.clear(start.astype(np.float32), (end - start).astype(np.float32))
 
 
 def _divided(context: Context, elements: Elements, target: int, tolerance: float) -> Elements:
@@ -218,9 +202,7 @@ def _obstructed(context: Context, elements: Elements, cells: np.ndarray) -> np.n
     position = context.geometry.at(triangle[:, None], ends)
     blocked = np.zeros(len(cells), bool)
     for side in (1, -1):
-        lifted = position + side * 4 * OFFSET * context.geometry.normal[triangle][:, None]
+        lifted = position + side * LIFT * context.geometry.normal[triangle][:, None]
         for a, b in ((0, 1), (0, 2), (0, 3), (1, 2), (2, 3), (3, 1)):
-            start = np.ascontiguousarray(lifted[:, a], np.float32)
-            segment = np.ascontiguousarray(lifted[:, b] - lifted[:, a], np.float32)
-            blocked |= ~context.blockers[0].shadow.clear(start, segment)
+            blocked |= ~is_clear(context, lifted[:, a], lifted[:, b])
     return blocked

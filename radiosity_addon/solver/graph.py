@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix
+from scipy.sparse import csr_matrix, diags_array
 
 LEVELS = 5  # kernels are applied 1, 2, 4, 8, 16 times
 NEAREST = 9  # with the receiver itself
@@ -53,6 +53,18 @@ class Graph:
         for _ in range(1 << level):
             values = self.kernel @ values
         return values.T
+
+    def parted(self, dark: np.ndarray, sees) -> Graph:
+        """Without the links by which receivers that are ``dark`` (n,) bool would get light from
+        others that are not and that they do not see: ``sees(one, other)`` (k,) bool."""
+        row = np.repeat(np.arange(len(dark)), np.diff(self.kernel.indptr))
+        link = np.flatnonzero(dark[row] & ~dark[self.kernel.indices])
+        cut = link[~sees(row[link], self.kernel.indices[link])]
+        data = self.kernel.data.copy()
+        data[cut] = 0
+        kept = csr_matrix((data, self.kernel.indices, self.kernel.indptr), self.kernel.shape)
+        lost = np.bincount(row[cut], self.kernel.data[cut], len(dark)).astype(np.float32)
+        return Graph(kept + diags_array(lost))
 
 
 def build_graph(position, normal, area, threads: int) -> list[Graph]:

@@ -7,6 +7,7 @@ whichever is larger.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,6 +60,7 @@ class Judge:
     lattices: list  # of Lattice or Graph: who is whose neighbour
     passes: tuple[str, ...]
     threads: int
+    sees: Callable  # (k,) bool of receivers (k,), (k,): whether one sees all of the other
     project: object = None
 
     def weigh(self, halves: list[Lighting]) -> Verdict:
@@ -72,9 +74,10 @@ class Judge:
         level = np.where(level > 0, level, 1.0)
         weight = gain / level[:, None]  # from irradiance to relative error
         lit, bounced = (weight * (name in self.passes) for name in ("direct", "indirect"))
+        lattices = self._neighbors(direct_a, direct_b, bounced_a, bounced_b, first_a, first_b)
         gathered = [np.hstack(half) for half in ((first_a, bounced_a), (first_b, bounced_b))]
         shadows, gathered = map_chunks(
-            lambda part: self._smoothed(*part),
+            lambda part: self._smoothed(lattices, *part),
             [(direct_a, direct_b, lit), (*gathered, np.hstack([lit, bounced]))],
             self.threads,
             lambda fraction: None,
@@ -118,6 +121,14 @@ class Judge:
             result.append((np.flatnonzero(spread(square > 0.3 * allowed)), excess))
         return tuple(result)
 
+    def _neighbors(self, *light: np.ndarray) -> list:
+        """Who is whose neighbour, given all light (count, c) so far: what is dark, as a sealed room
+        beside the sun, stays so behind a wall."""
+        dark = ~np.any([part.any(axis=1) for part in light], axis=0)
+        if dark.all() or not dark.any():
+            return self.lattices
+        return [lattice.parted(dark, self.sees) for lattice in self.lattices]
+
     def _common(self, apart: np.ndarray) -> float:
         """Relative error that neighbours share, from the halves' differences (count, c).
 
@@ -129,14 +140,14 @@ class Judge:
         own = (widest(self.lattices, signs * apart) ** 2).mean()
         return float(np.sqrt(max(shared - 2 * own, 0.0)))
 
-    def _smoothed(self, a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> _Part:
+    def _smoothed(self, lattices, a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> _Part:
         """Halves (count, k · channels) of k parts smoothed alike, and the mean's squared relative
         error (count,) of the parts' sum.
 
         Two halves of one receiver may agree by chance, so its error is taken from those around
         it too.
         """
-        smoothed = smooth(self.lattices, a, b, weight)
+        smoothed = smooth(lattices, a, b, weight)
         apart = weight * (smoothed.a - smoothed.b) / 2
         bias = (weight**2 * smoothed.square_error - 2 * apart**2).sum(axis=1)  # error less noise
         channels = self.surface.reflectance.shape[1]
@@ -145,7 +156,7 @@ class Judge:
         least = BALANCE * noise * smoothed.touched
         if bias.mean() < least.mean():
             bias = least
-        square = smooth_map(self.lattices, (noise + bias) / channels)
+        square = smooth_map(lattices, (noise + bias) / channels)
         return _Part(smoothed.a, smoothed.b, square)
 
     def _gain(self) -> np.ndarray | float:

@@ -69,10 +69,30 @@ class Lattice:
 
         return maximum_filter(picture, (1, 3, 3))
 
+    def parted(self, dark: np.ndarray, sees) -> Lattice:
+        """Without the pairs by which receivers that are ``dark`` (count,) bool would get light from
+        others that are not and that they do not see: ``sees(one, other)`` (k,) bool."""
+        shade, number = np.zeros((2, *self.shape), np.int64)
+        shade.ravel()[self.cell] = np.where(dark[self.index], 1, -1)
+        number.ravel()[self.cell] = self.index
+        here = self.inner(number, 0, 0)
+        levels = []
+        for level, weights in enumerate(self.weights):
+            cut = [weight.copy() for weight in weights]
+            for (dy, dx, _), weight in zip(DIRECTIONS, cut):
+                for side in (1 << level, -1 << level):
+                    lit = self.inner(shade, side * dy, side * dx) < 0
+                    row, column = np.nonzero((weight > 0) & (self.inner(shade, 0, 0) > 0) & lit)
+                    other = self.inner(number, side * dy, side * dx)[row, column]
+                    hidden = ~sees(here[row, column], other)
+                    weight[row[hidden], column[hidden]] = 0
+            levels.append(cut)
+        return replace(self, weights=tuple(levels))
+
     def inner(self, picture: np.ndarray, dy: int, dx: int) -> np.ndarray:
-        """A view of (c, height, width) without the padding, moved by (dy, dx)."""
+        """A view of (..., height, width) without the padding, moved by (dy, dx)."""
         (height, width), pad = self.shape, self.pad
-        return picture[:, pad + dy : height - pad + dy, pad + dx : width - pad + dx]
+        return picture[..., pad + dy : height - pad + dy, pad + dx : width - pad + dx]
 
 
 def build_lattices(grid, position, normal, threads: int = 1, levels: int = LEVELS) -> list[Lattice]:

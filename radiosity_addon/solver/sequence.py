@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -33,6 +34,7 @@ from .radiosity import Radiosity, solve_radiosity, without_reflection
 from .receivers import Receivers
 from .scene import Scene
 from .solution import Solution, Statistics
+from .ways import sees_whole
 
 SURFACE_POINTS = 8  # a receiver's reflectance and emission are means over these
 MAX_ROUNDS = 10
@@ -124,7 +126,8 @@ def _judge(context: Context, footprints: Footprints, receivers: Receivers, passe
         lattices = build_lattices(receivers.grid, position, normal, context.threads)
     else:
         lattices = build_graph(position, normal, footprints.area, context.threads)
-    return Judge(_surface(context, footprints), lattices, passes, context.threads, project)
+    sees = partial(sees_whole, context, footprints)
+    return Judge(_surface(context, footprints), lattices, passes, context.threads, sees, project)
 
 
 def _surface(context: Context, footprints: Footprints) -> Surface:

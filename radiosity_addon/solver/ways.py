@@ -1,0 +1,52 @@
+"""Ways: whether one place on the surface sees another. Depends on ``context``, ``footprints``."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .context import Context
+from .footprints import Footprints
+from .geometry import OFFSET
+
+LIFT = 4 * OFFSET  # lines of sight run above the surface
+RISE = 0.5  # of their distance: how far above two places the way may lead
+
+
+def is_way_free(context: Context, start, start_up, end, end_up) -> np.ndarray:
+    """(k,) bool: from ``start`` (k, 3) there is a free way to ``end`` (k, 3): straight, or, as a
+    surface may be curved, through places above the two; ``_up`` (k, 3) are their unit normals, on
+    the side that is asked about."""
+    low, goal = start + LIFT * start_up, end + LIFT * end_up
+    free = is_clear(context, low, goal)
+    some = np.flatnonzero(~free)
+    way = RISE * np.linalg.norm(start[some] - end[some], axis=1)[:, None]
+    high, above = low[some] + way * start_up[some], goal[some] + way * end_up[some]
+    over = is_clear(context, low[some], high) & is_clear(context, high, above)
+    free[some] = over & is_clear(context, above, goal[some])
+    return free
+
+
+def is_clear(context: Context, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """(k,) bool: nothing lies between places (k, 3)."""
+    shadow = context.blockers[0].shadow
+    return shadow.clear(start.astype(np.float32), (end - start).astype(np.float32))
+
+
+def sees_whole(context: Context, footprints: Footprints, one, other) -> np.ndarray:
+    """(k,) bool: from the middle of the footprints ``one`` (k,) int there are free ways to every
+    corner of the footprints ``other`` (k,) int."""
+    sees = np.ones(len(one), bool)
+    if context.blockers[0].shadow is None or len(one) == 0:
+        return sees
+    position, normal = footprints.middle()
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-30)[:, None]
+    first, cells = footprints.start[other], np.diff(footprints.start)[other]
+    pair = np.repeat(np.arange(len(one)), cells)
+    cell = np.arange(len(pair)) + np.repeat(first - np.cumsum(cells) + cells, cells)
+    start, start_up = position[one[pair]], normal[one[pair]]
+    for u, v in ((0, 0), (1, 0), (0, 1), (1, 1)):
+        far = (u + v < 2) | footprints.square[cell]
+        corner = footprints.origin[cell] + u * footprints.u[cell] + v * footprints.v[cell]
+        free = is_way_free(context, start, start_up, corner, footprints.normal[cell])
+        sees[pair[far & ~free]] = False
+    return sees
