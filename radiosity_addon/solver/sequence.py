@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -34,7 +33,7 @@ from .radiosity import Radiosity, solve_radiosity, without_reflection
 from .receivers import Receivers
 from .scene import Scene
 from .solution import Solution, Statistics
-from .ways import sees_whole
+from .ways import build_sight
 
 SURFACE_POINTS = 8  # a receiver's reflectance and emission are means over these
 MAX_ROUNDS = 10
@@ -126,7 +125,7 @@ def _judge(context: Context, footprints: Footprints, receivers: Receivers, passe
         lattices = build_lattices(receivers.grid, position, normal, context.threads)
     else:
         lattices = build_graph(position, normal, footprints.area, context.threads)
-    sees = partial(sees_whole, context, footprints)
+    sees = build_sight(context, footprints).sees_whole
     return Judge(_surface(context, footprints), lattices, passes, context.threads, sees, project)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from .context import Context
@@ -32,21 +34,36 @@ def is_clear(context: Context, start: np.ndarray, end: np.ndarray) -> np.ndarray
     return shadow.clear(start.astype(np.float32), (end - start).astype(np.float32))
 
 
-def sees_whole(context: Context, footprints: Footprints, one, other) -> np.ndarray:
-    """(k,) bool: from the middle of the footprints ``one`` (k,) int there are free ways to every
-    corner of the footprints ``other`` (k,) int."""
-    sees = np.ones(len(one), bool)
-    if context.blockers[0].shadow is None or len(one) == 0:
+@dataclass(frozen=True)
+class Sight:
+    """What receivers see of each other."""
+
+    context: Context
+    footprints: Footprints
+    position: np.ndarray  # (count, 3): the footprints' middles
+    up: np.ndarray  # (count, 3) unit normals there
+
+    def sees_whole(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """(k,) bool: from the middle of the receivers ``one`` (k,) int there are free ways to every
+        corner of the footprints ``other`` (k,) int."""
+        sees = np.ones(len(one), bool)
+        if self.context.blockers[0].shadow is None or len(one) == 0:
+            return sees
+        footprints = self.footprints
+        first, cells = footprints.start[other], np.diff(footprints.start)[other]
+        pair = np.repeat(np.arange(len(one)), cells)
+        cell = np.arange(len(pair)) + np.repeat(first - np.cumsum(cells) + cells, cells)
+        start, start_up = self.position[one[pair]], self.up[one[pair]]
+        for u, v in ((0, 0), (1, 0), (0, 1), (1, 1)):
+            far = (u + v < 2) | footprints.square[cell]
+            corner = footprints.origin[cell] + u * footprints.u[cell] + v * footprints.v[cell]
+            free = is_way_free(self.context, start, start_up, corner, footprints.normal[cell])
+            sees[pair[far & ~free]] = False
         return sees
+
+
+def build_sight(context: Context, footprints: Footprints) -> Sight:
+    """For the receivers of a bake."""
     position, normal = footprints.middle()
-    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-30)[:, None]
-    first, cells = footprints.start[other], np.diff(footprints.start)[other]
-    pair = np.repeat(np.arange(len(one)), cells)
-    cell = np.arange(len(pair)) + np.repeat(first - np.cumsum(cells) + cells, cells)
-    start, start_up = position[one[pair]], normal[one[pair]]
-    for u, v in ((0, 0), (1, 0), (0, 1), (1, 1)):
-        far = (u + v < 2) | footprints.square[cell]
-        corner = footprints.origin[cell] + u * footprints.u[cell] + v * footprints.v[cell]
-        free = is_way_free(context, start, start_up, corner, footprints.normal[cell])
-        sees[pair[far & ~free]] = False
-    return sees
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    return Sight(context, footprints, position, normal / np.maximum(length, 1e-30))

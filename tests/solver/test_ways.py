@@ -9,7 +9,7 @@ from radiosity_addon.solver.footprints import build_footprints
 from radiosity_addon.solver.graph import build_graph
 from radiosity_addon.solver.lattice import build_lattices
 from radiosity_addon.solver.progress import silent
-from radiosity_addon.solver.ways import sees_whole
+from radiosity_addon.solver.ways import build_sight
 from tests.solver import meshes
 
 SIZE = 40  # texels along an edge of a square, the plane x < 0.4 of which is dark
@@ -50,13 +50,13 @@ def test_what_a_receiver_sees():
     scene = meshes.scene([ground, wall, (ball + [0, 0, 20], small)], 0.5)
     context = build_context(scene, 0, 1, silent)
     receivers = meshes.triangle_receivers(scene)
-    footprints = build_footprints(context.geometry, receivers)
+    sight = build_sight(context, build_footprints(context.geometry, receivers))
     column = np.repeat(np.tile([-2, 0, 2], 3), 2)  # the squares' middles, along x
     one, other = np.stack(np.meshgrid(np.arange(18), np.arange(18))).reshape(2, -1)
-    sees = sees_whole(context, footprints, one, other)
+    sees = sight.sees_whole(one, other)
     left = column[one] == -2
     assert (sees[left] == (column[other[left]] == -2)).all()
     edges = np.sort(np.concatenate([small[:, [0, 1]], small[:, [1, 2]], small[:, [2, 0]]]), axis=1)
     face = np.tile(np.arange(len(small)), 3)[np.lexsort(edges.T)].reshape(-1, 2)
     face = face + len(scene.triangles) - len(small)
-    assert sees_whole(context, footprints, face[:, 0], face[:, 1]).all()
+    assert sight.sees_whole(face[:, 0], face[:, 1]).all()
