@@ -8,6 +8,7 @@ that light that varies linearly stays as it is, at the edge of a wall too.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -72,27 +73,29 @@ class Lattice:
     def parted(self, dark: np.ndarray, sees) -> Lattice:
         """Without the pairs by which receivers that are ``dark`` (count,) bool would get light from
         others that are not and that they do not see: ``sees(one, other)`` (k,) bool."""
-        shade, number = np.zeros((2, *self.shape), np.int64)
-        shade.ravel()[self.cell] = np.where(dark[self.index], 1, -1)
-        number.ravel()[self.cell] = self.index
-        here = self.inner(number, 0, 0)
-        levels = []
-        for level, weights in enumerate(self.weights):
-            cut = [weight.copy() for weight in weights]
-            for (dy, dx, _), weight in zip(DIRECTIONS, cut):
-                for side in (1 << level, -1 << level):
-                    lit = self.inner(shade, side * dy, side * dx) < 0
-                    row, column = np.nonzero((weight > 0) & (self.inner(shade, 0, 0) > 0) & lit)
-                    other = self.inner(number, side * dy, side * dx)[row, column]
-                    hidden = ~sees(here[row, column], other)
-                    weight[row[hidden], column[hidden]] = 0
-            levels.append(cut)
-        return replace(self, weights=tuple(levels))
+        number = np.full(self.shape[0] * self.shape[1], -1)
+        number[self.cell] = self.index
+        chosen = dark[self.index]
+        here = self.cell[chosen]
+        place = tuple(np.stack(np.divmod(here, self.shape[1])) - self.pad)
+        weights = tuple([weight.copy() for weight in level] for level in self.weights)
+        pairs = []
+        for level, side in product(range(self.levels), (1, -1)):
+            for (dy, dx, _), weight in zip(DIRECTIONS, weights[level]):
+                other = number[here + side * (dy * self.shape[1] + dx << level)]
+                some = np.flatnonzero((weight[place] > 0) & (other >= 0) & ~dark[other])
+                pairs.append((weight, some, other[some]))
+        some, other = (np.concatenate(part) for part in list(zip(*pairs))[1:])
+        hidden = ~sees(self.index[chosen][some], other)
+        ends = np.cumsum([len(some) for _, some, _ in pairs])[:-1]
+        for (weight, some, _), cut in zip(pairs, np.split(hidden, ends)):
+            weight[tuple(part[some[cut]] for part in place)] = 0
+        return replace(self, weights=weights)
 
     def inner(self, picture: np.ndarray, dy: int, dx: int) -> np.ndarray:
-        """A view of (..., height, width) without the padding, moved by (dy, dx)."""
+        """A view of (c, height, width) without the padding, moved by (dy, dx)."""
         (height, width), pad = self.shape, self.pad
-        return picture[..., pad + dy : height - pad + dy, pad + dx : width - pad + dx]
+        return picture[:, pad + dy : height - pad + dy, pad + dx : width - pad + dx]
 
 
 def build_lattices(grid, position, normal, threads: int = 1, levels: int = LEVELS) -> list[Lattice]:

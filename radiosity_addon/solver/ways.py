@@ -23,8 +23,10 @@ def is_way_free(context: Context, start, start_up, end, end_up) -> np.ndarray:
     some = np.flatnonzero(~free)
     way = RISE * np.linalg.norm(start[some] - end[some], axis=1)[:, None]
     high, above = low[some] + way * start_up[some], goal[some] + way * end_up[some]
-    over = is_clear(context, low[some], high) & is_clear(context, high, above)
-    free[some] = over & is_clear(context, above, goal[some])
+    over = is_clear(context, high, above)
+    for one, other in ((low[some], high), (goal[some], above)):
+        over[over] = is_clear(context, one[over], other[over])
+    free[some] = over
     return free
 
 
@@ -53,12 +55,14 @@ class Sight:
         first, cells = footprints.start[other], np.diff(footprints.start)[other]
         pair = np.repeat(np.arange(len(one)), cells)
         cell = np.arange(len(pair)) + np.repeat(first - np.cumsum(cells) + cells, cells)
-        start, start_up = self.position[one[pair]], self.up[one[pair]]
         for u, v in ((0, 0), (1, 0), (0, 1), (1, 1)):
-            far = (u + v < 2) | footprints.square[cell]
-            corner = footprints.origin[cell] + u * footprints.u[cell] + v * footprints.v[cell]
-            free = is_way_free(self.context, start, start_up, corner, footprints.normal[cell])
-            sees[pair[far & ~free]] = False
+            left = np.flatnonzero(sees[pair] & ((u + v < 2) | footprints.square[cell]))
+            start, end = one[pair[left]], cell[left]
+            corner = footprints.origin[end] + u * footprints.u[end] + v * footprints.v[end]
+            free = is_way_free(
+                self.context, self.position[start], self.up[start], corner, footprints.normal[end]
+            )
+            sees[pair[left[~free]]] = False
         return sees
 
 
