@@ -63,6 +63,7 @@ def unwrap_steps(objects, name: str, resolution: int, margin: int):
         identity, called = item.session_uid, free_name(item.data, name)
         uv = yield from _unwrap(_shape(item), gap, index / len(lacking))
         held.append(HeldMap(identity, each, called, uv))
+        yield (index + 1) / len(lacking)
     return held
 
 

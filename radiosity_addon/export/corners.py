@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from .exported import CornerMap
-from .meshes import bulk
+from .meshes import bulk, read_loop_vertices
 from .tracing import Trace
 
 QUAD_TOLERANCE = 0.02  # of the face's size: how far bilinear weights may miss the corner's place
@@ -46,7 +46,7 @@ def traced(loops: np.ndarray, polygon: np.ndarray, trace: Trace, mesh) -> Corner
 
 def _loop_places(mesh) -> np.ndarray:
     places = bulk(mesh.vertices, "co", np.float32, 3).astype(np.float64)
-    return places[bulk(mesh.loops, "vertex_index", np.int32)]
+    return places[read_loop_vertices(mesh)]
 
 
 def bilinear(mesh, face: np.ndarray, place: np.ndarray, square: np.ndarray):

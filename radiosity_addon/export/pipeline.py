@@ -21,7 +21,7 @@ from .images import working_space_is_rec709
 from .lights import (Light, glow_remarks, lit_objects, read_lights, shading_objects,
                      with_node_colors)  # fmt: skip
 from .materials import read_materials, scene_materials
-from .meshes import bulk
+from .meshes import read_loop_vertices
 from .parts import Part, read_parts
 from .smooth import smooth_groups
 from .sockets import Reader
@@ -169,7 +169,7 @@ def _object(receiver: Receiver, placed: Placed, settings) -> ExportedObject | st
         weights = _corner_map(mesh, placed, receiver.trace)
         if weights is None:
             return UNTRACED
-        vertex = bulk(mesh.loops, "vertex_index", np.int32)
+        vertex = read_loop_vertices(mesh)
         groups = smooth_groups(mesh)
     return ExportedObject(
         receiver.name, start, stop, uv, weights, vertex, groups,

@@ -9,14 +9,14 @@ from __future__ import annotations
 import numpy as np
 
 from ..components import connected_components
-from .meshes import bulk
+from .meshes import bulk, read_loop_vertices
 
 SMOOTH_ANGLE = np.radians(30.0)
 
 
 def smooth_groups(mesh) -> np.ndarray:
     """(n_loops,) int32 group of each loop of a bpy mesh, numbered from 0."""
-    loop_vertex = bulk(mesh.loops, "vertex_index", np.int32)
+    loop_vertex = read_loop_vertices(mesh)
     loop_edge = bulk(mesh.loops, "edge_index", np.int32)
     start = bulk(mesh.polygons, "loop_start", np.int32)
     count = bulk(mesh.polygons, "loop_total", np.int32)

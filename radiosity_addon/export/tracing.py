@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .meshes import bulk
+from .meshes import bulk, read_loop_vertices
 
 FACE, PLACE, SQUARE = "radiosity_face", "radiosity_place", "radiosity_square"
 UNIT_SQUARE = np.array(((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)), np.float32)
@@ -63,7 +63,7 @@ def _attach(mesh) -> None:
     n_loops = len(mesh.loops)
     count = bulk(mesh.polygons, "loop_total", np.int32)
     start = bulk(mesh.polygons, "loop_start", np.int32)
-    place = bulk(mesh.vertices, "co", np.float32, 3)[bulk(mesh.loops, "vertex_index", np.int32)]
+    place = bulk(mesh.vertices, "co", np.float32, 3)[read_loop_vertices(mesh)]
     square = np.full((n_loops, 3), -1.0, np.float32)
     quads = start[count == 4]
     square[quads[:, None] + np.arange(4)] = UNIT_SQUARE
