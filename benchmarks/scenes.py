@@ -143,8 +143,8 @@ SCENES = {
         StudyScene("lamp_hall", lamp_hall, reference=1024),
         StudyScene("street", street, reference=512),
         StudyScene("furnace", suzanne_furnace, exact=1 / np.pi),
-        StudyScene("living_room", living_room, size=512, reference=512),
-        StudyScene("room", glass_room, size=512, reference=512),
+        StudyScene("living_room", living_room, reference=1024),
+        StudyScene("room", glass_room, reference=1024),
     )
 }
 

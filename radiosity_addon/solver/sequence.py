@@ -40,9 +40,11 @@ MAX_ROUNDS = 10
 MAX_SAMPLES = 1 << 14  # rays or points of a receiver in one round
 ELEMENTS_SHARE = 0.8  # of the goal: a larger error common to neighbours wants finer elements
 MOST_ELEMENTS = 200_000
-LAST_RESTART = 4  # rounds: later, too much would be gathered anew
+LAST_RESTART = 6  # rounds: later, too much would be gathered anew
+GROWTH = 8  # times the samples so far, at most, in one round;
+LARGE_ROUND, LARGE_GROWTH = 5e6, 3  # with so many rays this: the elements may turn out too coarse
 DIRECT_RATE = 0.8  # points for shadows to lower their squared error by a factor: its power
-STALLED = 0.7  # of its square: gathered light's error after half as many rays again, at most
+TELLING = 1.5  # times the rays, from which on two rounds tell what more rays would not lower
 HALVES = (0, 1)
 # Edges of elements differ by half between the halves, so that few coincide: what the elements'
 # size does to the light then shows in the difference of the halves.
@@ -170,7 +172,7 @@ class _Rounds:
         direct, gathered = (everyone, plan.points), (everyone, plan.rays)
         learning = start_learning(clusters_of(*self.footprints.middle(), self.footprints.area))
         guide = None
-        before = np.inf  # what gathered light's squared error was, before the last rays
+        told = []  # since the last solve: rays of a receiver, and their light's squared error
         for step in range(MAX_ROUNDS):
             began, work = time.perf_counter(), _samples(direct, gathered)
             self._add(light, radiosities, direct, gathered, step, guide, learning)
@@ -181,12 +183,10 @@ class _Rounds:
             guide = learning and make_guide(learning)
             if guide is None:  # the first rays tell well enough whether one would pay
                 learning = None
-            square = verdict.gather_square.mean()
-            excess = verdict.common / (ELEMENTS_SHARE * plan.goal)
-            if square > STALLED * before:
-                excess = max(excess, 2.0)
+            told.append((light[0].rays.mean(), max(verdict.gather_square.mean(), 0.0)))
+            excess = max(verdict.common, _floor(told, plan.enough)) / (ELEMENTS_SHARE * plan.goal)
             if excess > 1 and step < LAST_RESTART and plan.elements < MOST_ELEMENTS:
-                plan, before = plan.refined(excess), np.inf
+                plan, told = plan.refined(excess), []
                 laps = self.clock.laps
                 if not self._time_for(2 * (laps.get("transport", 0.0) + laps["gather"])):
                     break
@@ -196,8 +196,6 @@ class _Rounds:
                 direct, gathered = (everyone[:0], plan.points), (everyone, plan.rays)
                 continue
             direct, gathered = self._more(verdict, plan, light, guide)
-            grown = len(gathered[0]) * gathered[1] > light[0].rays.sum() / 2
-            before = square if grown else np.inf
             ahead = _samples(direct, gathered)
             if ahead == 0:
                 break
@@ -249,11 +247,23 @@ class _Rounds:
     def _more(self, verdict: Verdict, plan: Plan, light, guide: Guide | None):
         """(owners, samples of each) to add, of points for direct light and of rays."""
         (shaded, direct_factor), (dim, gather_factor) = self.judge.mark(verdict, plan.goal)
-        points = light[0].points.max() * (min(direct_factor**DIRECT_RATE, 8) - 1)
-        rays = light[0].rays.mean() * (min(gather_factor, 8) - 1)
+        points = light[0].points.max() * (min(direct_factor**DIRECT_RATE, GROWTH) - 1)
+        large = GROWTH * light[0].rays.sum() > LARGE_ROUND
+        rays = light[0].rays.mean() * (min(gather_factor, LARGE_GROWTH if large else GROWTH) - 1)
         if guide is not None and len(dim):
             rays /= guide.worth[guide.cluster[dim]].mean()
         return (shaded, round_up(points, 4, MAX_SAMPLES)), (dim, round_up(rays, 8, MAX_SAMPLES))
+
+
+def _floor(told: list[tuple[float, float]], enough: float) -> float:
+    """The error that stays however many rays there are, if the rest of its square falls as 1 / rays,
+    from (rays, squared error) of the last two rounds; 0 where it is no more than ``enough``, or they
+    cannot tell: the first round's rays are not aimed yet."""
+    if len(told) < 3 or told[-1][0] < TELLING * told[-2][0]:
+        return 0.0
+    (few, high), (many, low) = told[-2:]
+    floor = np.sqrt(max(many * low - few * high, 0.0) / (many - few))
+    return floor if floor > enough else 0.0
 
 
 def _samples(*rounds) -> int:
