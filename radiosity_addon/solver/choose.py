@@ -72,8 +72,13 @@ def choose_lights(sources, pool: Pool, position, normal, xi: np.ndarray) -> list
 
 def _strengths(sources, light: np.ndarray, position, normal) -> np.ndarray:
     """(n, c) rough irradiance of lights (n, c) at points (n, 3); 0 where a light is −1."""
-    strength = np.zeros(light.shape)
     kinds = np.where(light >= 0, sources.kind[light], -1)
+    alone = np.unique(kinds[kinds >= 0]) if len(sources.kinds) > 1 else np.zeros(1, int)
+    if len(alone) == 1:
+        kind = sources.kinds[alone[0]]
+        found = kind.strength(sources.place[light], position[:, None], normal[:, None])
+        return np.where(light >= 0, found, 0.0)
+    strength = np.zeros(light.shape)
     for number, kind in enumerate(sources.kinds):
         row, column = np.nonzero(kinds == number)
         place = sources.place[light[row, column]]

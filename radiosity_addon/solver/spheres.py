@@ -84,8 +84,9 @@ class Spheres:
     def beam(self, which, unit: np.ndarray, slack=0.0) -> np.ndarray:
         """Cycles' spot: a smoothstep between the cone's edge and its blended inside, for unit
         directions to the sampled point; ``slack`` is added to the cosine with the axis."""
+        edge = self.edge[which]
         cosine = -np.einsum("...j,...j->...", unit, np.broadcast_to(self.axis[which], unit.shape))
-        cosine, edge = cosine + slack, self.edge[which]
+        cosine = cosine + slack
         t = np.clip((cosine - edge) / np.maximum(self.smooth[which], 1e-9), 0, 1)
         return np.where(edge < -1, 1.0, t * t * (3 - 2 * t))
 
@@ -96,8 +97,10 @@ class Spheres:
         distance = np.sqrt(square)
         slack = np.minimum(self.radius[which] / distance, 1) + 1e-3
         cosine = np.einsum("...j,...j->...", toward, normal) / distance + slack
-        beam = self.beam(which, toward / distance[..., None], slack)
-        return self.color.mean(axis=1)[which] * np.maximum(cosine, 0) * beam / square
+        rough = self.color.mean(axis=1)[which] * np.maximum(cosine, 0) / square
+        if self.edge[which].max() > -1:
+            rough *= self.beam(which, toward / distance[..., None], slack)
+        return rough
 
     def reaches(self, center: np.ndarray, half: np.ndarray) -> np.ndarray:
         """(k,) bool: some box, centre and half edges (g, 3), has a part in the lamp's cone."""
