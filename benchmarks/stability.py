@@ -15,9 +15,11 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.machine import commit
+from benchmarks.scenes import SceneMissing
 from benchmarks.stability_cases import CASES, Case
 from benchmarks.stability_measures import random_failures
 
+MISSING = float("nan")
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "stability.md"
 INTRODUCTION = """# Numerical stability at the extremes
 
@@ -33,7 +35,7 @@ class Row:
     """One case, measured."""
 
     case: Case
-    deviation: float
+    deviation: float  # MISSING where the case's file is not here
     seconds: float
 
     @property
@@ -49,10 +51,13 @@ class Row:
 
 
 def measure(case: Case) -> Row:
-    """Run one case."""
+    """Run one case; a deviation that is no number is an infinite one."""
     start = time.perf_counter()
-    deviation = float(case.measure())
-    return Row(case, deviation, time.perf_counter() - start)
+    try:
+        deviation = float(case.measure())
+    except SceneMissing:
+        return Row(case, MISSING, 0.0)
+    return Row(case, np.inf if np.isnan(deviation) else deviation, time.perf_counter() - start)
 
 
 def table(rows: list[Row]) -> str:

@@ -28,7 +28,7 @@ class Case:
     holds: str
     limit: float
     measure: Callable[[], float]
-    slow: bool = False  # not part of the tests
+    slow: bool = False  # tested with -m slow only
 
     @property
     def name(self) -> str:

@@ -285,15 +285,10 @@ def random_failures(count: int) -> float:
 
 
 def real_furnace(name: str, rho: float) -> float:
-    """A furnace closed around real meshes; NaN where their file is not here."""
-    from benchmarks.scenes import SceneMissing
+    """A furnace closed around real meshes. Raises SceneMissing where their file is not here."""
     from benchmarks.stability_real import room_around
 
-    try:
-        parts = room_around(name)
-    except SceneMissing:
-        return np.nan
-    return furnace(parts, rho, 0.03)
+    return furnace(room_around(name), rho, 0.03)
 
 
 def with_triangle(scene: Scene, corners) -> float:
