@@ -256,9 +256,9 @@ class _Rounds:
 
 
 def _floor(told: list[tuple[float, float]], enough: float) -> float:
-    """The error that stays however many rays there are, if the rest of its square falls as 1 / rays,
-    from (rays, squared error) of the last two rounds; 0 where it is no more than ``enough``, or they
-    cannot tell: the first round's rays are not aimed yet."""
+    """The error that stays however many rays there are, if the rest of its square falls as
+    1 / rays, from (rays, squared error) of the last two rounds; 0 where it is no more than
+    ``enough``, or they cannot tell: the first round's rays are not aimed yet."""
     if len(told) < 3 or told[-1][0] < TELLING * told[-2][0]:
         return 0.0
     (few, high), (many, low) = told[-2:]
