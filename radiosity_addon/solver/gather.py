@@ -106,6 +106,14 @@ def sides_hit(elements: Elements, hits: Hits) -> np.ndarray:
     return sides
 
 
+def find_lost(sides: np.ndarray, elements: Elements, count: int) -> None:
+    """What lies on a cut of its element, where none of its parts is sure, counts as what the
+    owner's next ray met: ``sides`` (rays · count,) of all rays, changed in place."""
+    if elements.has_cuts:
+        lost = np.flatnonzero(sides == elements.nowhere)
+        sides[lost] = sides[(lost + count) % len(sides)]
+
+
 @dataclass(frozen=True)
 class Unseen:
     """k places met of which nothing is known: cell side, triangle, barycentric u and v, which
@@ -156,13 +164,15 @@ def gather(
         unseen = []
         for part in met:
             sides = sides_hit(elements, part.hits)
-            light = np.take(radiosity.reflected, sides, axis=0)
             unknown = np.flatnonzero(np.take(radiosity.unknown, sides))
             if len(unknown):
                 share = 1 if part.weight is None else part.weight[unknown]
                 share = share * (1 if weight is None else _of_first(weight, part)[unknown])
                 share = np.broadcast_to(share / rays, (len(unknown), context.channels))
                 unseen.append(_unseen(sides, part, unknown, chosen, share))
+            if part.rays is None:
+                find_lost(sides, elements, len(chosen))
+            light = np.take(radiosity.reflected, sides, axis=0)
             bounced = bounced + mean_of_rays(light, part, rays, len(chosen), weight)
             direct = _first_hand(context, radiosity.emitted, sides, part, directions)
             if direct is not None:

@@ -79,9 +79,9 @@ def add_direct(context: Context, footprints, lighting: Lighting, owners, per: in
 def add_gathered(
     context: Context, footprints, lighting: Lighting, radiosity: Radiosity, owners, rays: int, *key,
     learning: Learning | None = None, guide: Guide | None = None,
-) -> None:
+) -> Radiosity:
     """Add ``rays`` gathered rays to each of ``owners`` (k,) int. A ray that a guide aimed counts
-    as many as it is worth."""
+    as many as it is worth. Returns the radiosity, with that of all that the rays met."""
     key = (context.seed, 21, *key)
     owners = _simple_first(footprints, owners)
     per = gcd(rays, int(np.clip(rays // 4, 4, MOST_POINTS)))  # every point has as many rays
@@ -89,8 +89,9 @@ def add_gathered(
     found = gather(
         context, radiosity, len(owners), rays, place, key, "gather", owners, learning, guide
     )
-    found = with_unseen(context, radiosity, found, (*key, 9), "gather")
+    found, radiosity = with_unseen(context, radiosity, found, (*key, 9))
     worth = rays if guide is None else rays * guide.worth[guide.cluster[owners]][:, None]
     lighting.bounced[owners] += worth * found.bounced
     lighting.first[owners] += worth * found.first
     lighting.rays[owners] += worth
+    return radiosity

@@ -8,7 +8,7 @@ matters.
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,8 +21,8 @@ from .parallel import map_chunks, ranges
 from .points import Points
 from .second_kind import solve_second_kind
 from .transport import (
-    Places, Sides, Transport, form_factors, join_places, join_sides, light_sides, places_hit,
-    trace_transport, transported,
+    Places, Sides, Transport, form_factors, join_places, join_sides, join_transports, light_sides,
+    places_hit, trace_transport, transported,
 )
 
 SEEDS_PER_ELEMENT = 40  # rays from receivers that look for elements
@@ -45,6 +45,7 @@ class Radiosity:
     iterations: int
     residual: float
     seconds: float  # of the linear solve
+    tolerance: float  # relative error of the bake that it is solved for
 
 
 def solve_radiosity(
@@ -62,12 +63,22 @@ def solve_radiosity(
     return solve_rows(context, elements, transport, tolerance)
 
 
+def extended(context: Context, radiosity: Radiosity, places: Places, key) -> Radiosity:
+    """Solved anew with rows for the sides that ``places`` lie on, and for what their rays meet."""
+    elements, before = radiosity.elements, radiosity.transport
+    per = len(before.sides.points.position)
+    known = light_sides(context, places, elements.sides_of(places.side), per, (*key, 11))
+    more = trace_transport(context, elements, known, before.rays, per, (*key, 12), before.row)
+    found = solve_rows(context, elements, join_transports(before, more), radiosity.tolerance)
+    return replace(found, seconds=radiosity.seconds + found.seconds)
+
+
 def without_reflection(context: Context, target: int) -> Radiosity:
     """What rays can meet where nothing that is reflected counts: no unknowns, no rows."""
     elements = build_elements(context.geometry, _groups(context.scene), target)
     nothing = np.zeros((elements.nowhere + 1, context.channels), np.float32)
     emitted, known = _gathered_emission(context, elements), np.zeros(len(nothing), bool)
-    return Radiosity(elements, nothing, emitted, known, None, nothing[:0], 0, 0.0, 0.0)
+    return Radiosity(elements, nothing, emitted, known, None, nothing[:0], 0, 0.0, 0.0, 1.0)
 
 
 def _seeds(context, elements, receivers: int, place, target: int, key) -> Places:
@@ -131,7 +142,8 @@ def solve_rows(
     table = elements.values_of_cells(reflected, np.float32(0))
     unknown = elements.values_of_cells(transport.row == -1, False)
     return Radiosity(
-        elements, table, emitted, unknown, transport, solution, iterations, residual, seconds
+        elements, table, emitted, unknown, transport, solution, iterations, residual, seconds,
+        tolerance,
     )
 
 

@@ -239,7 +239,7 @@ class _Rounds:
             if self.needs.explicit:
                 add_direct(self.context, self.footprints, light[half], *direct, step, half)
             if self.needs.rays:
-                add_gathered(
+                radiosities[half] = add_gathered(
                     self.context, self.footprints, light[half], radiosities[half], *gathered, step,
                     half, guide=guide, learning=learning,
                 )

@@ -20,7 +20,7 @@ from .context import Context
 from .direct import direct_light
 from .elements import Elements
 from .embree import Hits
-from .gather import RAYS_PER_CHUNK, shoot, sides_hit, sky_mean
+from .gather import RAYS_PER_CHUNK, find_lost, shoot, sides_hit, sky_mean
 from .parallel import map_chunks
 from .points import Points, grouped_chunks, join_points, points_on
 from .sampling import uniform
@@ -143,11 +143,13 @@ class Later:
 
 
 def trace_transport(
-    context: Context, elements: Elements, known: Sides, rays: int, per: int, key
+    context: Context, elements: Elements, known: Sides, rays: int, per: int, key, row=None
 ) -> Transport:
-    """Trace rows for the ``known`` sides, and for whatever their rays meet that reflects."""
-    row = np.full(2 * elements.count, -1, np.int32)
-    generations, total, fresh = [], 0, known
+    """Trace rows for the ``known`` sides, and for whatever their rays meet that reflects, except
+    those that have one by ``row`` (2 n_elements,): see Transport, which the new ones are added to
+    then."""
+    row = np.full(2 * elements.count, -1, np.int32) if row is None else row.copy()
+    generations, total, fresh = [], int(row.max(initial=-1)) + 1, known
     for generation in range(MAX_GENERATIONS):
         reflecting = np.flatnonzero(fresh.reflectance.max(axis=1) > 0)
         row[fresh.side] = BLACK  # looked at: needs no row, or gets one now
@@ -159,8 +161,7 @@ def trace_transport(
         hits, later, sky, places = _trace_rows(
             context, elements, fresh.points, row, rays, (*key, generation)
         )
-        first = total - len(fresh.side)
-        later = Later(later.row + first, later.side, later.weight)
+        later = Later(later.row + total - len(fresh.side), later.side, later.weight)
         generations.append((fresh, hits, later, sky))
         side = elements.sides_of(places.side)
         fresh = light_sides(context, places, side, per, (*key, generation))
@@ -168,6 +169,14 @@ def trace_transport(
     return Transport(
         join_sides(sides), row, np.concatenate(hits), join_later(later),
         np.concatenate(sky),
+    )
+
+
+def join_transports(before: Transport, more: Transport) -> Transport:
+    """The rows of both; ``more`` was traced with the ``row`` of the one before."""
+    return Transport(
+        join_sides([before.sides, more.sides]), more.row, np.concatenate([before.hits, more.hits]),
+        join_later([before.later, more.later]), np.concatenate([before.sky, more.sky]),
     )
 
 
@@ -210,6 +219,7 @@ def _trace_rows(context: Context, elements: Elements, points: Points, row, rays:
             Later(chosen[part.rays % len(chosen)], side, part.weight)
             for side, part in zip(sides[1:], met[1:])
         ]
+        find_lost(sides[0], elements, len(chosen))
         return chosen, sides[0].reshape(rays, -1).T, arriving, found, behind
 
     chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // rays))
