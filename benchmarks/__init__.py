@@ -2,3 +2,9 @@
 
 Run from the project's folder: ``python -m benchmarks.cornell``, ``python -m benchmarks.study``.
 """
+
+import os
+
+from radiosity_addon.solver.parallel import BLAS_ENVIRONMENT
+
+os.environ.update(BLAS_ENVIRONMENT)

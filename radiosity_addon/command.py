@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 import traceback
@@ -14,6 +15,7 @@ from . import arguments, files, memory
 from .interrupt import INTERRUPTED, Interrupts
 from .meter import Meter
 from .scratch import Scratch
+from .solver.parallel import BLAS_ENVIRONMENT
 from .terminal import Terminal, debugging
 
 DONE, FAILED = 0, 1
@@ -35,6 +37,7 @@ def main(argv: list[str], opened: bool = False, alone: bool = False) -> int:
         request = arguments.parse(argv, opened)
     except SystemExit as stop:
         return int(stop.code or 0)
+    os.environ.update(BLAS_ENVIRONMENT)
     with ExitStack() as stack:
         terminal = stack.enter_context(Terminal())
         publication = stack.enter_context(files.Publication())

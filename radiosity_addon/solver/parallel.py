@@ -10,6 +10,10 @@ from collections import deque
 from concurrent.futures import ThreadPoolExecutor
 from typing import Callable, Iterable
 
+# To be set before NumPy is imported: BLAS's own threads would spin beside the ones here, and the
+# rounding of its sums would depend on how many cores a machine has.
+BLAS_ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1"}
+
 
 def thread_count(threads: int) -> int:
     """``threads``, or the number of cores this process may use when it is 0."""

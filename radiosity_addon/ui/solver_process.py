@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..solver.parallel import BLAS_ENVIRONMENT
 from . import worker
 from .payload import read_payload, write_payload
 
@@ -132,7 +133,8 @@ def worker_environment() -> dict[str, str]:
     library is missing.
     """
     kept = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
-    return {**kept, "PYTHONPATH": os.pathsep.join(library_folders()), "PYTHONUTF8": "1"}
+    own = {"PYTHONPATH": os.pathsep.join(library_folders()), "PYTHONUTF8": "1"}
+    return {**kept, **own, **BLAS_ENVIRONMENT}
 
 
 def library_folders() -> list[str]:
