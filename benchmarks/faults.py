@@ -52,10 +52,14 @@ class Place:
         return [str(self.scene), *image, str(self.size), "--report", report, "--quality=draft"]
 
     def contents(self) -> dict[str, str]:
-        """Digests of all files below, and the folders; the janitor may be at work there."""
-        return {
-            str(path.relative_to(self.folder)): _digest(path) for path in self.folder.rglob("*")
-        }
+        """Digests of all files below, and the folders; the janitor may be at work there, so that
+        a folder goes while it is read, which ``os.walk`` passes over."""
+        paths = [
+            Path(root, name)
+            for root, folders, files in os.walk(self.folder)
+            for name in (*folders, *files)
+        ]
+        return {str(path.relative_to(self.folder)): _digest(path) for path in paths}
 
 
 def _digest(path: Path) -> str:
