@@ -257,6 +257,8 @@ def _much():
     for what, run in (("objects", measures.many_objects), ("lamps", measures.lamps)):
         yield Case("many", f"10,000 {what} against 1,000", "≤ 20 times the time", 20,
                    partial(measures.growth, run, 1000, 10_000), slow=True)  # fmt: skip
+    yield Case("many", "Suzanne of 1,007,616 triangles against 3,936", "≤ 1.5 times the elements",
+               1.5, partial(measures.elements_of_suzanne, 1, 5), slow=True)  # fmt: skip
     for change in invariance.CHANGES:
         yield Case("invariance", change.__name__.replace("_", " "), "relative error", 1e-2,
                    partial(invariance.changed, change), slow=True)  # fmt: skip

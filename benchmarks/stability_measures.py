@@ -291,6 +291,19 @@ def real_furnace(name: str, rho: float) -> float:
     return furnace(room_around(name), rho, 0.03)
 
 
+def elements_of_suzanne(few: int, many: int) -> float:
+    """Elements for Suzanne under a lamp in a box, every triangle baked to 3 %: subdivided ``many``
+    times against ``few`` times."""
+    from benchmarks.stability_real import suzanne
+
+    numbers = []
+    for levels in (few, many):
+        vertices, triangles = suzanne(levels)
+        scene = scenes.lamp_room([*walls(), (0.2 * vertices + [0.5, 0.5, 0.35], triangles)])
+        numbers.append(radiosity(scene, 0.03, 1)[2].statistics.elements)
+    return numbers[1] / numbers[0]
+
+
 def with_triangle(scene: Scene, corners) -> float:
     """Largest change of the others' B by one more triangle (3, 3)."""
     count, start = len(scene.triangles), len(scene.vertices)

@@ -10,6 +10,18 @@ from radiosity_addon.settings import Settings
 from tests.solver import meshes
 
 
+def suzanne(levels: int) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and triangles of Suzanne, subdivided so often."""
+    import bpy
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.mesh.primitive_monkey_add()
+    bpy.context.object.modifiers.new("Subdivision", "SUBSURF").render_levels = levels
+    bpy.context.view_layer.update()
+    scene = export_scene(bpy.context, Settings(), lambda fraction: None).scene
+    return scene.vertices, scene.triangles
+
+
 def room_around(name: str) -> list:
     """All triangles of the scene ``name`` ("suzanne", or a file of ``benchmarks.scenes``), and a
     closed box around them. Raises SceneMissing where its file is not there."""

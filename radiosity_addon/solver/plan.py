@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 MANY_RECEIVERS = 400_000
 FIRST_RAYS = 400_000  # of all receivers together in the first round, at least
 # Receivers for which to gather again costs more than elements do; how many an element may serve.
-VERY_MANY_RECEIVERS, RECEIVERS_PER_ELEMENT = 1_000_000, 200
+VERY_MANY_RECEIVERS, RECEIVERS_PER_ELEMENT = 1_200_000, 200
 MOST_ROW_RAYS = 10_000_000  # of all elements together: they are kept in memory
 
 
