@@ -6,10 +6,15 @@ docs/theory.md section 8 derives both. Colours are (n, channels); a reference ma
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
 from radiosity_addon.bake.texels import texel_receivers
+
+NEAR = 1e-5  # of an object's size: faces so near lie on one another
+PARALLEL = 0.999  # cosine between their normals
+SPREAD = tuple(product(np.linspace(0.02, 0.98, 9), repeat=2))  # places over a texel
 
 
 @dataclass(frozen=True)
@@ -74,13 +79,53 @@ def comparable_texels(uv: np.ndarray, resolution: int) -> np.ndarray:
 
     ``uv`` (n, 3, 2). Cycles samples one triangle per texel; elsewhere it bakes another quantity.
     """
+    mask = np.zeros((resolution, resolution), bool)
+    grid, _, _ = _whole_texels(uv, resolution)
+    mask[grid[:, 1], grid[:, 2]] = True
+    return mask
+
+
+def doubled_texels(obj, resolution: int) -> np.ndarray:
+    """Mask (resolution, resolution) of whole texels of a Blender mesh object on which, at one of
+    9 × 9 places, another of its faces lies. Which of the two Cycles lights is a matter of rounding,
+    and it leaves the other one black."""
+    from mathutils.bvhtree import BVHTree
+
+    uv = triangle_uvs(obj)
+    triangles = np.array([each.vertices[:] for each in obj.data.loop_triangles])
+    place = np.array([vertex.co[:] for vertex in obj.data.vertices])
+    near = NEAR * np.ptp(place, axis=0).max()
+    tree = BVHTree.FromPolygons(place.tolist(), triangles.tolist())
+    grid, triangle, corners = _whole_texels(uv, resolution)
+    mask = np.zeros((resolution, resolution), bool)
+
+    def other_face(own: int, normal: np.ndarray, point: np.ndarray, within: float) -> bool:
+        """Another face, parallel to this one, lies so near."""
+        around = tree.find_nearest_range(point.tolist(), within)
+        return any(k != own and abs(np.dot(n, normal)) > PARALLEL for _, n, k, _ in around)
+
+    for (_, row, column), own, (low, right, up) in zip(grid, triangle, corners):
+        frame = place[triangles[own, 1:]] - place[triangles[own, 0]]
+        normal = np.cross(*frame)
+        normal /= np.linalg.norm(normal)
+        start, along, across = place[triangles[own, 0]] + low @ frame, *((right, up) - low) @ frame
+        reach = np.linalg.norm(along) + np.linalg.norm(across)
+        mask[row, column] = other_face(own, normal, start + (along + across) / 2, reach) and any(
+            other_face(own, normal, start + x * along + y * across, near) for x, y in SPREAD
+        )
+    return mask
+
+
+def _whole_texels(uv: np.ndarray, resolution: int):
+    """Of texels within a single triangle: (k, 3) image, row, column; (k,) the triangle; (k, 3, 2)
+    where origin, right and upper corner lie in it, barycentric."""
     receivers = texel_receivers(uv, np.arange(len(uv)), resolution)
     cells = np.bincount(receivers.receiver, minlength=receivers.count)
     alone = np.flatnonzero(cells == 1)
-    whole = alone[receivers.square[np.searchsorted(receivers.receiver, alone)]]
-    mask = np.zeros((resolution, resolution), bool)
-    mask[receivers.grid[whole, 1], receivers.grid[whole, 2]] = True
-    return mask
+    first = np.searchsorted(receivers.receiver, alone)
+    whole = receivers.square[first]
+    cell = first[whole]
+    return receivers.grid[alone[whole]], receivers.triangle[cell], receivers.corners[cell]
 
 
 def triangle_uvs(obj, uv_map: str = "Radiosity") -> np.ndarray:

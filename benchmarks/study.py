@@ -22,7 +22,9 @@ import numpy as np
 from radiosity_addon.solver.parallel import thread_count
 
 from .bake import our_bake, warm_up
-from .error import Measured, comparable_texels, reference_noise, relative_error, triangle_uvs
+from .error import (
+    Measured, comparable_texels, doubled_texels, reference_noise, relative_error, triangle_uvs,
+)  # fmt: skip
 from .ladder import cycles_ladder
 from .machine import machine
 from .references import References, cycles_references
@@ -84,6 +86,8 @@ def run_study(plan: Plan, say=print) -> list[Row]:
 def _study_scene(scene: StudyScene, obj, plan: Plan, start: float, say) -> list[Row]:
     """Our bakes and the ladder of one scene."""
     comparable = comparable_texels(triangle_uvs(obj), scene.size)
+    if scene.doubled:
+        comparable &= ~doubled_texels(obj, scene.size)
     references = _truth(scene, obj, comparable, say)
     comparable &= references.mask
     rows = []

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from benchmarks.error import comparable_texels, reference_noise, relative_error
+from benchmarks.error import (
+    comparable_texels, doubled_texels, reference_noise, relative_error, triangle_uvs,
+)  # fmt: skip
 from benchmarks.ladder import Rung, seconds_for
 from benchmarks.materials import matte, point, sky
 
@@ -57,6 +59,23 @@ def test_noise_of_references():
 def test_error_refuses(x, a, message):
     with pytest.raises(ValueError, match=message):
         relative_error(x, a)
+
+
+def test_texels_on_which_another_face_lies(blender):
+    """A square, and one in the same plane on it from x = 0.55 on: eight texels across, the first
+    four of them alone."""
+    blender.ops.wm.read_factory_settings(use_empty=True)
+    mesh = blender.data.meshes.new("Two")
+    square = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
+    half = np.maximum(square, [0.55, 0, 0])
+    mesh.from_pydata(np.vstack([square, half]).tolist(), [], [(0, 1, 2, 3), (4, 5, 6, 7)])
+    uv = np.vstack([square[:, :2] / 2, square[:, :2] / 2 + 0.5])
+    mesh.uv_layers.new(name="Radiosity").uv.foreach_set("vector", uv.ravel().astype(np.float32))
+    mask = doubled_texels(blender.data.objects.new("Two", mesh), 16)
+    whole = comparable_texels(triangle_uvs(blender.data.objects["Two"]), 16)
+    assert not mask[:8, :4].any()
+    assert (mask[:8, 4:8] == whole[:8, 4:8]).all() and (mask[8:, 8:] == whole[8:, 8:]).all()
+    assert mask.sum() > 60
 
 
 def test_comparable_texels_of_a_split_square():
