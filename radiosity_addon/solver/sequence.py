@@ -36,7 +36,7 @@ from .solution import Solution, Statistics
 from .ways import build_sight
 
 SURFACE_POINTS = 8  # a receiver's reflectance and emission are means over these
-MAX_ROUNDS = 10
+MAX_ROUNDS = 20
 MAX_SAMPLES = 1 << 14  # rays or points of a receiver in one round
 ELEMENTS_SHARE = 0.8  # of the goal: a larger error common to neighbours wants finer elements
 MOST_ELEMENTS = 200_000
