@@ -11,6 +11,7 @@ from .error import Measured
 from .ladder import Rung, seconds_for
 
 RIVALS = ("Cycles", "Cycles + OIDN")
+NEXT_TO_NONE = 0.01  # of the asked error: what is below is as good as exact
 COLORS = {"ours": "tab:blue", "Cycles": "tab:red", "Cycles + OIDN": "tab:orange"}
 
 
@@ -45,7 +46,7 @@ def summary(rows) -> str:
 
 def _honest(row) -> bool:
     """The estimate is within a factor of two, or right that there is hardly any error."""
-    if max(row.estimated, row.measured) < 0.01 * row.asked:
+    if max(row.estimated, row.measured) < NEXT_TO_NONE * row.asked:
         return True
     return 0.5 * row.measured <= row.estimated <= 2 * row.measured
 
@@ -73,7 +74,8 @@ def time_slopes(ours) -> dict[str, float]:
     slopes = {}
     for scene in dict.fromkeys(row.scene for row in ours):
         mine = [row for row in ours if row.scene == scene]
-        fine = [row for row in mine if row.asked <= 0.031 and row.measured > 0]
+        fine = [row for row in mine if row.asked <= 0.031]
+        fine = [row for row in fine if row.measured > NEXT_TO_NONE * row.asked]
         if len({row.asked for row in fine}) >= 3:
             x, y = np.log([(row.measured, row.seconds) for row in fine]).T
             slopes[scene] = -float(np.polyfit(x, y, 1)[0])
