@@ -10,16 +10,15 @@ from radiosity_addon.settings import Settings
 from tests.solver import meshes
 
 
-def suzanne(levels: int) -> tuple[np.ndarray, np.ndarray]:
+def suzanne(levels: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Vertices and triangles of Suzanne, subdivided so often."""
     import bpy
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.mesh.primitive_monkey_add()
-    bpy.context.object.modifiers.new("Subdivision", "SUBSURF").render_levels = levels
-    bpy.context.view_layer.update()
-    scene = export_scene(bpy.context, Settings(), lambda fraction: None).scene
-    return scene.vertices, scene.triangles
+    if levels:
+        bpy.context.object.modifiers.new("Subdivision", "SUBSURF").render_levels = levels
+    return _exported()
 
 
 def room_around(name: str) -> list:
@@ -28,14 +27,21 @@ def room_around(name: str) -> list:
     import bpy
 
     if name == "suzanne":
-        bpy.ops.wm.read_factory_settings(use_empty=True)
-        bpy.ops.mesh.primitive_monkey_add()
+        vertices, triangles = suzanne()
     else:
         bpy.ops.wm.read_factory_settings(use_empty=True)
         SCENES[name].build()
-    bpy.context.view_layer.update()
-    scene = export_scene(bpy.context, Settings(), lambda fraction: None).scene
-    low, high = scene.vertices.min(axis=0), scene.vertices.max(axis=0)
+        vertices, triangles = _exported()
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
     margin = 0.05 * (high - low).max()
     box, _ = meshes.box_polygons(high - low + 2 * margin, low - margin)
-    return [*(meshes.grid(face, 1) for face in box), (scene.vertices, scene.triangles)]
+    return [*(meshes.grid(face, 1) for face in box), (vertices, triangles)]
+
+
+def _exported() -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and triangles of the open file."""
+    import bpy
+
+    bpy.context.view_layer.update()
+    scene = export_scene(bpy.context, Settings(), lambda fraction: None).scene
+    return scene.vertices, scene.triangles

@@ -33,7 +33,7 @@ from .radiosity import Radiosity, solve_radiosity, without_reflection
 from .receivers import Receivers
 from .scene import Scene
 from .solution import Solution, Statistics
-from .ways import build_sight
+from .ways import Sight
 
 SURFACE_POINTS = 8  # a receiver's reflectance and emission are means over these
 MAX_ROUNDS = 20
@@ -127,7 +127,7 @@ def _judge(context: Context, footprints: Footprints, receivers: Receivers, passe
         lattices = build_lattices(receivers.grid, position, normal, context.threads)
     else:
         lattices = build_graph(position, normal, footprints.area, context.threads)
-    sees = build_sight(context, footprints).sees_whole
+    sees = Sight(context, footprints).sees_whole
     return Judge(_surface(context, footprints), lattices, passes, context.threads, sees, project)
 
 

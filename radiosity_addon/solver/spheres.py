@@ -84,9 +84,8 @@ class Spheres:
     def beam(self, which, unit: np.ndarray, slack=0.0) -> np.ndarray:
         """Cycles' spot: a smoothstep between the cone's edge and its blended inside, for unit
         directions to the sampled point; ``slack`` is added to the cosine with the axis."""
-        edge = self.edge[which]
         cosine = -np.einsum("...j,...j->...", unit, np.broadcast_to(self.axis[which], unit.shape))
-        cosine = cosine + slack
+        cosine, edge = cosine + slack, self.edge[which]
         t = np.clip((cosine - edge) / np.maximum(self.smooth[which], 1e-9), 0, 1)
         return np.where(edge < -1, 1.0, t * t * (3 - 2 * t))
 

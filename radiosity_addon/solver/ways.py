@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -42,8 +43,13 @@ class Sight:
 
     context: Context
     footprints: Footprints
-    position: np.ndarray  # (count, 3): the footprints' middles
-    up: np.ndarray  # (count, 3) unit normals there
+
+    @cached_property
+    def _middles(self) -> tuple[np.ndarray, np.ndarray]:
+        """The footprints' middles (count, 3) and unit normals (count, 3) there."""
+        position, normal = self.footprints.middle()
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        return position, normal / np.maximum(length, 1e-30)
 
     def sees_whole(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
         """(k,) bool: from the middle of the receivers ``one`` (k,) int there are free ways to every
@@ -51,7 +57,7 @@ class Sight:
         sees = np.ones(len(one), bool)
         if self.context.blockers[0].shadow is None or len(one) == 0:
             return sees
-        footprints = self.footprints
+        footprints, (position, up) = self.footprints, self._middles
         first, cells = footprints.start[other], np.diff(footprints.start)[other]
         pair = np.repeat(np.arange(len(one)), cells)
         cell = np.arange(len(pair)) + np.repeat(first - np.cumsum(cells) + cells, cells)
@@ -60,14 +66,7 @@ class Sight:
             start, end = one[pair[left]], cell[left]
             corner = footprints.origin[end] + u * footprints.u[end] + v * footprints.v[end]
             free = is_way_free(
-                self.context, self.position[start], self.up[start], corner, footprints.normal[end]
+                self.context, position[start], up[start], corner, footprints.normal[end]
             )
             sees[pair[left[~free]]] = False
         return sees
-
-
-def build_sight(context: Context, footprints: Footprints) -> Sight:
-    """For the receivers of a bake."""
-    position, normal = footprints.middle()
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    return Sight(context, footprints, position, normal / np.maximum(length, 1e-30))

@@ -9,7 +9,7 @@ from radiosity_addon.solver.footprints import build_footprints
 from radiosity_addon.solver.graph import build_graph
 from radiosity_addon.solver.lattice import build_lattices
 from radiosity_addon.solver.progress import silent
-from radiosity_addon.solver.ways import build_sight
+from radiosity_addon.solver.ways import Sight
 from tests.solver import meshes
 
 SIZE = 40  # texels along an edge of a square, the plane x < 0.4 of which is dark
@@ -50,7 +50,7 @@ def test_what_a_receiver_sees():
     scene = meshes.scene([ground, wall, (ball + [0, 0, 20], small)], 0.5)
     context = build_context(scene, 0, 1, silent)
     receivers = meshes.triangle_receivers(scene)
-    sight = build_sight(context, build_footprints(context.geometry, receivers))
+    sight = Sight(context, build_footprints(context.geometry, receivers))
     column = np.repeat(np.tile([-2, 0, 2], 3), 2)  # the squares' middles, along x
     one, other = np.stack(np.meshgrid(np.arange(18), np.arange(18))).reshape(2, -1)
     sees = sight.sees_whole(one, other)
