@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import atexit
 import time
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.solution import Statistics
+from radiosity_addon.twin import Twin, start_twin
 
 
 @dataclass(frozen=True)
@@ -35,8 +38,17 @@ def warm_up() -> None:
     import radiosity_addon.stages.run  # noqa: F401
 
 
+@cache
+def _twin() -> Twin | None:
+    twin = start_twin(0)
+    if twin is not None:
+        atexit.register(twin.close)
+    return twin
+
+
 def our_bake(obj, size: int, error: float, seed: int = 0, **options) -> OurBake:
-    """Bake ``obj`` to an image as the command line would, all cores, and time all of it."""
+    """Bake ``obj`` to an image as the command line would, all cores, and time all of it, but the
+    start of the second process: it starts while Blender does."""
     import bpy
 
     from radiosity_addon.stages.apply import apply
@@ -49,7 +61,7 @@ def our_bake(obj, size: int, error: float, seed: int = 0, **options) -> OurBake:
     settings.check()
     start = time.perf_counter()
     job = prepare(bpy.context, settings)
-    result = run(job)
+    result = run(job, beside=_twin())
     apply(bpy.context, job, result)
     seconds = time.perf_counter() - start
     pixels = np.asarray(result.colors[0], float)

@@ -17,6 +17,7 @@ from .meter import Meter
 from .scratch import Scratch
 from .solver.parallel import BLAS_ENVIRONMENT
 from .terminal import Terminal, debugging
+from .twin import peak_memory, start_twin
 
 DONE, FAILED = 0, 1
 PLAIN, ZSTANDARD, GZIP = BLEND_MAGIC = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")
@@ -48,12 +49,15 @@ def main(argv: list[str], opened: bool = False, alone: bool = False) -> int:
             _check(request)
             progress = _Progress(terminal, interrupts)
             progress("Start", 0.0)
+            twin = start_twin(request.settings.threads)
+            if twin is not None:
+                stack.enter_context(twin)
             if alone:
                 with interrupts.held():  # a folder that is half made would stay
                     scratch.make()
             with interrupts.quiet():  # an exception in the midst of its import crashes Blender
                 bpy = _import_bpy(scratch if alone else None)
-            summary = _bake(bpy, request, progress, publication)
+            summary = _bake(bpy, request, progress, publication, twin)
             interrupts.check()
             with interrupts.held():  # from here on there is nothing to be stopped
                 publication.commit()
@@ -103,7 +107,7 @@ def _check(request: arguments.Request) -> None:
     _check_destinations(request)
 
 
-def _bake(bpy, request, progress, publication) -> str:
+def _bake(bpy, request, progress, publication, twin) -> str:
     """The whole bake but the last step, putting the files in place; returns the summary.
 
     Raises what EXPECTED lists, or KeyboardInterrupt.
@@ -117,7 +121,7 @@ def _bake(bpy, request, progress, publication) -> str:
     files.check_writable(output, "--output")
     job = work.prepare(bpy.context, request.settings, progress.part("prepare"))
     prepared = time.perf_counter()
-    result = work.run(job, Meter(progress.part("run")))
+    result = work.run(job, Meter(progress.part("run")), beside=twin)
     solved = time.perf_counter()
     told = work.apply(bpy.context, job, result, progress.part("apply"), publication)
     result = replace(result, warnings=(*result.warnings, *told))
@@ -128,7 +132,7 @@ def _bake(bpy, request, progress, publication) -> str:
         "write": now - solved + result.seconds["fit"],
         "total": now - started,
     }
-    report = build_report(job, result, seconds, memory.peak_memory())
+    report = build_report(job, result, seconds, peak_memory(twin))
     if request.report:
         write_report(report, publication.stage(request.report))
     return summarise(report, str(output))

@@ -28,7 +28,7 @@ ROUNDS = 4  # elements that one of small faces may fall into before its faces ar
 
 def set_apart(context: Context, elements: Elements, target: int, tolerance: float) -> Elements:
     """Divide elements so that none lies on both sides of something; a few coarse ones may."""
-    if context.blockers[0].shadow is None:
+    if context.crossings is None:
         return elements
     most = SPENT * max(elements.count, target)
     elements = _parted(context, _cut(context, elements, most), most)

@@ -68,9 +68,11 @@ class Context:
         return sum(tracer.seconds for tracer in self._distinct())
 
     @cached_property
-    def crossings(self) -> Crossings:
-        """Where triangles are cut by others that block light."""
+    def crossings(self) -> Crossings | None:
+        """Where triangles are cut by others that block light; None where nothing blocks any."""
         shadow = self.blockers[0].shadow
+        if shadow is None:
+            return None
         return find_crossings(self.geometry, shadow, self.threads, self.tick("elements"))
 
     def _distinct(self) -> list[Tracer]:

@@ -76,6 +76,13 @@ class Learning:
         for mine, more in zip((self.number, self.light, self.square), found):
             mine.reshape(-1, CELLS)[clusters] += more
 
+    def join(self, others: list[Learning]) -> None:
+        """Add what others learnt about the same clusters."""
+        for other in others:
+            self.number += other.number
+            self.light += other.light
+            self.square += other.square
+
 
 def start_learning(cluster: np.ndarray) -> Learning:
     """Nothing learnt yet about ``cluster`` (count,)."""

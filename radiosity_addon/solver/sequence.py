@@ -2,9 +2,9 @@
 
 Depends on the rest of the solver; nothing in the solver depends on it.
 
-Everything that is random is done twice, in two independent halves whose mean is the result: their
-difference tells the error. More points and rays go to the receivers that need them until the
-error asked for is met.
+Everything that is random is done twice, in two independent halves (``half``) whose mean is the
+result: their difference tells the error. More points and rays go to the receivers that need them
+until the error asked for is met.
 """
 
 from __future__ import annotations
@@ -20,16 +20,17 @@ from .energy import energy_balance
 from .footprints import Footprints, build_footprints
 from .geometry import rounding_warning
 from .graph import build_graph
-from .guide import Guide, clusters_of, make_guide, start_learning
+from .guide import Guide, make_guide, start_learning
+from .half import Gone, Half, Here, Solved
 from .judge import Judge, Surface, Verdict
 from .keep import Kept
 from .lattice import build_lattices
-from .lighting import add_direct, add_gathered, no_light, place_on
-from .needs import Needs, needs_of
+from .lighting import Lighting
+from .needs import needs_of
+from .parallel import thread_count
 from .plan import Plan, make_plan, round_up
 from .points import footprint_points
 from .progress import Progress, silent
-from .radiosity import Radiosity, solve_radiosity, without_reflection
 from .receivers import Receivers
 from .scene import Scene
 from .solution import Solution, Statistics
@@ -45,37 +46,44 @@ GROWTH = 8  # times the samples so far, at most, in one round;
 LARGE_ROUND, LARGE_GROWTH = 5e6, 3  # with so many rays this: the elements may turn out too coarse
 DIRECT_RATE = 0.8  # points for shadows to lower their squared error by a factor: its power
 TELLING = 1.5  # times the rays, from which on two rounds tell what more rays would not lower
-HALVES = (0, 1)
-# Edges of elements differ by half between the halves, so that few coincide: what the elements'
-# size does to the light then shows in the difference of the halves.
-SHARE_OF_ELEMENTS = (0.6, 1.35)
 
 
 @np.errstate(under="ignore")  # light that vanishes beside the brightest is nothing
 def solve(
     scene: Scene, receivers: Receivers, settings, progress: Progress | None = None, project=None,
-    kept: Kept | None = None,
+    kept: Kept | None = None, beside=None,
 ) -> Solution:
     """Light at the receivers, to the relative error ``settings.target_error``.
 
     ``project`` maps values at receivers (count, c) to where the error is judged (m, c), linearly,
     for colours that are means over receivers; None judges the receivers themselves. ``progress``
-    may raise to stop. ``kept`` has solves to use again and takes those made. Raises ValueError for
-    a scene that cannot be solved.
+    may raise to stop. ``kept`` has solves to use again and takes those made. ``beside`` does the
+    second half in another process (see ``half.Here`` for how it is spoken to); None does both here.
+    The result is the same. Raises ValueError for a scene that cannot be solved.
     """
     clock = Clock()
     check_scene(scene, receivers)
-    context = build_context(scene, settings.seed, settings.threads, progress or silent)
+    threads = mine = thread_count(settings.threads)
+    if threads == 1:
+        beside = None
+    if beside is not None:
+        mine = (threads + 1) // 2
+        beside.ask("open", scene, receivers, settings, threads - mine)
+    context = build_context(scene, settings.seed, mine, progress or silent)
     footprints = build_footprints(context.geometry, receivers)
-    judge = _judge(context, footprints, receivers, settings.passes, project)
+    judge = _judge(context, footprints, receivers, settings.passes, project, threads)
     plan = make_plan(settings.target_error, receivers.count, bool(judge.lattices))
     if kept is not None:
         kept.expect(scene, receivers, settings.seed)
     clock.lap("elements")
     deadline = None if settings.time_limit is None else clock.start + settings.time_limit
     needs = needs_of(context, settings.passes)
-    bake = _Rounds(context, needs, footprints, judge, settings.target_error, deadline, clock, kept)
-    verdict, radiosities = bake.run(plan)
+    first, second = (
+        Half(number, context, footprints, needs, settings.target_error) for number in (0, 1)
+    )
+    beside, lost = _opened(beside, second)
+    bake = _Rounds(first, beside, judge, deadline, clock, kept)
+    verdict, solved = bake.run(plan)
     energy = energy_balance(context)
     clock.lap("solve")
     return Solution(
@@ -84,17 +92,28 @@ def solve(
         indirect=_three(verdict.indirect * context.unit),
         reflectance=_three(judge.surface.reflectance),
         statistics=Statistics(
-            elements=sum(len(r.solution) for r in radiosities) // 2,
-            rays=context.rays,
-            iterations=max(r.iterations for r in radiosities),
-            residual=max(r.residual for r in radiosities),
+            elements=sum(half.unknowns for half in solved) // 2,
+            rays=context.rays + beside.rays,
+            iterations=max(half.iterations for half in solved),
+            residual=max(half.residual for half in solved),
             target_error=settings.target_error,
             estimated_error=verdict.error,
             energy=energy,
-            warnings=tuple(_warnings(context, verdict, settings, radiosities)),
-            seconds={**clock.laps, "embree": context.embree_seconds},
+            warnings=(*lost, *_warnings(context, verdict, settings, solved)),
+            seconds={**clock.laps, "embree": context.embree_seconds + beside.embree_seconds},
         ),
     )
+
+
+def _opened(beside, second: Half):
+    """What does the second half, and warnings: this process where the other is not there."""
+    if beside is None:
+        return Here(second), ()
+    try:
+        beside.answers()
+    except Gone as error:
+        return Here(second), (f"{error}; the bake was done by one process, which takes longer",)
+    return beside, ()
 
 
 def _three(values: np.ndarray) -> np.ndarray:
@@ -121,14 +140,14 @@ class Clock:
         self.laps[other] = self.laps.get(other, 0.0) + seconds
 
 
-def _judge(context: Context, footprints: Footprints, receivers: Receivers, passes, project):
+def _judge(context: Context, footprints, receivers: Receivers, passes, project, threads: int):
     position, normal = footprints.middle()
     if receivers.grid is not None:
-        lattices = build_lattices(receivers.grid, position, normal, context.threads)
+        lattices = build_lattices(receivers.grid, position, normal, threads)
     else:
-        lattices = build_graph(position, normal, footprints.area, context.threads)
+        lattices = build_graph(position, normal, footprints.area, threads)
     sees = Sight(context, footprints).sees_whole
-    return Judge(_surface(context, footprints), lattices, passes, context.threads, sees, project)
+    return Judge(_surface(context, footprints), lattices, passes, threads, sees, project)
 
 
 def _surface(context: Context, footprints: Footprints) -> Surface:
@@ -154,33 +173,33 @@ def _surface(context: Context, footprints: Footprints) -> Surface:
 class _Rounds:
     """The rounds of solving and gathering for one set of receivers."""
 
-    context: Context
-    needs: Needs
-    footprints: Footprints
+    first: Half
+    second: Here  # or another process that is spoken to alike
     judge: Judge
-    error: float
     deadline: float | None  # perf_counter seconds after which no round may end
     clock: Clock
     kept: Kept | None
 
-    def run(self, plan: Plan) -> tuple[Verdict, list[Radiosity]]:
+    def run(self, plan: Plan) -> tuple[Verdict, list[Solved]]:
         """A first round for all receivers, then more where the error is, with rays aimed by what
         the first brought; finer elements first where the error is theirs."""
-        everyone = np.arange(self.footprints.count)
-        light = [no_light(len(everyone), self.context.channels) for _ in HALVES]
-        plan, radiosities = self._solve(plan)
+        everyone = np.arange(self.first.footprints.count)
+        plan = self._solve(plan)
         direct, gathered = (everyone, plan.points), (everyone, plan.rays)
-        learning = start_learning(clusters_of(*self.footprints.middle(), self.footprints.area))
+        learning = start_learning(self.first.clusters)
         guide = None
         told = []  # since the last solve: rays of a receiver, and their light's squared error
         for step in range(MAX_ROUNDS):
             began, work = time.perf_counter(), _samples(direct, gathered)
-            self._add(light, radiosities, direct, gathered, step, guide, learning)
+            halves = self._both("add", direct, gathered, step, guide, learning is not None)
+            light = [half.light for half in halves]
             verdict = self.judge.weigh(light)
             self.clock.lap("gather")
             if verdict.error <= plan.enough:
                 break
-            guide = learning and make_guide(learning)
+            if learning is not None:
+                learning.join([half.learnt for half in halves])
+                guide = make_guide(learning)
             if guide is None:  # the first rays tell well enough whether one would pay
                 learning = None
             told.append((light[0].rays.mean(), max(verdict.gather_square.mean(), 0.0)))
@@ -190,9 +209,7 @@ class _Rounds:
                 laps = self.clock.laps
                 if not self._time_for(2 * (laps.get("transport", 0.0) + laps["gather"])):
                     break
-                plan, radiosities = self._solve(plan)
-                for half in light:
-                    half.forget_gathered()
+                plan = self._solve(plan)
                 direct, gathered = (everyone[:0], plan.points), (everyone, plan.rays)
                 continue
             direct, gathered = self._more(verdict, plan, light, guide)
@@ -201,50 +218,37 @@ class _Rounds:
                 break
             if not self._time_for((time.perf_counter() - began) * ahead / max(work, 1)):
                 break
-        return verdict, radiosities
+        return verdict, [half.solved for half in halves]
 
     def _time_for(self, seconds: float) -> bool:
         return self.deadline is None or time.perf_counter() + seconds <= self.deadline
 
-    def _solve(self, plan: Plan) -> tuple[Plan, list[Radiosity]]:
-        """Two independent solves; their elements differ in size, so that this shows too. The plan
-        they were made for is finer than ``plan`` where such solves were kept."""
-        if not self.needs.reflected:
-            sizes = [int(plan.elements * share) for share in SHARE_OF_ELEMENTS]
-            return plan, [without_reflection(self.context, size) for size in sizes]
-        found = self.kept and self.kept.find(self.context, plan, self.error)
+    def _both(self, name: str, *words) -> tuple:
+        """What both halves answer."""
+        self.second.ask(name, *words)
+        return getattr(self.first, name)(*words), self.second.answers()[-1]
+
+    def _solve(self, plan: Plan) -> Plan:
+        """Two independent solves, of which the second may still be under way. The plan they were
+        made for is finer than ``plan`` where such solves were kept."""
+        keeps = self.kept is not None and self.first.needs.reflected
+        found = self.kept.find(self.first.context, plan, self.first.error) if keeps else None
         if found:
+            plan, (one, other) = found
+            self.second.ask("take", other)
+            self.first.take(one)
             self.clock.lap("solve")
-            return found
-        radiosities = []
-        for half in HALVES:
-            key = (self.context.seed, 10, half, plan.elements)
-            everyone = np.arange(self.footprints.count)
-            place = place_on(self.footprints, everyone, plan.row_points, *key)
-            radiosities.append(
-                solve_radiosity(
-                    self.context, len(everyone), place,
-                    int(plan.elements * SHARE_OF_ELEMENTS[half]),
-                    plan.row_rays, plan.row_points, self.error, key,
-                )
-            )
-        self.clock.lap("transport")
-        self.clock.move("transport", "solve", sum(r.seconds for r in radiosities))
-        if self.kept is not None:
-            self.kept.add(self.context, plan, radiosities)
-        return plan, radiosities
+            return plan
+        self.second.ask("solve", plan)
+        solved = self.first.solve(plan)
+        if self.first.needs.reflected:
+            self.clock.lap("transport")
+            self.clock.move("transport", "solve", solved.seconds)
+        if keeps:
+            self.kept.add(self.first.context, plan, list(self._both("give")))
+        return plan
 
-    def _add(self, light, radiosities, direct, gathered, step: int, guide, learning) -> None:
-        for half in HALVES:
-            if self.needs.explicit:
-                add_direct(self.context, self.footprints, light[half], *direct, step, half)
-            if self.needs.rays:
-                radiosities[half] = add_gathered(
-                    self.context, self.footprints, light[half], radiosities[half], *gathered, step,
-                    half, guide=guide, learning=learning,
-                )
-
-    def _more(self, verdict: Verdict, plan: Plan, light, guide: Guide | None):
+    def _more(self, verdict: Verdict, plan: Plan, light: list[Lighting], guide: Guide | None):
         """(owners, samples of each) to add, of points for direct light and of rays."""
         (shaded, direct_factor), (dim, gather_factor) = self.judge.mark(verdict, plan.goal)
         points = light[0].points.max() * (min(direct_factor**DIRECT_RATE, GROWTH) - 1)
@@ -271,7 +275,7 @@ def _samples(*rounds) -> int:
     return sum(len(owners) * samples for owners, samples in rounds)
 
 
-def _warnings(context: Context, verdict: Verdict, settings, radiosities):
+def _warnings(context: Context, verdict: Verdict, settings, solved: list[Solved]):
     """What the user should know of the numbers."""
     rounded = rounding_warning(context.scene.vertices, context.geometry)
     if rounded:
@@ -282,7 +286,7 @@ def _warnings(context: Context, verdict: Verdict, settings, radiosities):
             f"the error asked for, {settings.target_error:.3g}, was not reached {reason}: "
             f"estimated {verdict.error:.3g}"
         )
-    residual = max(r.residual for r in radiosities)
+    residual = max(half.residual for half in solved)
     if residual > 0.1 * settings.target_error:
         yield (
             f"the linear system was solved to a residual of {residual:.2g} only; "

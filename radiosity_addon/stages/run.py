@@ -16,10 +16,11 @@ from .job import Job, Result
 from .layout import Layout, lay_out
 
 
-def run(job: Job, progress: Progress = silent, kept=None) -> Result:
+def run(job: Job, progress: Progress = silent, kept=None, beside=None) -> Result:
     """Solve the scene and turn the light into each target's colours. Imports no bpy.
 
     ``kept`` (solver.keep.Kept) has solves of an earlier bake to use again, and takes this one's.
+    ``beside`` (twin.Twin) does half of the work in another process.
     Raises solver.progress.Cancelled (or whatever else ``progress`` raises) when told to stop.
     """
     from ..solver.sequence import solve
@@ -29,7 +30,7 @@ def run(job: Job, progress: Progress = silent, kept=None) -> Result:
     laid_out = time.perf_counter() - began
     receivers, fits = layout.receivers, _fits(job, layout)
     judged = fits and _where_judged(layout, fits)
-    solution = solve(job.scene, receivers, job.settings, progress, judged, kept)
+    solution = solve(job.scene, receivers, job.settings, progress, judged, kept, beside)
     started = time.perf_counter()
     progress("Write", 0.0)
     light = compose(solution, job.settings.passes)

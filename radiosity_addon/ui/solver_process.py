@@ -7,7 +7,6 @@ a temporary folder that goes away with it.
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import shutil
 import subprocess
@@ -19,11 +18,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..solver.parallel import BLAS_ENVIRONMENT
+from ..libraries import environment
 from . import worker
 from .payload import read_payload, write_payload
 
-LIBRARIES = ("numpy", "scipy", "embreex")
 PATIENCE = 0.5  # seconds between asking the process to end and ending it
 ERRORS = "errors"  # the file that takes standard output and error
 LAST_LINES = 3
@@ -43,6 +41,7 @@ class SolverProcess:
     """
 
     def __init__(self, keep: Path | None = None, python: str = sys.executable) -> None:
+        """Raises OSError or SolverFailed when it cannot be started."""
         self._process = None
         self._folder = Path(tempfile.mkdtemp(prefix="radiosity-"))
         try:
@@ -69,7 +68,7 @@ class SolverProcess:
                 stdin=subprocess.PIPE,
                 stdout=errors,
                 stderr=errors,
-                env=worker_environment(),
+                env=_environment(),
                 **options,
             )
 
@@ -126,26 +125,8 @@ class SolverProcess:
         shutil.rmtree(self._folder, ignore_errors=True)
 
 
-def worker_environment() -> dict[str, str]:
-    """The environment in which the process finds the libraries that Blender finds.
-
-    Python's own variables are left out, as Blender ignores them too. Raises SolverFailed when a
-    library is missing.
-    """
-    kept = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
-    own = {"PYTHONPATH": os.pathsep.join(library_folders()), "PYTHONUTF8": "1"}
-    return {**kept, **own, **BLAS_ENVIRONMENT}
-
-
-def library_folders() -> list[str]:
-    """The folders that hold the libraries, each once. Imports none of them."""
-    folders = []
-    for name in LIBRARIES:
-        spec = importlib.util.find_spec(name)
-        if spec is None or spec.origin is None:
-            raise SolverFailed(
-                f"{name} is missing from Blender's Python {sys.version.split()[0]}; install the "
-                "extension's package for this platform again"
-            )
-        folders.append(str(Path(spec.origin).resolve().parents[1]))
-    return list(dict.fromkeys(folders))
+def _environment() -> dict[str, str]:
+    try:
+        return environment()
+    except ImportError as error:
+        raise SolverFailed(str(error)) from error

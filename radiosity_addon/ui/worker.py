@@ -42,19 +42,21 @@ def main(folder: Path, keep: Path | None = None) -> int:
 def _work(folder: Path, keep: Path | None, given: threading.Event, progress: ProgressFile) -> int:
     """Import, wait until the job is ``given``, run it with what the file ``keep`` keeps."""
     package = _load_package(Path(__file__).resolve().parents[1])
+    twin = importlib.import_module(f"{package}.twin").start_twin(0)
     numpy = importlib.import_module("numpy")
-    payload, keep_file, meter, work, _ = (
+    payload, keep_file, meter, work, twins, _ = (
         importlib.import_module(f"{package}.{name}")
-        for name in ("ui.payload", "ui.keep_file", "meter", "job", "solver.sequence")
+        for name in ("ui.payload", "ui.keep_file", "meter", "job", "twin", "solver.sequence")
     )
     given.wait()
     try:
         kept = keep_file.read_kept(keep)
-        result = work.run(payload.read_payload(folder / JOB), meter.Meter(progress), kept)
+        job = payload.read_payload(folder / JOB)
+        result = work.run(job, meter.Meter(progress), kept, twin)
         for index, colors in enumerate(result.colors):
             numpy.save(folder / f"{COLORS}{index}.npy", colors)
         figures = (replace(result, colors=()), len(result.colors))
-        content = (*figures, _peak_memory(package), kept.reused)
+        content = (*figures, twins.peak_memory(twin), kept.reused)
         payload.write_payload(folder / f"{RESULT}.part", content)
         os.replace(folder / f"{RESULT}.part", folder / RESULT)
         keep_file.write_kept(keep, kept)
@@ -109,10 +111,6 @@ def _load_package(folder: Path) -> str:
     sys.modules[name] = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(sys.modules[name])
     return name
-
-
-def _peak_memory(package: str) -> int:
-    return importlib.import_module(f"{package}.memory").peak_memory()
 
 
 def _step_back() -> None:

@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 
 from radiosity_addon import job as work
+from radiosity_addon import libraries
+from radiosity_addon.libraries import environment
 from radiosity_addon.settings import Settings
 from radiosity_addon.ui import payload, solver_process, worker
 from radiosity_addon.ui.solver_process import SolverFailed, SolverProcess
@@ -139,7 +141,7 @@ def test_process_ends_when_blender_is_gone(make_job, own_folder):
         [sys.executable, "-s", worker.__file__, str(folder)],
         stdin=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        env=solver_process.worker_environment(),
+        env=environment(),
     )
     with pytest.raises(subprocess.TimeoutExpired):
         process.wait(1.5)
@@ -150,16 +152,16 @@ def test_process_ends_when_blender_is_gone(make_job, own_folder):
 
 
 def test_library_that_is_missing_is_named(monkeypatch):
-    monkeypatch.setattr(solver_process, "LIBRARIES", ("numpy", "no_such_library"))
+    monkeypatch.setattr(libraries, "NAMES", ("numpy", "no_such_library"))
     with pytest.raises(SolverFailed, match="no_such_library is missing"):
-        solver_process.library_folders()
+        SolverProcess()
 
 
 def test_pythons_own_variables_do_not_reach_the_process(monkeypatch):
     monkeypatch.setenv("PYTHONHOME", "/elsewhere")
-    environment = solver_process.worker_environment()
-    assert "PYTHONHOME" not in environment
-    folders = environment["PYTHONPATH"].split(os.pathsep)
+    variables = environment()
+    assert "PYTHONHOME" not in variables
+    folders = variables["PYTHONPATH"].split(os.pathsep)
     assert all((Path(folder).is_dir()) for folder in folders)
 
 

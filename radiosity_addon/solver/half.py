@@ -1,0 +1,141 @@
+"""Half: everything that is random is done twice, in two independent halves whose mean is the result.
+
+Depends on ``context``, ``footprints``, ``lighting``, ``radiosity``, ``guide``. Their difference tells
+the error. A half never looks at the other, so the second may live in another process: it is *asked*,
+works beside the first, and gives its *answers* later.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from .context import Context, build_context
+from .footprints import Footprints, build_footprints
+from .guide import Guide, Learning, clusters_of, start_learning
+from .lighting import Lighting, add_direct, add_gathered, no_light, place_on
+from .needs import Needs, needs_of
+from .plan import Plan
+from .progress import silent
+from .radiosity import Radiosity, solve_radiosity, without_reflection
+
+# Edges of elements differ by half between the halves, so that few coincide: what the elements'
+# size does to the light then shows in the difference of the halves.
+SHARE_OF_ELEMENTS = (0.6, 1.35)
+
+
+@dataclass(frozen=True)
+class Solved:
+    """Figures of a half's linear system: unknowns, iterations, residual, seconds it took."""
+
+    unknowns: int
+    iterations: int
+    residual: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Told:
+    """What a half knows after a round: all its light so far, and what this round's rays learnt,
+    None where nothing was to be."""
+
+    light: Lighting
+    learnt: Learning | None
+    solved: Solved
+
+
+@dataclass
+class Half:
+    """One half of a bake: its own solve, and its own light at the receivers."""
+
+    number: int  # 0 or 1
+    context: Context
+    footprints: Footprints
+    needs: Needs
+    error: float  # relative, that the bake is for
+    radiosity: Radiosity | None = None
+    light: Lighting = field(init=False)
+
+    def __post_init__(self):
+        self.light = no_light(self.footprints.count, self.context.channels)
+
+    @cached_property
+    def clusters(self) -> np.ndarray:
+        """(count,) of receivers that learn together."""
+        return clusters_of(*self.footprints.middle(), self.footprints.area)
+
+    def solve(self, plan: Plan) -> Solved:
+        """Radiosities for ``plan``; what was gathered by others is forgotten."""
+        context, size = self.context, int(plan.elements * SHARE_OF_ELEMENTS[self.number])
+        if not self.needs.reflected:
+            return self.take(without_reflection(context, size))
+        key = (context.seed, 10, self.number, plan.elements)
+        everyone = np.arange(self.footprints.count)
+        place = place_on(self.footprints, everyone, plan.row_points, *key)
+        return self.take(
+            solve_radiosity(
+                context, len(everyone), place, size, plan.row_rays, plan.row_points, self.error, key
+            )
+        )
+
+    def take(self, radiosity: Radiosity) -> Solved:
+        """Gather with these radiosities from now on."""
+        self.radiosity = radiosity
+        self.light.forget_gathered()
+        return self._solved()
+
+    def give(self) -> Radiosity:
+        """The radiosities of now."""
+        return self.radiosity
+
+    def add(self, direct, gathered, step: int, guide: Guide | None, learn: bool) -> Told:
+        """Add light of the round ``step``: (owners, points of each) of explicit light, and (owners,
+        rays of each), aimed by ``guide``."""
+        learning = start_learning(self.clusters) if learn else None
+        if self.needs.explicit:
+            add_direct(self.context, self.footprints, self.light, *direct, step, self.number)
+        if self.needs.rays:
+            self.radiosity = add_gathered(
+                self.context, self.footprints, self.light, self.radiosity, *gathered, step,
+                self.number, guide=guide, learning=learning,
+            )
+        return Told(self.light, learning, self._solved())
+
+    def _solved(self) -> Solved:
+        found = self.radiosity
+        return Solved(len(found.solution), found.iterations, found.residual, found.seconds)
+
+
+def build_half(scene, receivers, settings, threads: int) -> Half:
+    """The second half, from what ``sequence.solve`` is given."""
+    context = build_context(scene, settings.seed, threads, silent)
+    footprints = build_footprints(context.geometry, receivers)
+    needs = needs_of(context, settings.passes)
+    if needs.reflected:
+        context.crossings  # found now: the first half counts the rays for both
+    return Half(1, context, footprints, needs, settings.target_error)
+
+
+class Gone(RuntimeError):
+    """The process of the second half has ended; the message says how and what to do."""
+
+
+class Here:
+    """The second half in this process: it works when its answers are wanted."""
+
+    rays, embree_seconds = 0, 0.0  # counted by the context that it shares with the first
+
+    def __init__(self, half: Half):
+        self._half = half
+        self._asked: list[tuple] = []
+
+    def ask(self, name: str, *words) -> None:
+        """Call a method of the half."""
+        self._asked.append((name, words))
+
+    def answers(self) -> list:
+        """What the methods returned that were asked for since the last answers."""
+        asked, self._asked = self._asked, []
+        return [getattr(self._half, name)(*words) for name, words in asked]
