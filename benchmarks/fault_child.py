@@ -16,7 +16,7 @@ STAGES = {  # in order; what is called when one begins
     "elements": "radiosity_addon.solver.sequence:build_context",
     "transport": "radiosity_addon.solver.radiosity:trace_transport",
     "solve": "radiosity_addon.solver.radiosity:solve_second_kind",
-    "gather": "radiosity_addon.solver.sequence:add_gathered",
+    "gather": "radiosity_addon.solver.half:add_gathered",
     "write": "radiosity_addon.job:apply",
     "save": "radiosity_addon.command:_save",
 }

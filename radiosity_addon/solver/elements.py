@@ -71,15 +71,16 @@ class Elements:
         return result
 
     def cells_at(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Undivided cells (n,) int32 at barycentric (u, v) of triangles, all >= 0."""
-        cells = self.base[triangle]
-        n = self.grid[triangle]
+        """Undivided cells (n,) int32 at barycentric (u, v) of triangles; -1 counts as 0."""
+        triangle = triangle.astype(np.intp)
+        cells = np.take(self.base, triangle, mode="clip")
+        n = np.take(self.grid, triangle, mode="clip")
         if self.divided:
             offset, u, v = _cell_in_grid(n, u, v)
             cells += offset
         if self.depth == 1:
             return cells
-        inner = self.element[cells]
+        inner = np.take(self.element, cells)
         some = np.flatnonzero(inner <= INSIDE)
         inner, u, v = inner[some], u[some], v[some]
         while len(some):
@@ -120,15 +121,32 @@ def _cell_in_grid(n: np.ndarray, u: np.ndarray, v: np.ndarray):
 
     Row i holds 2(n−i)−1 cells, upright and inverted ones in turn.
     """
-    x, y = u * n.astype(np.float32), v * n.astype(np.float32)
-    # Thin triangles may give u, v beyond [0, 1].
-    i = np.maximum(np.minimum(x.astype(np.int32), n - 1), 0)
-    j = np.maximum(np.minimum(y.astype(np.int32), n - 1 - i), 0)
-    x -= i
-    y -= j
-    inverted = (x + y > 1) & (j < n - 1 - i)
-    index = i * (2 * n - i) + 2 * j + inverted
-    return index, np.where(inverted, 1 - x, x), np.where(inverted, 1 - y, y)
+    size = n.astype(np.float32)
+    x, y = u * size, v * size
+    left = n - 1
+    i = _within(x, left)
+    left -= i
+    j = _within(y, left)
+    x -= i.astype(np.float32)  # integers would take the long way by float64
+    y -= j.astype(np.float32)
+    inverted = x + y > 1
+    inverted &= j < left
+    index = 2 * n
+    index -= i
+    index *= i
+    j *= 2
+    index += j
+    index += inverted
+    for along in (x, y):
+        np.subtract(1, along, out=along, where=inverted)
+    return index, x, y
+
+
+def _within(place: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """(n,) int32 of places in [0, last]; thin triangles may give others."""
+    found = place.astype(np.int32)
+    np.minimum(found, last, out=found)
+    return np.maximum(found, 0, out=found)
 
 
 def grid_cells(n: int) -> np.ndarray:

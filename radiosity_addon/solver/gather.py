@@ -68,16 +68,13 @@ def _trace(context: Context, points: Points, directions: np.ndarray):
 
 def _shared_directions(points: Points, xi: np.ndarray) -> np.ndarray:
     """(per, rays per point, R, 3) float32 at places ``xi`` (rays, 2) of the square, the same for
-    all owners but for a turn. One matrix product makes them."""
+    all owners but for a turn. Matrix products make them."""
     # Consecutive Sobol points cover the hemisphere evenly by themselves; every n-th would not.
     per, count = points.shape
     frames = points.frames(points.turn[:, 2])
-    local = cosine_directions(xi).reshape(per, -1, 3)
-    directions = np.empty((per, local.shape[1], count, 3), np.float32)
-    for p in range(per):
-        axes = frames[p % len(frames)].transpose(1, 0, 2).reshape(3, 3 * count)
-        directions[p] = (local[p] @ axes).reshape(-1, count, 3)
-    return directions
+    axes = frames.transpose(0, 2, 1, 3).reshape(len(frames), 3, 3 * count)
+    local = cosine_directions(xi).reshape(len(frames), -1, 3)
+    return (local @ axes).reshape(per, -1, count, 3)
 
 
 def _own_directions(points: Points, place: np.ndarray) -> np.ndarray:
@@ -97,7 +94,7 @@ def _own_directions(points: Points, place: np.ndarray) -> np.ndarray:
 
 def sides_hit(elements: Elements, hits: Hits) -> np.ndarray:
     """(n,) int32 cell side of each hit: 2·cell + back; the miss where nothing was hit."""
-    sides = elements.cells_at(np.maximum(hits.triangle, 0), hits.u, hits.v)
+    sides = elements.cells_at(hits.triangle, hits.u, hits.v)
     sides *= 2
     sides += ~hits.front
     if elements.has_cuts:

@@ -42,7 +42,7 @@ class Verdict:
     error: float
     direct_square: np.ndarray  # (count,)
     gather_square: np.ndarray  # (count,)
-    common: float  # relative error that wide neighbourhoods share: that of the elements
+    apart: np.ndarray  # (count, channels) relative: half the halves' difference, as gathered
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class Judge:
             error=float(np.sqrt(max(square, 0.0))),
             direct_square=direct_square,
             gather_square=gather_square,
-            common=self._common(apart),
+            apart=apart,
         )
 
     def mark(self, verdict: Verdict, goal: float) -> tuple:
@@ -129,12 +129,13 @@ class Judge:
             return self.lattices
         return [lattice.parted(dark, self.sees) for lattice in self.lattices]
 
-    def _common(self, apart: np.ndarray) -> float:
-        """Relative error that neighbours share, from the halves' differences (count, c).
+    def common(self, verdict: Verdict) -> float:
+        """Relative error that wide neighbourhoods share: that of the elements.
 
-        Averaged widely, each receiver's own noise is nearly gone. What it leaves is measured by
-        giving every difference a sign at random, and taken off.
+        Averaged widely, the halves' differences have lost nearly all of each receiver's own noise.
+        What it leaves is measured by giving every difference a sign at random, and taken off.
         """
+        apart = verdict.apart
         signs = np.where(uniform(apart.shape[:1], len(apart)) < 0.5, -1, 1)[:, None]
         shared = (widest(self.lattices, apart) ** 2).mean()
         own = (widest(self.lattices, signs * apart) ** 2).mean()

@@ -8,6 +8,7 @@ that light that varies linearly stays as it is, at the edge of a wall too.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -45,19 +46,22 @@ class Lattice:
         """How many kernels there are, each twice as wide as the one before."""
         return len(self.weights)
 
+    @cached_property
+    def own(self) -> list[np.ndarray]:
+        """[level]: (height, width) the share that a texel keeps, without the padding."""
+        return [1 - 2 * sum(level) for level in self.weights]
+
     def step(self, picture: np.ndarray, level: int) -> np.ndarray:
         """One à-trous kernel applied to a picture (c, height, width)."""
         result = picture.copy()
-        inner = self.inner(picture, 0, 0)
-        total = np.zeros_like(inner)
-        for (dy, dx, _), weight in zip(DIRECTIONS, self.weights[level]):
-            dy, dx = dy << level, dx << level
-            pair = self.inner(picture, dy, dx) + self.inner(picture, -dy, -dx)
-            pair -= inner
-            pair -= inner
-            pair *= weight
-            total += pair
-        self.inner(result, 0, 0)[:] += total
+        for before, after in zip(picture, result):  # one stays in the cache, all may not
+            here = self.inner(after, 0, 0)
+            here *= self.own[level]
+            for (dy, dx, _), weight in zip(DIRECTIONS, self.weights[level]):
+                dy, dx = dy << level, dx << level
+                pair = self.inner(before, dy, dx) + self.inner(before, -dy, -dx)
+                pair *= weight
+                here += pair
         return result
 
     def around(self, level: int) -> int:
@@ -93,9 +97,9 @@ class Lattice:
         return replace(self, weights=weights)
 
     def inner(self, picture: np.ndarray, dy: int, dx: int) -> np.ndarray:
-        """A view of (c, height, width) without the padding, moved by (dy, dx)."""
+        """A view of (..., height, width) without the padding, moved by (dy, dx)."""
         (height, width), pad = self.shape, self.pad
-        return picture[:, pad + dy : height - pad + dy, pad + dx : width - pad + dx]
+        return picture[..., pad + dy : height - pad + dy, pad + dx : width - pad + dx]
 
 
 def build_lattices(grid, position, normal, threads: int = 1, levels: int = LEVELS) -> list[Lattice]:

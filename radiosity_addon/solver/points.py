@@ -72,16 +72,14 @@ def footprint_points(
     """``per`` points, stratified by area, on each of the ``chosen`` footprints (R,) int,
     shifted by ``turn`` (R, 3) in [0, 1)."""
     table = sobol(per, 5, *key).astype(np.float32)  # the lights' places take 2 and 3
-    place = table[:, None, :2] + turn[:, :2]
-    place -= place >= 1
+    s, t = (_shifted(table[:, axis, None], turn[:, axis]) for axis in (0, 1))
     cell = footprints.start[chosen]
     if np.any(footprints.start[chosen + 1] - cell > 1):
         cell = _choose_cells(footprints, chosen, table[:, 4:], turn[:, 2])
     square = footprints.square[cell]
     if not square.all():
-        fold = ~square & (place[..., 0] + place[..., 1] > 1)
-        place = np.where(fold[..., None], 1 - place, place)
-    s, t = place[..., 0], place[..., 1]
+        fold = ~square & (s + t > 1)
+        s, t = (np.where(fold, 1 - place, place) for place in (s, t))
     position = np.empty(s.shape + (3,), np.float32)
     for axis in range(3):  # inner loops over owners, not over three numbers
         along = s * footprints.u[cell, axis]
@@ -94,6 +92,13 @@ def footprint_points(
         lambda: _barycentric(footprints.corners[cell], s[..., None], t[..., None]),
         turn,
     )
+
+
+def _shifted(table: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """Sums of numbers in [0, 1), less the whole: in [0, 1)."""
+    place = table + turn
+    place -= place >= 1
+    return place
 
 
 def _barycentric(corners: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:

@@ -203,7 +203,8 @@ class _Rounds:
             if guide is None:  # the first rays tell well enough whether one would pay
                 learning = None
             told.append((light[0].rays.mean(), max(verdict.gather_square.mean(), 0.0)))
-            excess = max(verdict.common, _floor(told, plan.enough)) / (ELEMENTS_SHARE * plan.goal)
+            excess = max(self.judge.common(verdict), _floor(told, plan.enough))
+            excess /= ELEMENTS_SHARE * plan.goal
             if excess > 1 and step < LAST_RESTART and plan.elements < MOST_ELEMENTS:
                 plan, told = plan.refined(excess), []
                 laps = self.clock.laps

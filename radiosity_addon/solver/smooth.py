@@ -101,16 +101,18 @@ def _smooth_picture(lattice, a, b, weight):
     now, best = raw, raw
     best_change = np.zeros_like(raw[0][:1])  # of the squared error
     gain, total = np.zeros_like(raw[0]), np.zeros_like(raw[0])
+    least, reach = np.broadcast_to(-MARGIN * noise, best_change.shape), 0
     for level in range(lattice.levels):
         after = tuple(lattice.step(picture, level) for picture in now)
         total = total + 0.5 * (
             (after[0] - now[0]) * (after[0] + now[0] - 2 * raw[1])
             + (after[1] - now[1]) * (after[1] + now[1] - 2 * raw[0])
         )
-        local = np.stack([(total * square).mean(axis=0), -MARGIN * noise])
+        local = (total * square).mean(axis=0, keepdims=True)
         for k in range(lattice.around(level)):
             local = lattice.step(local, k)
-        local, least = local[:1], local[1:]
+        while reach < lattice.around(level):
+            least, reach = lattice.step(least, reach), reach + 1
         better = (local < best_change) & (local < least)
         best_change = np.where(better, local, best_change)
         best = tuple(np.where(better, new, old) for new, old in zip(after, best))
