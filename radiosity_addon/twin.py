@@ -22,6 +22,7 @@ from . import memory
 from .libraries import environment
 
 PROTOCOL = 5
+PIPE_SIZE = 1 << 20  # bytes: light is megabytes
 ANSWER, FAILURE = "answer", "failure"
 
 
@@ -39,6 +40,7 @@ class Twin:
             [sys.executable, "-s", "-P", "-m", __name__],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
+            pipesize=PIPE_SIZE,
             env=environment(Path(__file__).resolve().parents[1]),
             **options,
         )

@@ -191,7 +191,7 @@ def test_failure_while_saving_leaves_the_earlier_output(room, monkeypatch, capfd
 
 
 def test_a_fault_of_ours_is_one_line_that_says_so(room, monkeypatch, capfd):
-    def faulty(*_):
+    def faulty(*_, **__):
         raise KeyError("corner")
 
     monkeypatch.setattr("radiosity_addon.job.run", faulty)

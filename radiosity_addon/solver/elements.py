@@ -76,29 +76,35 @@ class Elements:
         cells = np.take(self.base, triangle, mode="clip")
         n = np.take(self.grid, triangle, mode="clip")
         if self.divided:
-            offset, u, v = _cell_in_grid(n, u, v)
+            offset, inverted, u, v = _cell_in_grid(n, u, v)
             cells += offset
         if self.depth == 1:
             return cells
         inner = np.take(self.element, cells)
         some = np.flatnonzero(inner <= INSIDE)
         inner, u, v = inner[some], u[some], v[some]
+        if self.divided:
+            u, v = _inside(inverted[some], u, v)
         while len(some):
-            finer = INSIDE - inner
-            offset, x, y = _cell_in_grid(self.grid[finer], u, v)
-            found = self.base[finer] + offset
+            finer = np.subtract(INSIDE, inner, dtype=np.intp)
+            offset, x, y = _quarter(u, v)
+            found = np.take(self.base, finer)
+            found += offset
             if self.has_cuts:
                 self._choose_side(finer, u, v, found, x, y)
             cells[some] = found
-            inner = self.element[np.minimum(found, len(self.element) - 1)]
-            below = np.flatnonzero((inner <= INSIDE) & (found < len(self.element)))
+            inner = np.take(self.element, found, mode="clip")
+            below = inner <= INSIDE
+            if self.has_cuts:
+                below &= found < len(self.element)
+            below = np.flatnonzero(below)
             some, inner, u, v = some[below], inner[below], x[below], y[below]
         return cells
 
     def _choose_side(self, finer, u, v, found, x, y) -> None:
         """Where grids are cuts, set ``found`` to the cell on the side of (u, v), which are also
         its own (x, y)."""
-        some = np.flatnonzero(self.grid[finer] == 0)
+        some = np.flatnonzero(np.take(self.grid, finer) == 0)
         u, v, grid = u[some], v[some], finer[some]
         line = self.cut[grid - (len(self.grid) - len(self.cut))]
         height = line[:, 0] + u * line[:, 1] + v * line[:, 2]
@@ -117,7 +123,8 @@ class Elements:
 
 
 def _cell_in_grid(n: np.ndarray, u: np.ndarray, v: np.ndarray):
-    """Index of the cell at (u, v) in a grid of n cells along each edge, and (u, v) inside it.
+    """Index of the cell at (u, v) in a grid of n cells along each edge, whether it is inverted, and
+    (u, v) from the corner of the pair of cells.
 
     Row i holds 2(n−i)−1 cells, upright and inverted ones in turn.
     """
@@ -137,9 +144,28 @@ def _cell_in_grid(n: np.ndarray, u: np.ndarray, v: np.ndarray):
     j *= 2
     index += j
     index += inverted
-    for along in (x, y):
-        np.subtract(1, along, out=along, where=inverted)
-    return index, x, y
+    return index, inverted, x, y
+
+
+def _quarter(u: np.ndarray, v: np.ndarray):
+    """Index of the cell at (u, v) in a grid of 2 cells along each edge, and (u, v) inside it."""
+    x, y = 2 * u, 2 * v
+    first, second = x >= 1, y >= 1
+    second &= ~first
+    inverted = x + y > 1
+    inverted &= ~(first | second)
+    index = 3 * first.view(np.int8)
+    index += 2 * second.view(np.int8)
+    index += inverted
+    x -= first
+    y -= second
+    return index, *_inside(inverted, x, y)
+
+
+def _inside(inverted: np.ndarray, x: np.ndarray, y: np.ndarray):
+    """(u, v) inside cells, from the corners of their pairs."""
+    flip = inverted.astype(np.float32)
+    return np.abs(flip - x), np.abs(flip - y)
 
 
 def _within(place: np.ndarray, last: np.ndarray) -> np.ndarray:

@@ -98,8 +98,8 @@ def sides_hit(elements: Elements, hits: Hits) -> np.ndarray:
     sides *= 2
     sides += ~hits.front
     if elements.has_cuts:
-        sides[sides >= elements.miss] = elements.nowhere
-    sides[hits.triangle < 0] = elements.miss
+        np.copyto(sides, elements.nowhere, where=sides >= elements.miss)
+    np.copyto(sides, elements.miss, where=hits.triangle < 0)
     return sides
 
 

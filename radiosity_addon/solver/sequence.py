@@ -43,7 +43,7 @@ ELEMENTS_SHARE = 0.8  # of the goal: a larger error common to neighbours wants f
 MOST_ELEMENTS = 200_000
 LAST_RESTART = 6  # rounds: later, too much would be gathered anew
 GROWTH = 8  # times the samples so far, at most, in one round;
-LARGE_ROUND, LARGE_GROWTH = 5e6, 3  # with so many rays this: the elements may turn out too coarse
+LARGE_ROUND, LARGE_GROWTH = 1.5e7, 3  # with so many rays this: the elements may be too coarse
 DIRECT_RATE = 0.8  # points for shadows to lower their squared error by a factor: its power
 TELLING = 1.5  # times the rays, from which on two rounds tell what more rays would not lower
 
