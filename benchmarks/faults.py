@@ -143,6 +143,15 @@ class Bake:
         self._process.send_signal(number)
         return time.monotonic()
 
+    def kill_twin(self) -> float:
+        """Kill the second process of the bake; returns when, in seconds."""
+        number = self._process.pid
+        children = Path(f"/proc/{number}/task/{number}/children").read_text().split()
+        [twin] = [child for child in children
+                  if b"radiosity_addon.twin" in Path(f"/proc/{child}/cmdline").read_bytes()]  # fmt: skip
+        os.kill(int(twin), signal.SIGKILL)
+        return time.monotonic()
+
     def end(self) -> tuple[int, str, float]:
         """Wait for the end; exit status, standard error and when it ended."""
         message = self._process.communicate()[1]
@@ -256,6 +265,21 @@ def solvers(fresh, _) -> list[Row]:
     return [row]
 
 
+def twins(fresh, _) -> list[Row]:
+    """kill -9 of the process that does half of the work."""
+    stages = ("transport", "solve", "gather")
+    row = Row(f"the second process killed as each of {len(stages)} stages begins", 1, "ended", 1.0)
+    row.outcomes += [twin_killed(fresh(), stage) for stage in stages]
+    return [row]
+
+
+def twin_killed(place: Place, stage: str) -> Outcome:
+    """The second process is killed when a stage has begun."""
+    before, bake = place.contents(), Bake(place, place.words())
+    bake.wait_for(stage)
+    return outcome(bake, before, bake.kill_twin())
+
+
 def solver_killed(place: Place, seconds: float) -> Outcome:
     """The solver's process is killed so long after it has started."""
     before, words = place.contents(), [str(place.scene), str(seconds)]
@@ -338,7 +362,7 @@ def mounted(folder: Path, arguments: list[str]):
             subprocess.run(["umount", str(folder)], check=True)
 
 
-FAULTS = {"signals": signals, "kills": kills, "solvers": solvers, "disks": disks,
+FAULTS = {"signals": signals, "kills": kills, "solvers": solvers, "twins": twins, "disks": disks,
           "folders": folders, "memories": memories}  # fmt: skip
 INTRODUCTION = """# Faults
 

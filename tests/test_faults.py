@@ -106,3 +106,10 @@ def test_killed_solver_is_a_message_and_changes_nothing(place):
     found = faults.solver_killed(place, 0.2)
     assert (found.status, found.strange) == (1, ())
     assert found.message.startswith("radiosity: the solver's process stopped (signal 9)")
+
+
+def test_killed_second_process_is_a_message_and_changes_nothing(place):
+    found = faults.twin_killed(place, "gather")
+    assert (found.status, found.strange) == (1, ())
+    assert found.message.count("\n") == 1
+    assert "second process ended (status -9); memory may have run out" in found.message
