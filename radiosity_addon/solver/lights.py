@@ -1,6 +1,6 @@
 """Lights: what the kinds of explicitly sampled light have in common.
 
-Depends on NumPy. The kinds are ``polygons``, ``spheres`` and ``suns``. A kind holds arrays, one
+Depends on ``sampling``. The kinds are ``polygons``, ``spheres`` and ``suns``. A kind holds arrays, one
 entry a light. It gives, at points: the irradiance that would arrive without obstacles, and rays
 that test whether it does.
 """
@@ -10,6 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+
+from .sampling import tangent_frames
 
 
 @dataclass(frozen=True)
@@ -44,9 +46,10 @@ def partly_above(cosine: np.ndarray, slack: np.ndarray) -> np.ndarray:
 
 def disc(axis: np.ndarray, xi: np.ndarray) -> np.ndarray:
     """(n, 3) points uniform in the unit disc across unit ``axis`` (n, 3)."""
-    helper = np.where(np.abs(axis[:, :1]) > 0.7, [[0.0, 1, 0]], [[1.0, 0, 0]])
-    across = np.cross(axis, helper)
-    across /= np.linalg.norm(across, axis=1)[:, None]
-    up = np.cross(axis, across)
-    radius, turn = np.sqrt(xi[:, :1]), 2 * np.pi * xi[:, 1:]
-    return radius * (np.cos(turn) * across + np.sin(turn) * up)
+    frames = tangent_frames(axis)
+    radius, turn = np.sqrt(xi[:, 0]), 2 * np.pi * xi[:, 1]
+    x, y = radius * np.cos(turn), radius * np.sin(turn)
+    points = np.empty((len(xi), 3))
+    for k in range(3):  # inner loops over points, not over three numbers
+        points[:, k] = x * frames[:, 0, k] + y * frames[:, 1, k]
+    return points

@@ -91,14 +91,15 @@ class Spheres:
 
     def strength(self, which, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
         """(n,) rough irradiance of lights at points, above 0 wherever any may arrive."""
-        toward = self.position[which] - position
-        square = np.maximum(np.einsum("...j,...j->...", toward, toward), 1e-30)
+        # Inner loops over points, not over three numbers.
+        toward = [place[which] - position[..., k] for k, place in enumerate(self.position.T)]
+        square = np.maximum(sum(t * t for t in toward), 1e-30)
         distance = np.sqrt(square)
         slack = np.minimum(self.radius[which] / distance, 1) + 1e-3
-        cosine = np.einsum("...j,...j->...", toward, normal) / distance + slack
+        cosine = sum(t * normal[..., k] for k, t in enumerate(toward)) / distance + slack
         rough = self.color.mean(axis=1)[which] * np.maximum(cosine, 0) / square
         if self.edge[which].max() > -1:
-            rough *= self.beam(which, toward / distance[..., None], slack)
+            rough *= self.beam(which, np.stack(toward, -1) / distance[..., None], slack)
         return rough
 
     def reaches(self, center: np.ndarray, half: np.ndarray) -> np.ndarray:
