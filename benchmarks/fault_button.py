@@ -1,7 +1,7 @@
-"""A bake from the button whose solver's process dies: python -m benchmarks.fault_button SCENE SECONDS
+"""A bake from the button whose solver dies: python -m benchmarks.fault_button SCENE SECONDS
 
-The process is killed (kill -9) so many seconds after it began to solve. What the bake says then goes
-to standard error; the status is 1, and 3 where the open file has changed.
+The process is killed (kill -9) so many seconds after it began to solve. What the bake says then
+goes to standard error; the status is 1, and 3 where the open file has changed.
 """
 
 from __future__ import annotations

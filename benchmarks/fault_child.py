@@ -1,4 +1,4 @@
-"""A bake that says which stage it is at: python -m benchmarks.fault_child [words of the command line]
+"""A bake that says which stage it is at: python -m benchmarks.fault_child [its words]
 
 The names of the stages go, one a line, into the file named by RADIOSITY_STAGES. Otherwise it is
 ``python -m radiosity_addon``.

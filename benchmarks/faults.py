@@ -1,8 +1,8 @@
-"""Faults: bakes that are killed, interrupted, starved of disk or memory: python -m benchmarks.faults
+"""Faults: bakes killed, interrupted, starved of disk or memory: python -m benchmarks.faults
 
 Whatever happens, the scene, an earlier result, its image file and its report must stay as they
 were, byte for byte, no other file may stay anywhere, and one line must say what happened. Writes
-docs/faults.md; ``--only`` prints some rows and writes nothing. Linux; some rows need leave to mount.
+docs/faults.md; ``--only`` prints some rows, writes nothing. Linux; some rows need leave to mount.
 """
 
 from __future__ import annotations
@@ -147,9 +147,9 @@ class Bake:
         """Kill the second process of the bake; returns when, in seconds."""
         number = self._process.pid
         children = Path(f"/proc/{number}/task/{number}/children").read_text().split()
-        [twin] = [child for child in children
-                  if b"radiosity_addon.twin" in Path(f"/proc/{child}/cmdline").read_bytes()]  # fmt: skip
-        os.kill(int(twin), signal.SIGKILL)
+        words = {int(child): Path(f"/proc/{child}/cmdline").read_bytes() for child in children}
+        [twin] = [child for child, line in words.items() if b"radiosity_addon.twin" in line]
+        os.kill(twin, signal.SIGKILL)
         return time.monotonic()
 
     def end(self) -> tuple[int, str, float]:

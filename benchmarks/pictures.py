@@ -1,4 +1,4 @@
-"""The pictures in docs/gallery.md: rooms baked by the command line, seen from inside. Depends on bpy.
+"""The pictures in docs/gallery.md: rooms baked by the command line, seen from inside. Needs bpy.
 
     python -m benchmarks.pictures docs/images            # all of them, with what each bake cost
     python -m benchmarks.pictures docs/images living_room_vertex

@@ -2,8 +2,8 @@
 
 NumPy lets other threads go on only inside its loops, and these are short: two threads of one Python
 get no more done than one and a half, two processes twice as much (docs/cost.md has the figures).
-The twin is started before Blender is, as it takes as long to import SciPy. It reads what it is asked from
-its standard input and answers on its standard output; when its input ends, so does it.
+The twin is started before Blender is, as it takes as long to import SciPy. It reads what it is
+asked from its standard input and answers on its standard output; when its input ends, so does it.
 """
 
 from __future__ import annotations
@@ -63,21 +63,20 @@ class Twin:
     def answers(self) -> list:
         """What the methods returned that were asked for since the last answers, when they do;
         raises what one raised, Gone if the process has ended."""
-        found = []
-        while self._asked:
-            found.append(self._answer())
-        return found
+        asked, self._asked = self._asked, 0
+        found = [self._answer() for _ in range(asked)]
+        for kind, value in found:
+            if kind == FAILURE:
+                raise value
+        return [value for _, value in found]
 
-    def _answer(self):
+    def _answer(self) -> tuple:
         try:
             kind, value, *figures = pickle.load(self._process.stdout)
         except (EOFError, OSError, pickle.UnpicklingError) as error:
             raise self._ended() from error
-        self._asked -= 1
         self.rays, self.embree_seconds, self.peak_memory = figures
-        if kind == FAILURE:
-            raise value
-        return value
+        return kind, value
 
     def close(self) -> None:
         """End the process."""
@@ -90,7 +89,6 @@ class Twin:
     def _ended(self) -> Exception:
         from .solver.half import Gone  # which imports NumPy
 
-        self._asked = 0
         status = self._process.wait()
         return Gone(
             f"the solver's second process ended (status {status}); memory may have run out: lower "

@@ -1,4 +1,4 @@
-"""The twin: the same light from two processes as from one, and what happens when one of them ends."""
+"""The twin: the same light from two processes as from one, and what happens when one ends."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Half: everything that is random is done twice, in two independent halves whose mean is the result.
+"""Half: one of two independent halves, in which everything that is random is done twice.
 
-Depends on ``context``, ``footprints``, ``lighting``, ``radiosity``, ``guide``. Their difference tells
-the error. A half never looks at the other, so the second may live in another process: it is *asked*,
-works beside the first, and gives its *answers* later.
+Depends on ``context``, ``footprints``, ``lighting``, ``radiosity``, ``guide``. The halves' mean is
+the result, their difference tells the error. Neither looks at the other, so the second may live in
+another process: it is *asked*, works beside the first, and gives its *answers* later.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Lights: what the kinds of explicitly sampled light have in common.
 
-Depends on ``sampling``. The kinds are ``polygons``, ``spheres`` and ``suns``. A kind holds arrays, one
-entry a light. It gives, at points: the irradiance that would arrive without obstacles, and rays
+Depends on ``sampling``. The kinds are ``polygons``, ``spheres`` and ``suns``. A kind holds arrays,
+one entry a light. It gives, at points: the irradiance that would arrive without obstacles, and rays
 that test whether it does.
 """
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 MANY_RECEIVERS = 400_000
-# Of all receivers together in the first round, at least: fewer would make a bake a tenth quicker, as
-# the rest of it takes its time, and half as far off again. A draft is content with half of them.
+# Of all receivers together in the first round, at least: fewer would make a bake a tenth quicker,
+# as the rest of it takes its time, and half as far off again. A draft is content with half of them.
 FIRST_RAYS, FIRST_POINTS = 720_000, 360_000
 DRAFT = 0.06  # error
 # Receivers for which to gather again costs more than elements do; how many an element may serve.

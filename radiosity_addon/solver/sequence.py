@@ -3,14 +3,12 @@
 Depends on the rest of the solver; nothing in the solver depends on it.
 
 Everything that is random is done twice, in two independent halves (``half``) whose mean is the
-result: their difference tells the error. More points and rays go to the receivers that need them
-until the error asked for is met.
+result: their difference tells the error. They work in ``rounds`` until the error asked for is met.
 """
 
 from __future__ import annotations
 
-import time
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
@@ -20,32 +18,22 @@ from .energy import energy_balance
 from .footprints import Footprints, build_footprints
 from .geometry import rounding_warning
 from .graph import build_graph
-from .guide import Guide, make_guide, start_learning
 from .half import Gone, Half, Here, Solved
 from .judge import Judge, Surface, Verdict
 from .keep import Kept
 from .lattice import build_lattices
-from .lighting import Lighting
 from .needs import needs_of
 from .parallel import thread_count
-from .plan import Plan, make_plan, round_up
+from .plan import make_plan
 from .points import footprint_points
 from .progress import Progress, silent
 from .receivers import Receivers
+from .rounds import MAX_ROUNDS, Clock, Rounds
 from .scene import Scene
 from .solution import Solution, Statistics
 from .ways import Sight
 
 SURFACE_POINTS = 8  # a receiver's reflectance and emission are means over these
-MAX_ROUNDS = 20
-MAX_SAMPLES = 1 << 14  # rays or points of a receiver in one round
-ELEMENTS_SHARE = 0.8  # of the goal: a larger error common to neighbours wants finer elements
-MOST_ELEMENTS = 200_000
-LAST_RESTART = 6  # rounds: later, too much would be gathered anew
-GROWTH = 8  # times the samples so far, at most, in one round;
-LARGE_ROUND, LARGE_GROWTH = 1.5e7, 3  # with so many rays this: the elements may be too coarse
-DIRECT_RATE = 0.8  # points for shadows to lower their squared error by a factor: its power
-TELLING = 1.5  # times the rays, from which on two rounds tell what more rays would not lower
 
 
 @np.errstate(under="ignore")  # light that vanishes beside the brightest is nothing
@@ -78,12 +66,10 @@ def solve(
     clock.lap("elements")
     deadline = None if settings.time_limit is None else clock.start + settings.time_limit
     needs = needs_of(context, settings.passes)
-    first, second = (
-        Half(number, context, footprints, needs, settings.target_error) for number in (0, 1)
-    )
-    beside, lost = _opened(beside, second)
-    bake = _Rounds(first, beside, judge, deadline, clock, kept)
-    verdict, solved = bake.run(plan)
+    first = Half(0, context, footprints, needs, settings.target_error)
+    beside, lost = _opened(beside, first)
+    rounds = Rounds(first, beside, judge, deadline, clock, kept)
+    verdict, solved = rounds.run(plan)
     energy = energy_balance(context)
     clock.lap("solve")
     return Solution(
@@ -105,39 +91,21 @@ def solve(
     )
 
 
-def _opened(beside, second: Half):
+def _opened(beside, first: Half):
     """What does the second half, and warnings: this process where the other is not there."""
-    if beside is None:
-        return Here(second), ()
-    try:
-        beside.answers()
-    except Gone as error:
-        return Here(second), (f"{error}; the bake was done by one process, which takes longer",)
-    return beside, ()
+    lost = ()
+    if beside is not None:
+        try:
+            beside.answers()
+            return beside, lost
+        except Gone as error:
+            lost = (f"{error}; the bake was done by one process, which takes longer",)
+    return Here(replace(first, number=1)), lost
 
 
 def _three(values: np.ndarray) -> np.ndarray:
     """(count, 3) of values (count, 3) or (count, 1)."""
     return np.repeat(values, 3 // values.shape[1], axis=1)
-
-
-class Clock:
-    """Wall seconds of each stage."""
-
-    def __init__(self):
-        self.laps: dict[str, float] = {}
-        self.start = self._last = time.perf_counter()
-
-    def lap(self, stage: str) -> None:
-        """Book the time since the last lap on ``stage``."""
-        now = time.perf_counter()
-        self.laps[stage] = self.laps.get(stage, 0.0) + now - self._last
-        self._last = now
-
-    def move(self, stage: str, other: str, seconds: float) -> None:
-        """Book ``seconds`` of ``stage`` on ``other`` instead."""
-        self.laps[stage] -= seconds
-        self.laps[other] = self.laps.get(other, 0.0) + seconds
 
 
 def _judge(context: Context, footprints, receivers: Receivers, passes, project, threads: int):
@@ -167,113 +135,6 @@ def _surface(context: Context, footprints: Footprints) -> Surface:
     return Surface(
         mean(context.reflectance(triangle, uv)), mean(context.emission(triangle, uv))
     )
-
-
-@dataclass(frozen=True)
-class _Rounds:
-    """The rounds of solving and gathering for one set of receivers."""
-
-    first: Half
-    second: Here  # or another process that is spoken to alike
-    judge: Judge
-    deadline: float | None  # perf_counter seconds after which no round may end
-    clock: Clock
-    kept: Kept | None
-
-    def run(self, plan: Plan) -> tuple[Verdict, list[Solved]]:
-        """A first round for all receivers, then more where the error is, with rays aimed by what
-        the first brought; finer elements first where the error is theirs."""
-        everyone = np.arange(self.first.footprints.count)
-        plan = self._solve(plan)
-        direct, gathered = (everyone, plan.points), (everyone, plan.rays)
-        learning = start_learning(self.first.clusters)
-        guide = None
-        told = []  # since the last solve: rays of a receiver, and their light's squared error
-        for step in range(MAX_ROUNDS):
-            began, work = time.perf_counter(), _samples(direct, gathered)
-            halves = self._both("add", direct, gathered, step, guide, learning is not None)
-            light = [half.light for half in halves]
-            verdict = self.judge.weigh(light)
-            self.clock.lap("gather")
-            if verdict.error <= plan.enough:
-                break
-            if learning is not None:
-                learning.join([half.learnt for half in halves])
-                guide = make_guide(learning)
-            if guide is None:  # the first rays tell well enough whether one would pay
-                learning = None
-            told.append((light[0].rays.mean(), max(verdict.gather_square.mean(), 0.0)))
-            excess = max(self.judge.common(verdict), _floor(told, plan.enough))
-            excess /= ELEMENTS_SHARE * plan.goal
-            if excess > 1 and step < LAST_RESTART and plan.elements < MOST_ELEMENTS:
-                plan, told = plan.refined(excess), []
-                laps = self.clock.laps
-                if not self._time_for(2 * (laps.get("transport", 0.0) + laps["gather"])):
-                    break
-                plan = self._solve(plan)
-                direct, gathered = (everyone[:0], plan.points), (everyone, plan.rays)
-                continue
-            direct, gathered = self._more(verdict, plan, light, guide)
-            ahead = _samples(direct, gathered)
-            if ahead == 0:
-                break
-            if not self._time_for((time.perf_counter() - began) * ahead / max(work, 1)):
-                break
-        return verdict, [half.solved for half in halves]
-
-    def _time_for(self, seconds: float) -> bool:
-        return self.deadline is None or time.perf_counter() + seconds <= self.deadline
-
-    def _both(self, name: str, *words) -> tuple:
-        """What both halves answer."""
-        self.second.ask(name, *words)
-        return getattr(self.first, name)(*words), self.second.answers()[-1]
-
-    def _solve(self, plan: Plan) -> Plan:
-        """Two independent solves, of which the second may still be under way. The plan they were
-        made for is finer than ``plan`` where such solves were kept."""
-        keeps = self.kept is not None and self.first.needs.reflected
-        found = self.kept.find(self.first.context, plan, self.first.error) if keeps else None
-        if found:
-            plan, (one, other) = found
-            self.second.ask("take", other)
-            self.first.take(one)
-            self.clock.lap("solve")
-            return plan
-        self.second.ask("solve", plan)
-        solved = self.first.solve(plan)
-        if self.first.needs.reflected:
-            self.clock.lap("transport")
-            self.clock.move("transport", "solve", solved.seconds)
-        if keeps:
-            self.kept.add(self.first.context, plan, list(self._both("give")))
-        return plan
-
-    def _more(self, verdict: Verdict, plan: Plan, light: list[Lighting], guide: Guide | None):
-        """(owners, samples of each) to add, of points for direct light and of rays."""
-        (shaded, direct_factor), (dim, gather_factor) = self.judge.mark(verdict, plan.goal)
-        points = light[0].points.max() * (min(direct_factor**DIRECT_RATE, GROWTH) - 1)
-        large = GROWTH * light[0].rays.sum() > LARGE_ROUND
-        rays = light[0].rays.mean() * (min(gather_factor, LARGE_GROWTH if large else GROWTH) - 1)
-        if guide is not None and len(dim):
-            rays /= guide.worth[guide.cluster[dim]].mean()
-        return (shaded, round_up(points, 4, MAX_SAMPLES)), (dim, round_up(rays, 8, MAX_SAMPLES))
-
-
-def _floor(told: list[tuple[float, float]], enough: float) -> float:
-    """The error that stays however many rays there are, if the rest of its square falls as
-    1 / rays, from (rays, squared error) of the last two rounds; 0 where it is no more than
-    ``enough``, or they cannot tell: the first round's rays are not aimed yet."""
-    if len(told) < 3 or told[-1][0] < TELLING * told[-2][0]:
-        return 0.0
-    (few, high), (many, low) = told[-2:]
-    floor = np.sqrt(max(many * low - few * high, 0.0) / (many - few))
-    return floor if floor > enough else 0.0
-
-
-def _samples(*rounds) -> int:
-    """Points and rays of a round of (owners, samples of each)."""
-    return sum(len(owners) * samples for owners, samples in rounds)
 
 
 def _warnings(context: Context, verdict: Verdict, settings, solved: list[Solved]):

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.stability_scenes import radiosity, worst
 from radiosity_addon.solver.gather import find_lost
-from radiosity_addon.solver.sequence import _floor
+from radiosity_addon.solver.rounds import _floor
 from tests.solver import meshes
 
 REFLECTANCE = 0.99

@@ -91,6 +91,7 @@ def test_every_class_has_a_tooltip_and_a_label(addon):
 
 
 def test_every_property_says_what_it_does(addon):
-    for name, item in addon.types.Scene.bl_rna.properties["radiosity"].fixed_type.properties.items():
+    properties = addon.types.Scene.bl_rna.properties["radiosity"].fixed_type.properties
+    for name, item in properties.items():
         if name not in ("rna_type", "name"):
             assert item.description and not item.description.endswith("."), name
