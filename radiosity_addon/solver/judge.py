@@ -44,6 +44,16 @@ class Verdict:
     gather_square: np.ndarray  # (count,)
     apart: np.ndarray  # (count, channels) relative: half the halves' difference, as gathered
 
+    def squares(self) -> tuple[float, float]:
+        """The parts of the squared error that direct and gathered light have, as they count where
+        colours end."""
+        direct, gather = (
+            max(float(part.mean()), 0.0) for part in (self.direct_square, self.gather_square)
+        )
+        total = direct + gather
+        share = self.error**2 / total if total > 0 else 1.0
+        return share * direct, share * gather
+
 
 @dataclass(frozen=True)
 class _Part:
@@ -105,20 +115,20 @@ class Judge:
     def mark(self, verdict: Verdict, goal: float) -> tuple:
         """Receivers to add to, and by what factor the squared error must fall, for direct and for
         gathered light: ((owners, factor), (owners, factor))."""
-        total = max(verdict.direct_square.mean(), 0) + max(verdict.gather_square.mean(), 0)
-        measured = verdict.error**2 / total if total > 0 else 1.0
         result = []
-        for square, share, spread in (
+        for local, square, share, spread in zip(
+            (verdict.direct_square, verdict.gather_square),
+            verdict.squares(),
+            (DIRECT_SHARE, 1 - DIRECT_SHARE),
             # Shadow rays that agree may have missed what shows next to them.
-            (verdict.direct_square, DIRECT_SHARE, lambda chosen: dilate(self.lattices, chosen)),
-            (verdict.gather_square, 1 - DIRECT_SHARE, lambda chosen: chosen),
+            (lambda chosen: dilate(self.lattices, chosen), lambda chosen: chosen),
         ):
-            allowed = share * goal**2 / max(measured, 1e-12)
-            excess = max(square.mean(), 0) / allowed
+            excess = square / (share * goal**2)
             if excess <= 1:
                 result.append((np.zeros(0, int), 1.0))
                 continue
-            result.append((np.flatnonzero(spread(square > 0.3 * allowed)), excess))
+            chosen = local > 0.3 * local.mean() / excess
+            result.append((np.flatnonzero(spread(chosen)), excess))
         return tuple(result)
 
     def _neighbors(self, *light: np.ndarray) -> list:

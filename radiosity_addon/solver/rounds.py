@@ -13,7 +13,7 @@ import numpy as np
 
 from .guide import Guide, make_guide, start_learning
 from .half import Half, Here, Solved
-from .judge import Judge, Verdict
+from .judge import DIRECT_SHARE, Judge, Verdict
 from .keep import Kept
 from .lighting import Lighting
 from .plan import Plan, round_up
@@ -67,7 +67,7 @@ class Rounds:
         direct, gathered = (everyone, plan.points), (everyone, plan.rays)
         learning = start_learning(self.first.clusters)
         guide = None
-        told = []  # since the last solve: rays of a receiver, and their light's squared error
+        told = []  # since the last solve: rays of a receiver, and what is squared error of theirs
         for step in range(MAX_ROUNDS):
             began, work = time.perf_counter(), _samples(direct, gathered)
             halves = self._both("add", direct, gathered, step, guide, learning is not None)
@@ -81,9 +81,10 @@ class Rounds:
                 guide = make_guide(learning)
             if guide is None:  # the first rays tell well enough whether one would pay
                 learning = None
-            told.append((light[0].rays.mean(), max(verdict.gather_square.mean(), 0.0)))
-            excess = max(self.judge.common(verdict), _floor(told, plan.enough))
-            excess /= ELEMENTS_SHARE * plan.goal
+            shadows, dim = verdict.squares()
+            told.append((light[0].rays.mean(), dim))
+            floor = _floor(told, min(shadows, DIRECT_SHARE * plan.goal**2), plan.enough)
+            excess = max(self.judge.common(verdict), floor) / (ELEMENTS_SHARE * plan.goal)
             if excess > 1 and step < LAST_RESTART and plan.elements < MOST_ELEMENTS:
                 plan, told = plan.refined(excess), []
                 laps = self.clock.laps
@@ -92,6 +93,8 @@ class Rounds:
                 plan = self._solve(plan)
                 direct, gathered = (everyone[:0], plan.points), (everyone, plan.rays)
                 continue
+            if floor:
+                break
             direct, gathered = self._more(verdict, plan, light, guide)
             ahead = _samples(direct, gathered)
             if ahead == 0:
@@ -139,14 +142,15 @@ class Rounds:
         return (shaded, round_up(points, 4, MAX_SAMPLES)), (dim, round_up(rays, 8, MAX_SAMPLES))
 
 
-def _floor(told: list[tuple[float, float]], enough: float) -> float:
+def _floor(told: list[tuple[float, float]], shadows: float, enough: float) -> float:
     """The error that stays however many rays there are, if the rest of its square falls as
-    1 / rays, from (rays, squared error) of the last two rounds; 0 where it is no more than
-    ``enough``, or they cannot tell: the first round's rays are not aimed yet."""
+    1 / rays, from (rays, squared error) of the last two rounds, and ``shadows``, the square that
+    is left to direct light; 0 where it is no more than ``enough``, or they cannot tell: the first
+    round's rays are not aimed yet."""
     if len(told) < 3 or told[-1][0] < TELLING * told[-2][0]:
         return 0.0
     (few, high), (many, low) = told[-2:]
-    floor = np.sqrt(max(many * low - few * high, 0.0) / (many - few))
+    floor = np.sqrt(max(many * low - few * high, 0.0) / (many - few) + shadows)
     return floor if floor > enough else 0.0
 
 

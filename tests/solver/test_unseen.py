@@ -47,4 +47,11 @@ def test_what_lies_on_a_cut_counts_as_what_the_next_ray_met():
 )
 def test_error_that_more_rays_would_not_lower(rays, floor, expected):
     told = [(number, floor**2 + 1e-3 / number) for number in rays]
-    assert _floor(told, 0.005) == pytest.approx(expected)
+    assert _floor(told, 0.0, 0.005) == pytest.approx(expected)
+
+
+def test_error_that_more_rays_would_not_lower_has_the_shadows_in_it():
+    """0.004 is below what is enough, 0.005; with shadows of 0.004 it is not."""
+    told = [(number, 0.004**2 + 1e-3 / number) for number in (10, 100, 200)]
+    assert _floor(told, 0.0, 0.005) == 0
+    assert _floor(told, 0.004**2, 0.005) == pytest.approx(0.004 * np.sqrt(2))
