@@ -26,6 +26,7 @@ LAST_RESTART = 6  # rounds: later, too much would be gathered anew
 GROWTH = 8  # times the samples so far, at most, in one round;
 LARGE_ROUND, LARGE_GROWTH = 1.5e7, 3  # with so many rays this: the elements may be too coarse
 DIRECT_RATE = 0.8  # points for shadows to lower their squared error by a factor: its power
+NEAR = 1.1  # times what more rays would not lower: they are not worth their time
 TELLING = 1.5  # times the rays, from which on two rounds tell what more rays would not lower
 
 
@@ -93,7 +94,7 @@ class Rounds:
                 plan = self._solve(plan)
                 direct, gathered = (everyone[:0], plan.points), (everyone, plan.rays)
                 continue
-            if floor:
+            if verdict.error < NEAR * floor:
                 break
             direct, gathered = self._more(verdict, plan, light, guide)
             ahead = _samples(direct, gathered)
