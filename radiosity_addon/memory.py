@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 START, START_PER_CORE = 1700 << 20, 100 << 20  # bytes of address space, as measured
-ALWAYS, PER_RECEIVER, PER_TRIANGLE = 450e6, 1500.0, 1150.0  # bytes of a bake, measured
+ALWAYS, PER_RECEIVER, PER_TRIANGLE = 450e6, 2900.0, 500.0  # bytes of a bake, measured
 
 
 def peak_memory() -> int:
