@@ -49,9 +49,7 @@ def main(argv: list[str], opened: bool = False, alone: bool = False) -> int:
             _check(request)
             progress = _Progress(terminal, interrupts)
             progress("Start", 0.0)
-            twin = start_twin(request.settings.threads)
-            if twin is not None:
-                stack.enter_context(twin)
+            twin = stack.enter_context(start_twin(request.settings.threads) or nullcontext())
             if alone:
                 with interrupts.held():  # a folder that is half made would stay
                     scratch.make()

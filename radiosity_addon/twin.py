@@ -20,6 +20,7 @@ from pathlib import Path
 
 from . import memory
 from .libraries import environment
+from .solver.parallel import thread_count
 
 PROTOCOL = 5
 PIPE_SIZE = 1 << 20  # bytes: light is megabytes
@@ -96,10 +97,8 @@ class Twin:
         )
 
 
-def start_twin(threads: int):
+def start_twin(threads: int) -> Twin | None:
     """A Twin, or None where ``threads`` leave nothing for one, or none can be started."""
-    from .solver.parallel import thread_count
-
     if thread_count(threads) < 2:
         return None
     try:

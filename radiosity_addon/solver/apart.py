@@ -1,9 +1,9 @@
 """Apart: parts of the surface that do not see each other are different elements.
 
-Depends on ``context``, ``crossings``, ``elements``, ``ways``. Inside a block that stands on the
-floor it is dark, and a radiosity shared with the lit floor around would leak in. So cells are cut
-along what crosses them or stands on them, small faces share an element only with what they see, and
-what is still obstructed is divided.
+Depends on ``context``, ``crossings``, ``elements``, ``grids``, ``ways``. Inside a block that stands
+on the floor it is dark, and a radiosity shared with the lit floor around would leak in. So cells
+are cut along what crosses them or stands on them, small faces share an element only with what they
+see, and what is still obstructed is divided.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from dataclasses import replace
 import numpy as np
 
 from .context import Context
-from .elements import INSIDE, Elements, cut_cells, grid_cells, refine
+from .elements import INSIDE, Elements, cut_cells, refine
+from .grids import grid_cells
 from .ways import LIFT, is_clear, is_way_free
 
 MAX_GROWTH = 4  # times the elements at the start

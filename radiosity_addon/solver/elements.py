@@ -1,6 +1,6 @@
 """Elements: the pieces of surface on which radiosity is constant, and the map from hits to them.
 
-Depends on ``geometry``. Each triangle carries a barycentric grid of *cells*, and a cell may carry
+Depends on ``geometry``, ``grids``. Each triangle carries a barycentric grid of *cells*, and a cell may carry
 a finer grid in turn. A cell without one belongs to an element; a large triangle has many cells,
 each an element of its own, while tiny triangles have one cell each and share an element. So
 elements follow area and light, not tessellation, and a hit (triangle, u, v) finds its element by
@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .geometry import OFFSET, Geometry
+from .grids import cell_in_grid, grid_cells, inside, quarter_at, quarters
 
 MAX_GRID = 128  # cells along a triangle's edge, before refinement
 LONG = 4.0  # times an element's size: a small triangle is a sliver
@@ -76,7 +77,7 @@ class Elements:
         cells = np.take(self.base, triangle, mode="clip")
         n = np.take(self.grid, triangle, mode="clip")
         if self.divided:
-            offset, inverted, u, v = _cell_in_grid(n, u, v)
+            offset, inverted, u, v = cell_in_grid(n, u, v)
             cells += offset
         if self.depth == 1:
             return cells
@@ -84,10 +85,10 @@ class Elements:
         some = np.flatnonzero(inner <= INSIDE)
         inner, u, v = inner[some], u[some], v[some]
         if self.divided:
-            u, v = _inside(inverted[some], u, v)
+            u, v = inside(inverted[some], u, v)
         while len(some):
             finer = np.subtract(INSIDE, inner, dtype=np.intp)
-            offset, x, y = _quarter(u, v)
+            offset, x, y = quarter_at(u, v)
             found = np.take(self.base, finer)
             found += offset
             if self.has_cuts:
@@ -120,80 +121,6 @@ class Elements:
         pairs[self.element < 0] = nothing
         table = pairs.reshape((-1,) + values.shape[1:])
         return np.concatenate([table, np.full((2,) + values.shape[1:], nothing, values.dtype)])
-
-
-def _cell_in_grid(n: np.ndarray, u: np.ndarray, v: np.ndarray):
-    """Index of the cell at (u, v) in a grid of n cells along each edge, whether it is inverted, and
-    (u, v) from the corner of the pair of cells.
-
-    Row i holds 2(n−i)−1 cells, upright and inverted ones in turn.
-    """
-    size = n.astype(np.float32)
-    x, y = u * size, v * size
-    left = n - 1
-    i = _within(x, left)
-    left -= i
-    j = _within(y, left)
-    x -= i.astype(np.float32)  # integers would take the long way by float64
-    y -= j.astype(np.float32)
-    inverted = x + y > 1
-    inverted &= j < left
-    index = 2 * n
-    index -= i
-    index *= i
-    j *= 2
-    index += j
-    index += inverted
-    return index, inverted, x, y
-
-
-def _quarter(u: np.ndarray, v: np.ndarray):
-    """Index of the cell at (u, v) in a grid of 2 cells along each edge, and (u, v) inside it."""
-    x, y = 2 * u, 2 * v
-    first, second = x >= 1, y >= 1
-    second &= ~first
-    inverted = x + y > 1
-    inverted &= ~(first | second)
-    index = 3 * first.view(np.int8)
-    index += 2 * second.view(np.int8)
-    index += inverted
-    x -= first
-    y -= second
-    return index, *_inside(inverted, x, y)
-
-
-def _inside(inverted: np.ndarray, x: np.ndarray, y: np.ndarray):
-    """(u, v) inside cells, from the corners of their pairs."""
-    flip = inverted.astype(np.float32)
-    return np.abs(flip - x), np.abs(flip - y)
-
-
-def _within(place: np.ndarray, last: np.ndarray) -> np.ndarray:
-    """(n,) int32 of places in [0, last]; thin triangles may give others."""
-    found = place.astype(np.int32)
-    np.minimum(found, last, out=found)
-    return np.maximum(found, 0, out=found)
-
-
-def grid_cells(n: int) -> np.ndarray:
-    """(n², 3, 2) float32 corners of a grid's cells in [0, 1]², in the order of their indices:
-    where u = v = 0, u = 1 and v = 1 in the cell."""
-    cells = []
-    for i in range(n):
-        j = np.arange(n - i)
-        i0, i1, j1 = np.full(n - i, i), np.full(n - i, i + 1), j + 1
-        upright = np.stack([np.stack([i0, j], 1), np.stack([i1, j], 1), np.stack([i0, j1], 1)], 1)
-        inverted = np.stack([np.stack([i1, j1], 1), np.stack([i0, j1], 1), np.stack([i1, j], 1)], 1)
-        cells.append(np.stack([upright, inverted], 1).reshape(-1, 3, 2)[: 2 * (n - i) - 1])
-    return (np.concatenate(cells) / n).astype(np.float32)
-
-
-def _quarters(corners: np.ndarray) -> np.ndarray:
-    """(4 k, 3, 2) corners of the four cells inside each of k cells (k, 3, 2)."""
-    origin, steps = corners[:, 0], corners[:, 1:] - corners[:, :1]
-    inner = grid_cells(2)
-    placed = origin[:, None, None] + np.einsum("qcs,ksd->kqcd", inner, steps)
-    return placed.reshape(-1, 3, 2).astype(np.float32)
 
 
 def build_elements(geometry: Geometry, group: np.ndarray, target: int) -> Elements:
@@ -285,7 +212,7 @@ def refine(geometry: Geometry, elements: Elements, chosen: np.ndarray) -> Elemen
         base=np.concatenate([elements.base, len(element) + 4 * fresh]).astype(np.int32),
         element=np.concatenate([element, parts]).astype(np.int32),
         triangle=np.concatenate([elements.triangle, np.repeat(elements.triangle[leaf], 4)]),
-        corners=np.concatenate([elements.corners, _quarters(elements.corners[leaf])]),
+        corners=np.concatenate([elements.corners, quarters(elements.corners[leaf])]),
         count=count + 4 * len(leaf),
         depth=elements.depth + 1,
         divided=elements.divided,

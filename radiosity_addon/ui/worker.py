@@ -42,11 +42,12 @@ def main(folder: Path, keep: Path | None = None) -> int:
 def _work(folder: Path, keep: Path | None, given: threading.Event, progress: ProgressFile) -> int:
     """Import, wait until the job is ``given``, run it with what the file ``keep`` keeps."""
     package = _load_package(Path(__file__).resolve().parents[1])
-    twin = importlib.import_module(f"{package}.twin").start_twin(0)
+    twins = importlib.import_module(f"{package}.twin")
+    twin = twins.start_twin(0)
     numpy = importlib.import_module("numpy")
-    payload, keep_file, meter, work, twins, _ = (
+    payload, keep_file, meter, work, _ = (
         importlib.import_module(f"{package}.{name}")
-        for name in ("ui.payload", "ui.keep_file", "meter", "job", "twin", "solver.sequence")
+        for name in ("ui.payload", "ui.keep_file", "meter", "job", "solver.sequence")
     )
     given.wait()
     try:
