@@ -1,6 +1,6 @@
 """Balls: point and spot lamps whose soft falloff is off: glowing spheres, not facing discs.
 
-Depends on ``spheres``, ``sampling``. Seen whole from a distance d such a lamp brings I cosθ / d²,
+Depends on ``spheres``, ``points``, ``sampling``. Seen whole from a distance d such a lamp brings I cosθ / d²,
 however large it is; partly below the horizon the part above; from inside the same everywhere.
 """
 
@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .lights import Sample, length, partly_above
+from .lights import Sample, Whole, length, partly_above, unknown
+from .points import Middles
 from .sampling import cosine_directions, tangent_frames
 from .spheres import Spheres
 
@@ -20,7 +21,7 @@ class Balls(Spheres):
     """Spheres of constant radiance I / πr² (a spot's: within its beam), radius above 0."""
 
     def sample(
-        self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray, per: int = 1
+        self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
     ) -> Sample:
         """Sample the solid angle of the ball, or from inside it the hemisphere, as Cycles does."""
         toward = self.position[which] - position
@@ -47,6 +48,10 @@ class Balls(Spheres):
         whole = np.where(inside, 1, ball_form_factor(slope, sine)) / radius**2
         weight = np.where(inside, 1, cosine)
         return Sample(whole, np.where(whole > 0, weight, 0), segment, 1.0, True)
+
+    def whole(self, which: int, middles: Middles) -> Whole:
+        """Looked at from every point."""
+        return unknown(middles)
 
     def strength(self, which, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
         """(n,) rough irradiance of lights at points, above 0 wherever any may arrive."""

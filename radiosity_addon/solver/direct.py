@@ -17,8 +17,8 @@ from .choose import PER_POINT, choose_lights
 from .context import Context
 from .parallel import map_chunks
 from .passage import visibility
-from .points import Points, grouped_chunks
-from .sampling import sobol
+from .points import Points, grouped_chunks, shifted
+from .sampling import GROUPS, sobol
 
 POINTS_PER_CHUNK = 1 << 14
 
@@ -45,7 +45,8 @@ def direct_light(context: Context, count: int, per: int, place, key, stage: str)
         group, chosen = chunk
         return chosen, *_light_points(context, place(chosen, group), (*key, group))
 
-    chunks = grouped_chunks(count, max(1, POINTS_PER_CHUNK // per))
+    groups = 1 if per == 1 else GROUPS  # single points are independent as they are
+    chunks = grouped_chunks(count, max(1, POINTS_PER_CHUNK // per), groups)
     for chosen, *found in map_chunks(work, chunks, context.threads, context.tick(stage)):
         for array, values in zip((result.irradiance, result.mixed, result.variance), found):
             array[chosen] = values
@@ -55,35 +56,112 @@ def direct_light(context: Context, count: int, per: int, place, key, stage: str)
 def _light_points(context: Context, points: Points, key):
     """(R, channels) irradiance, (R,) bool: some light's shadow rays disagreed, and (R,)
     variance."""
+    irradiance, mixed = _from_each(context, points, key)
+    variance = np.zeros(len(mixed))
+    if context.sources.pools:
+        chosen, variance = _from_chosen(context, points, key)
+        irradiance += chosen
+    return irradiance, mixed, variance
+
+
+def _from_each(context: Context, points: Points, key):
+    """(R, channels) irradiance from the lights that are sampled at every point, and (R,) bool: some
+    light's shadow rays disagreed."""
+    per, count = points.shape
+    irradiance, mixed = np.zeros((count, context.channels)), np.zeros(count, bool)
+    middles = points.middles() if context.sources.always else None
+    for number, light in enumerate(context.sources.always):
+        kind, place = context.sources.named(light)
+        table = sobol(per, 4, *key, number, 1).astype(np.float32)  # points take 0, 1 and 4
+        xi = [shifted(table[:, axis, None], points.turn[:, turn]) for axis, turn in ((2, 2), (3, 0))]
+        whole = kind.whole(place, middles)
+        dark = _unlinked(context, light, None, points)
+        known = whole.known
+        if dark is not None:
+            dark = dark.reshape(per, count)
+            known = known & (dark[0] == dark).all(axis=0)
+        arriving, seen = whole.irradiance, known & (whole.irradiance > 0)
+        if dark is not None:
+            seen &= ~dark[0]
+        some = np.flatnonzero(seen)
+        blockers = context.blockers[context.sources.block[light]]
+        if len(some):
+            share, partly = _visible_share(context, blockers, whole, points, some, xi)
+            irradiance[some] += arriving[some, None] * share * kind.color[place]
+            mixed[some] |= partly
+        some = np.flatnonzero(~known)
+        if len(some):
+            found, partly = _from_points(context, light, points, some, xi, dark)
+            irradiance[some] += found * kind.color[place]
+            mixed[some] |= partly
+    return irradiance, mixed
+
+
+def _visible_share(context: Context, blockers: Blockers, whole, points: Points, some, xi):
+    """(k, 1 or channels) share of a light's irradiance that arrives at the owners ``some`` (k,), at
+    which it is known, and (k,) bool: shadow rays disagree."""
+    every = len(some) == points.shape[1]
+    position, s, t = (
+        array if every else array[:, some] for array in (points.position, *xi)
+    )
+    segments = whole.segments(some, position, s, t)
+    visible = visibility(
+        context, blockers, position.reshape(-1, 3), segments.reshape(-1, 3), whole.length
+    ).reshape(*s.shape, -1)
+    share = visible.mean(axis=0, dtype=np.float32).astype(float)
+    partly = _is_part(share)
+    if whole.weight is not None and partly.any():  # a part below the horizon weighs nothing
+        weight = whole.weight(some[partly], segments[:, partly])[..., None]
+        total = weight.sum(axis=0)
+        seen = (weight * visible[:, partly]).sum(axis=0)
+        share[partly] = seen / np.where(total > 0, total, 1)
+        partly = _is_part(share)
+    return share, partly
+
+
+def _is_part(share: np.ndarray) -> np.ndarray:
+    """(k,) bool: some of the shares (k, c) is neither nothing nor all."""
+    return ((share > 0) & (share < 1 - 1e-9)).any(axis=1)
+
+
+def _from_points(context: Context, light: int, points: Points, some, xi, dark):
+    """(k, 1 or channels) irradiance of a light at the owners ``some`` (k,), looked at from each of
+    their points, and (k,) bool: shadow rays disagree."""
+    kind, place = context.sources.named(light)
+    position, normal = (array[:, some].reshape(-1, 3) for array in (points.position, points.normal))
+    xi = np.stack([axis[:, some].ravel() for axis in xi], 1).astype(float)
+    sample = kind.sample(place, position.astype(float), normal.astype(float), xi)
+    if dark is not None:
+        sample.irradiance[dark[:, some].ravel()] = 0
+        sample.weight[dark[:, some].ravel()] = 0
+    blockers = context.blockers[context.sources.block[light]]
+    return _visible_mean(context, blockers, position, sample, points.shape[0])
+
+
+def _from_chosen(context: Context, points: Points, key):
+    """(R, channels) irradiance from the lights of which every point chooses some, and (R,)
+    variance."""
     per, count = points.shape
     position = points.position.reshape(-1, 3).astype(float)
     normal = points.normal.reshape(-1, 3).astype(float)
-    irradiance, mixed = np.zeros((count, context.channels)), np.zeros(count, bool)
-    choices, chosen, square = 0, np.zeros(count), np.zeros(count)
-    for number, (light, factor) in enumerate(_lights_for(context, points, position, normal, key)):
-        choices += factor is not None
-        table = sobol(per, 4, *key, number, 1)[:, 2:]  # points take dimensions 0, 1 and 4
-        shift = points.turn[:, [2, 0]].astype(float)
-        xi = ((table[:, None] + shift) % 1.0).reshape(-1, 2)
-        for sample, color, rows in _samples(context, light, position, normal, xi, per):
+    irradiance, choices = np.zeros((count, context.channels)), 0
+    total, square = np.zeros((2, count))
+    for light, factor in _choices(context, points, position, normal, key):
+        table = sobol(per, 4, *key, choices, 3)[:, 2:]
+        xi = ((table[:, None] + points.turn[:, [2, 0]].astype(float)) % 1.0).reshape(-1, 2)
+        choices += 1
+        for sample, color, rows in _samples(context, light, position, normal, xi):
             dark = _unlinked(context, light, rows, points)
             if dark is not None:
                 sample.irradiance[dark] = 0
                 sample.weight[dark] = 0
-            if factor is None:
-                blockers = context.blockers[context.sources.block[light]]
-                arriving, partly = _visible_mean(context, blockers, points.position, sample, per)
-                irradiance += arriving * color
-            else:
-                arriving = _visible_each(context, points.position, sample, rows)
-                arriving = arriving * factor[rows, None] * color
-                np.add.at(irradiance, rows % count, arriving / per)
-                level = arriving.mean(axis=1)
-                chosen += np.bincount(rows % count, level, count)
-                square += np.bincount(rows % count, level**2, count)
-                partly = False
-            mixed |= partly
-    return irradiance, mixed, _variance(chosen, square, choices, per)
+            arriving = _visible_each(context, points.position, sample, rows)
+            arriving = arriving * factor[rows, None] * color
+            np.add.at(irradiance, rows % count, arriving / per)
+            level = arriving.mean(axis=1)
+            total += np.bincount(rows % count, level, count)
+            square += np.bincount(rows % count, level**2, count)
+    return irradiance, _variance(total, square, choices, per)
 
 
 def _variance(total: np.ndarray, square: np.ndarray, choices: int, per: int) -> np.ndarray:
@@ -95,29 +173,23 @@ def _variance(total: np.ndarray, square: np.ndarray, choices: int, per: int) -> 
     return np.maximum(square - total**2 / many, 0) / (many - 1) * choices / per
 
 
-def _lights_for(context: Context, points: Points, position, normal, key):
-    """(light, factor) pairs to sample: every light, an int with factor None, where they are few;
-    else arrays (n,) of what was chosen at each point, with one over its probability."""
+def _choices(context: Context, points: Points, position, normal, key):
+    """Yield (light, factor) pairs (n,): what was chosen at each point, and one over its
+    probability."""
     sources = context.sources
-    pairs = [(light, None) for light in sources.always]
     per, count = points.shape
     for number, pool in enumerate(sources.pools):
         table = sobol(per, 6, *key, 2, number)[:, 5:]
         xi = ((table + points.turn[:, 0].astype(float)) % 1.0).reshape(-1, 1)
         xi = (xi + np.arange(PER_POINT)) / PER_POINT  # a point's choices lie apart, too
-        choices = choose_lights(sources, pool, position, normal, xi)
-        pairs += [(choice.light, choice.factor) for choice in choices]
-    return pairs
+        for choice in choose_lights(sources, pool, position, normal, xi):
+            yield choice.light, choice.factor
 
 
-def _samples(context: Context, light, position, normal, xi, per: int):
-    """Yield (sample, colour, rows): of one light at all points (rows None), or of each kind at the
-    points (k,) whose light is of that kind."""
+def _samples(context: Context, light: np.ndarray, position, normal, xi):
+    """Yield (sample, colour, rows): of each kind at the points (k,) whose ``light`` (n,) is of
+    that kind."""
     sources = context.sources
-    if np.ndim(light) == 0:
-        kind, place = sources.kinds[sources.kind[light]], int(sources.place[light])
-        yield kind.sample(place, position, normal, xi, per), kind.color[place], None
-        return
     for number, kind in enumerate(sources.kinds):
         rows = np.flatnonzero(sources.kind[light] == number)
         if len(rows):
@@ -181,4 +253,4 @@ def _visible_mean(context: Context, blockers: Blockers, origins: np.ndarray, sam
         mean = irradiance.mean(axis=0) * seen / np.where(total > 0, total, 1)
     else:
         mean = (irradiance * visible).mean(axis=0)
-    return mean, ((seen > 0) & (seen < total * (1 - 1e-9))).any(axis=1)
+    return mean, _is_part(seen / np.where(total > 0, total, 1))

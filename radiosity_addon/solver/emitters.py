@@ -170,7 +170,7 @@ def _with_open_sides(tracer: Tracer, lights: Polygons, explicit: np.ndarray) -> 
         return lights
     xi = np.tile(sobol(rays, 4, 50), (count, 1))
     which = np.repeat(np.arange(count), rays)
-    s, t = lights.place(which, xi[:, :2])
+    s, t = lights.place(which, xi[:, 0], xi[:, 1])
     target = lights.origin[which] + s[:, None] * lights.u[which] + t[:, None] * lights.v[which]
     local = cosine_directions(xi[:, 2:])
     shares = []

@@ -172,7 +172,7 @@ def _power(kind) -> np.ndarray:
 
 def _leave_polygon(kind: Polygons, which, xi):
     """Origins, directions and relative brightness of particles that leave flat lights."""
-    s, t = kind.place(which, xi[:, 1:3])
+    s, t = kind.place(which, xi[:, 1], xi[:, 2])
     side = np.where(kind.two_sided[which] & (xi[:, 3] < 0.5), -1.0, 1.0)
     level = np.where(kind.two_sided[which], 2 * xi[:, 3] % 1, xi[:, 3])
     widest = np.sin(np.minimum(kind.spread[which], np.pi) / 2) ** 2

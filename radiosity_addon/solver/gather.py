@@ -8,6 +8,7 @@ geometry.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -127,23 +128,25 @@ class Unseen:
 @dataclass(frozen=True)
 class Gathered:
     """Mean over each owner's rays, (count, channels) float64: reflected light, and light
-    first-hand, from the sky and from emission that is not sampled explicitly."""
+    first-hand, from the sky and from emission that is not sampled explicitly. ``lessons`` are what
+    ``Learning.add`` takes, or make it of the Learning."""
 
     bounced: np.ndarray
     first: np.ndarray
     unseen: Unseen | None
+    lessons: list
 
 
 def gather(
     context: Context, radiosity, count: int, rays: int, place, key, stage: str,
-    owners: np.ndarray, learning: Learning | None = None, guide: Guide | None = None,
+    owners: np.ndarray, learns: bool = False, guide: Guide | None = None,
 ) -> Gathered:
     """Light that ``rays`` from each of ``count`` owners bring; ``place(chosen, group)`` gives the
     owners' Points. ``radiosity`` has ``elements`` and, by cell side, ``reflected`` and ``emitted``
     (2 n_cells + 2, channels) float32, and bool whether it is ``unknown``. ``owners`` (count,) are
-    the receivers' numbers; ``learning`` is told what their rays bring, ``guide`` aims them;
-    None: nobody learns or aims."""
-    totals, unseen = np.zeros((2, count, context.channels)), []
+    the receivers' numbers; where somebody ``learns``, lessons are given; ``guide`` aims the rays;
+    None: nobody."""
+    totals, unseen, lessons = np.zeros((2, count, context.channels)), [], []
     elements = radiosity.elements
 
     def work(chunk):
@@ -152,12 +155,10 @@ def gather(
         key_, weight = (*key, group, 3), None
         if guide is None:
             met, directions = shoot(context, points, rays, *key_)
-            if learning is not None:
-                cells = learning.cells(sobol(rays, 2, *key_), points.turn[:, 2], whose)
         else:
             met, directions, cells = shoot_guided(context, points, rays, guide, whose, *key_)
             weight = np.take(guide.weight, cells.ravel())[:, None]
-        bounced, first, brought = 0.0, 0.0, np.zeros(rays * len(chosen), np.float32)
+        bounced, first, brought = 0.0, 0.0, None
         unseen = []
         for part in met:
             sides = sides_hit(elements, part.hits)
@@ -175,20 +176,26 @@ def gather(
             if direct is not None:
                 first = first + mean_of_rays(direct, part, rays, len(chosen), weight)
                 light = light + direct
-            if learning is not None:
-                brought[slice(None) if part.rays is None else part.rays] += _brought(light, part)
-        return chosen, bounced, first, unseen, learning and learning.sums(cells, brought)
+            if learns:
+                brought = _brought(light, part, brought)
+        if not learns:
+            lesson = None
+        elif guide is None:  # most bakes end with their first round: nobody asks
+            lesson = partial(_lesson, sobol(rays, 2, *key_), points.turn[:, 2], whose, brought)
+        else:
+            lesson = Learning.sums(cells, brought)
+        return chosen, bounced, first, unseen, lesson
 
     chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // rays))
-    for chosen, bounced, first, places, sums in map_chunks(
+    for chosen, bounced, first, places, lesson in map_chunks(
         work, chunks, context.threads, context.tick(stage)
     ):
         totals[0, chosen] = bounced
         totals[1, chosen] = first
         unseen += places
-        if learning is not None:
-            learning.add(sums)
-    return Gathered(*totals, _join_unseen(unseen))
+        if learns:
+            lessons.append(lesson)
+    return Gathered(*totals, _join_unseen(unseen), lessons)
 
 
 def _unseen(sides: np.ndarray, met: Met, index: np.ndarray, chosen, weight) -> Unseen:
@@ -207,9 +214,21 @@ def _join_unseen(parts: list[Unseen]) -> Unseen | None:
     return Unseen(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
-def _brought(light: np.ndarray, met: Met) -> np.ndarray:
-    """(k,) mean of the channels of light (k, channels), as much of it as comes through."""
-    return np.mean(light if met.weight is None else light * met.weight, axis=1)
+def _lesson(xi, turn, owners, brought, learning: Learning):
+    """What ``learning`` adds of rays at ``xi`` (rays, 2) with azimuths turned by ``turn`` (R,)."""
+    return learning.sums(learning.cells(xi, turn, owners), brought)
+
+
+def _brought(light: np.ndarray, met: Met, before: np.ndarray | None) -> np.ndarray:
+    """(n,) mean of the channels of light (k, channels), as much of it as comes through, added to
+    what the rays brought ``before``."""
+    if met.weight is not None:
+        light = light * met.weight
+    mean = light @ np.full(light.shape[1], 1 / light.shape[1], np.float32)
+    if met.rays is None:
+        return mean
+    before[met.rays] += mean
+    return before
 
 
 def _first_hand(context: Context, emitted, sides: np.ndarray, met: Met, directions: np.ndarray):

@@ -59,7 +59,8 @@ class Learning:
         column = (((xi[:, 1:] + turn) % 1) * COLUMNS).astype(np.int32) % COLUMNS
         return (self.cluster[owners] * CELLS + row * COLUMNS) + column
 
-    def sums(self, cells: np.ndarray, light: np.ndarray) -> tuple[np.ndarray, list]:
+    @staticmethod
+    def sums(cells: np.ndarray, light: np.ndarray) -> tuple[np.ndarray, list]:
         """Clusters (k,) of rays in ``cells`` (rays, R) that brought ``light`` (rays · R,), and what
         these add to the three sums (k, CELLS): no more is kept of a chunk of receivers."""
         clusters, column = np.unique(cells[0] // CELLS, return_inverse=True)
@@ -76,12 +77,14 @@ class Learning:
         for mine, more in zip((self.number, self.light, self.square), found):
             mine.reshape(-1, CELLS)[clusters] += more
 
-    def join(self, others: list[Learning]) -> None:
-        """Add what others learnt about the same clusters."""
-        for other in others:
-            self.number += other.number
-            self.light += other.light
-            self.square += other.square
+
+def joined(before: Learning | None, *more: Learning) -> Learning:
+    """What all have learnt about the same clusters."""
+    parts = [part for part in (before, *more) if part is not None]
+    names = ("number", "light", "square")
+    return Learning(
+        parts[0].cluster, *(sum(getattr(part, name) for part in parts) for name in names)
+    )
 
 
 def start_learning(cluster: np.ndarray) -> Learning:

@@ -39,11 +39,9 @@ class Solved:
 
 @dataclass(frozen=True)
 class Told:
-    """What a half knows after a round: all its light so far, and what this round's rays learnt,
-    None where nothing was to be."""
+    """What a half knows after a round: all its light so far."""
 
     light: Lighting
-    learnt: Learning | None
     solved: Solved
 
 
@@ -58,6 +56,7 @@ class Half:
     error: float  # relative, that the bake is for
     radiosity: Radiosity | None = None
     light: Lighting = field(init=False)
+    lessons: list = field(default_factory=list)  # of the last round
 
     def __post_init__(self):
         self.light = no_light(self.footprints.count, self.context.channels)
@@ -95,15 +94,22 @@ class Half:
     def add(self, direct, gathered, step: int, guide: Guide | None, learn: bool) -> Told:
         """Add light of the round ``step``: (owners, points of each) of explicit light, and (owners,
         rays of each), aimed by ``guide``."""
-        learning = start_learning(self.clusters) if learn else None
+        self.lessons = []
         if self.needs.explicit:
             add_direct(self.context, self.footprints, self.light, *direct, step, self.number)
         if self.needs.rays:
-            self.radiosity = add_gathered(
+            self.radiosity, self.lessons = add_gathered(
                 self.context, self.footprints, self.light, self.radiosity, *gathered, step,
-                self.number, guide=guide, learning=learning,
+                self.number, guide=guide, learns=learn,
             )
-        return Told(self.light, learning, self._solved())
+        return Told(self.light, self._solved())
+
+    def learn(self) -> Learning:
+        """What the rays of the last round teach."""
+        learning = start_learning(self.clusters)
+        for lesson in self.lessons:
+            learning.add(lesson(learning) if callable(lesson) else lesson)
+        return learning
 
     def _solved(self) -> Solved:
         found = self.radiosity

@@ -18,51 +18,59 @@ def polygon_form_factor(
     below the horizon of a point is clipped away. Irradiance is π times this times the radiance. The
     polygon counts from both of its sides.
     """
-    rays = [corner - position for corner in polygon]
-    heights = [np.einsum("ij,ij->i", ray, normal) for ray in rays]
+    position, normal = (np.ascontiguousarray(array.T) for array in (position, normal))
+    corners = [np.asarray(corner).T for corner in polygon]
+    rays = [(corner if corner.ndim > 1 else corner[:, None]) - position for corner in corners]
+    heights = [_dot(ray, normal) for ray in rays]
     lowest, highest = np.minimum.reduce(heights), np.maximum.reduce(heights)
     if lowest.min(initial=1) > 0:
         result = _around(rays, normal)
     else:
-        result = np.zeros(len(position))
+        result = np.zeros(len(lowest))
         whole = np.flatnonzero(lowest > 0)
-        result[whole] = _around([ray[whole] for ray in rays], normal[whole])
+        result[whole] = _around([ray[:, whole] for ray in rays], normal[:, whole])
         cut = np.flatnonzero((lowest <= 0) & (highest > 0))
-        result[cut] = _clipped([r[cut] for r in rays], [h[cut] for h in heights], normal[cut])
+        result[cut] = _clipped([r[:, cut] for r in rays], [h[cut] for h in heights], normal[:, cut])
     return np.abs(result) / (2 * np.pi)
 
 
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(n,) products of vectors (3, n): inner loops over points, not over three numbers."""
+    result = a[0] * b[0]
+    result += a[1] * b[1]
+    result += a[2] * b[2]
+    return result
+
+
 def _around(rays: list, normal: np.ndarray) -> np.ndarray:
-    """(n,) Σ Γ·n of whole polygons: k arrays (n, 3) from the point to the corners."""
-    total = np.zeros(len(normal))
+    """(n,) Σ Γ·n of whole polygons: k arrays (3, n) from the point to the corners."""
+    total = np.zeros(normal.shape[1])
     for a, b in zip(rays, rays[1:] + rays[:1]):
         total += _edge(a, b, normal)
     return total
 
 
 def _edge(a: np.ndarray, b: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """(n,) Γ·n of the edges a → b, (n, 3) each, seen from the origin."""
-    ax, ay, az = a.T
-    bx, by, bz = b.T
-    cx, cy, cz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-    sine = np.sqrt(cx * cx + cy * cy + cz * cz)
-    cosine = np.einsum("ij,ij->i", a, b)
-    nx, ny, nz = normal.T
-    angle = np.arctan2(sine, cosine)
-    return angle * (cx * nx + cy * ny + cz * nz) / np.where(sine > 0, sine, 1)
+    """(n,) Γ·n of the edges a → b, (3, n) each, seen from the origin."""
+    across = np.empty_like(a)
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        np.multiply(a[i], b[j], out=across[k])
+        across[k] -= a[j] * b[i]
+    sine = np.sqrt(_dot(across, across))
+    angle = np.arctan2(sine, _dot(a, b))
+    return angle * _dot(across, normal) / np.where(sine > 0, sine, 1)
 
 
 def _clipped(rays: list, heights: list, normal: np.ndarray) -> np.ndarray:
     """Σ Γ·n of polygons cut by the horizon: each edge's upper part, and the edge that closes it."""
-    total = np.zeros(len(normal))
+    total = np.zeros(normal.shape[1])
     leaving, entering = np.zeros(normal.shape), np.zeros(normal.shape)
     for a, b, ha, hb in zip(rays, rays[1:] + rays[:1], heights, heights[1:] + heights[:1]):
         crossing = (ha > 0) != (hb > 0)
-        step = np.where(crossing, ha / np.where(crossing, ha - hb, 1), 0)[:, None]
-        middle = a + step * (b - a)
-        start = np.where((ha > 0)[:, None], a, middle)
-        end = np.where((hb > 0)[:, None], b, middle)
+        middle = a + np.where(crossing, ha / np.where(crossing, ha - hb, 1), 0) * (b - a)
+        start, end = np.where(ha > 0, a, middle), np.where(hb > 0, b, middle)
         total += np.where((ha > 0) | (hb > 0), _edge(start, end, normal), 0)
-        leaving += np.where((crossing & (ha > 0))[:, None], middle, 0)
-        entering += np.where((crossing & (hb > 0))[:, None], middle, 0)
+        leaving += np.where(crossing & (ha > 0), middle, 0)
+        entering += np.where(crossing & (hb > 0), middle, 0)
     return total + _edge(leaving, entering, normal)

@@ -14,7 +14,7 @@ from .context import Context
 from .direct import direct_light
 from .footprints import Footprints
 from .gather import gather
-from .guide import Guide, Learning
+from .guide import Guide
 from .points import footprint_points
 from .radiosity import Radiosity
 from .sampling import uniform
@@ -78,20 +78,21 @@ def add_direct(context: Context, footprints, lighting: Lighting, owners, per: in
 
 def add_gathered(
     context: Context, footprints, lighting: Lighting, radiosity: Radiosity, owners, rays: int, *key,
-    learning: Learning | None = None, guide: Guide | None = None,
-) -> Radiosity:
+    learns: bool = False, guide: Guide | None = None,
+) -> tuple[Radiosity, list]:
     """Add ``rays`` gathered rays to each of ``owners`` (k,) int. A ray that a guide aimed counts
-    as many as it is worth. Returns the radiosity, with that of all that the rays met."""
+    as many as it is worth. Returns the radiosity, with that of all that the rays met, and lessons
+    where somebody ``learns``."""
     key = (context.seed, 21, *key)
     owners = _simple_first(footprints, owners)
     per = gcd(rays, int(np.clip(rays // 4, 4, MOST_POINTS)))  # every point has as many rays
     place = place_on(footprints, owners, per, *key)
     found = gather(
-        context, radiosity, len(owners), rays, place, key, "gather", owners, learning, guide
+        context, radiosity, len(owners), rays, place, key, "gather", owners, learns, guide
     )
     found, radiosity = with_unseen(context, radiosity, found, (*key, 9))
     worth = rays if guide is None else rays * guide.worth[guide.cluster[owners]][:, None]
     lighting.bounced[owners] += worth * found.bounced
     lighting.first[owners] += worth * found.first
     lighting.rays[owners] += worth
-    return radiosity
+    return radiosity, found.lessons

@@ -1,16 +1,19 @@
 """Lights: what the kinds of explicitly sampled light have in common.
 
-Depends on ``sampling``. The kinds are ``polygons``, ``spheres`` and ``suns``. A kind holds arrays,
-one entry a light. It gives, at points: the irradiance that would arrive without obstacles, and rays
-that test whether it does.
+Depends on ``sampling``, ``points``. The kinds are ``polygons``, ``spheres``, ``balls`` and
+``suns``. A kind holds arrays, one entry a light. It gives, at points: the irradiance that would
+arrive without obstacles, and rays that test whether it does. Where that irradiance is the same at
+all of an owner's points it is found once, and only the rays are made for each.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Callable
 
 import numpy as np
 
+from .points import Middles
 from .sampling import tangent_frames
 
 
@@ -32,6 +35,41 @@ class Sample:
     # whose own emission takes the place of the light's colour
 
 
+@dataclass(frozen=True)
+class Whole:
+    """One light over all of an owner's points, for R owners, where that is ``known``.
+
+    ``segments(owners, position, s, t)`` gives what runs to its places (s, t) (per, k) in the unit
+    square from ``position`` (per, k, 3) float32 of the ``owners`` (k,): (per, k, 3) float32, which
+    ``length`` limits; ``weight(owners, segments)`` is the integrand there, (per, k), up to a
+    factor, and None where it is the same everywhere.
+    """
+
+    irradiance: np.ndarray  # (R,) float64, unoccluded, per unit of the light's colour
+    known: np.ndarray  # (R,) bool
+    segments: Callable
+    weight: Callable | None
+    length: float = 1.0
+
+
+def unknown(middles: Middles) -> Whole:
+    """Of a light that is to be looked at from every point."""
+    count = len(middles.place)
+    return Whole(np.zeros(count), np.zeros(count, bool), None, None)
+
+
+def combined(start, axes: tuple, steps: tuple) -> np.ndarray:
+    """(per, k, 3) float32: ``start`` (..., 3) and two ``steps`` (per, k) along two ``axes`` (3,) or
+    (k, 3)."""
+    found = np.empty(steps[0].shape + (3,), np.float32)
+    for k in range(3):  # inner loops over points, not over three numbers
+        (one, other), (s, t) = (axis[..., k].astype(np.float32) for axis in axes), steps
+        along = s * one
+        along += t * other
+        np.add(along, start[..., k], out=found[..., k])
+    return found
+
+
 def length(vectors: np.ndarray) -> np.ndarray:
     """(n,) Euclidean lengths of (n, 3), never 0."""
     return np.sqrt(np.maximum(np.einsum("ij,ij->i", vectors, vectors), 1e-30))
@@ -44,11 +82,16 @@ def partly_above(cosine: np.ndarray, slack: np.ndarray) -> np.ndarray:
     return np.where(cosine > slack, cosine, part + 1e-4 * (cosine > -slack))
 
 
+def in_disc(s: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(x, y) uniform in the unit disc from (s, t) in the unit square."""
+    radius, turn = np.sqrt(s), 2 * np.pi * t
+    return radius * np.cos(turn), radius * np.sin(turn)
+
+
 def disc(axis: np.ndarray, xi: np.ndarray) -> np.ndarray:
     """(n, 3) points uniform in the unit disc across unit ``axis`` (n, 3)."""
     frames = tangent_frames(axis)
-    radius, turn = np.sqrt(xi[:, 0]), 2 * np.pi * xi[:, 1]
-    x, y = radius * np.cos(turn), radius * np.sin(turn)
+    x, y = in_disc(xi[:, 0], xi[:, 1])
     points = np.empty((len(xi), 3))
     for k in range(3):  # inner loops over points, not over three numbers
         points[:, k] = x * frames[:, 0, k] + y * frames[:, 1, k]

@@ -15,6 +15,8 @@ from .footprints import Footprints
 from .geometry import OFFSET, Geometry
 from .sampling import GROUPS, sobol, tangent_frames
 
+FLAT = 1e-6  # normals nearer than this are the same
+
 
 @dataclass(frozen=True)
 class Points:
@@ -50,11 +52,43 @@ class Points:
         turn = ((self.turn + stagger) % 1.0).reshape(-1, 3)
         return Points(*arrays, turn)
 
+    def middles(self) -> Middles:
+        """Where each owner's points lie, taken together."""
+        if len(self.position) == 1:
+            place, half = self.position[0], np.zeros(self.position.shape[1:], np.float32)
+        else:
+            place = self.position.mean(axis=0)
+            half = np.maximum(self.position.max(axis=0) - place, place - self.position.min(axis=0))
+        flat = np.ones(len(place), bool)
+        if self.normal.strides[0] != 0:
+            flat = (np.abs(self.normal - self.normal[0]) < FLAT).all(axis=(0, 2))
+        return Middles(place.astype(float), self.normal[0].astype(float), half.astype(float), flat)
+
     def frames(self, turn: np.ndarray | float = 0.0) -> np.ndarray:
         """(per or 1, R, 3, 3) float32 tangent frames, an owner's all turned alike by ``turn`` (R,);
         1 where an owner's points lie in one plane."""
         flat = self.normal.strides[0] == 0
         return tangent_frames(self.normal[:1] if flat else self.normal, turn)
+
+
+@dataclass(frozen=True)
+class Middles:
+    """Owners' points as one place each. All lie within ``half`` of it along each axis; where they
+    are not ``flat`` they do not all face as ``normal`` tells."""
+
+    place: np.ndarray  # (R, 3) float64: their mean
+    normal: np.ndarray  # (R, 3) float64 unit
+    half: np.ndarray  # (R, 3) float64
+    flat: np.ndarray  # (R,) bool
+
+    @property
+    def reach(self) -> np.ndarray:
+        """(R,) no point is further from the place."""
+        return np.sqrt(np.einsum("ij,ij->i", self.half, self.half))
+
+    def depth(self, axis: np.ndarray) -> np.ndarray:
+        """(R,) no point is further from it along unit ``axis`` (3,) or (R, 3)."""
+        return (self.half * np.abs(axis)).sum(axis=1)
 
 
 _POINT_ARRAYS = ("position", "normal", "triangle", "uv")
@@ -72,7 +106,7 @@ def footprint_points(
     """``per`` points, stratified by area, on each of the ``chosen`` footprints (R,) int,
     shifted by ``turn`` (R, 3) in [0, 1)."""
     table = sobol(per, 5, *key).astype(np.float32)  # the lights' places take 2 and 3
-    s, t = (_shifted(table[:, axis, None], turn[:, axis]) for axis in (0, 1))
+    s, t = (shifted(table[:, axis, None], turn[:, axis]) for axis in (0, 1))
     cell = footprints.start[chosen]
     if np.any(footprints.start[chosen + 1] - cell > 1):
         cell = _choose_cells(footprints, chosen, table[:, 4:], turn[:, 2])
@@ -94,7 +128,7 @@ def footprint_points(
     )
 
 
-def _shifted(table: np.ndarray, turn: np.ndarray) -> np.ndarray:
+def shifted(table: np.ndarray, turn: np.ndarray) -> np.ndarray:
     """Sums of numbers in [0, 1), less the whole: in [0, 1)."""
     place = table + turn
     place -= place >= 1
@@ -128,13 +162,15 @@ def points_on(geometry: Geometry, triangle, u, v, front, turn) -> Points:
     )
 
 
-def grouped_chunks(count: int, size: int) -> list[tuple[int, np.ndarray]]:
+def grouped_chunks(
+    count: int, size: int, groups: int = GROUPS
+) -> list[tuple[int, np.ndarray]]:
     """(group, indices) pairs that cover ``range(count)``; neighbours fall into different groups.
 
     Each group uses a Sobol set of its own, each chunk has at most ``size`` owners.
     """
     chunks = []
-    for group in range(GROUPS):
-        indices = np.arange(group, count, GROUPS)
+    for group in range(groups):
+        indices = np.arange(group, count, groups)
         chunks += [(group, indices[i : i + size]) for i in range(0, len(indices), size)]
     return chunks

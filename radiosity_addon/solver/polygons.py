@@ -1,23 +1,27 @@
 """Polygons: flat lights, that is area lamps and emissive faces.
 
-Depends on ``lights``, ``light_tree``, ``geometry``, ``lambert``, ``spherical``.
+Depends on ``lights``, ``light_tree``, ``points``, ``geometry``, ``lambert``, ``spherical``.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 
 import numpy as np
 
 from .geometry import OFFSET
 from .lambert import polygon_form_factor
 from .light_tree import Emitters
-from .lights import Sample, length, partly_above
+from .lights import Sample, Whole, combined, in_disc, length, partly_above
+from .points import Middles
 from .spherical import direction_within, solid_angle
 
 TRIANGLE, RECTANGLE, ELLIPSE = range(3)
 RIM = 48  # corners of the polygon that stands for an ellipse
 FAR = 16  # times the reach of a footprint: a form factor's curvature across it is < 0.1 % there
+NO_HEIGHT = 1e-6  # of the scene: what lies nearer to a plane may be on either side of it,
+NO_DISTANCE = 1e-4  # and nearer to a light's than this float32 does not tell its places well
 NEAR = 0.1  # of a light's distance: a larger one is sampled by solid angle, and as its texture is
 
 
@@ -46,6 +50,10 @@ class Polygons:
 
     def middle(self) -> tuple[np.ndarray, np.ndarray]:
         """Centres (k, 3) and radii (k,) of spheres around the lights."""
+        return self._spheres
+
+    @cached_property
+    def _spheres(self) -> tuple[np.ndarray, np.ndarray]:
         share = np.where(self.shape == TRIANGLE, 1 / 3, 0.5)[:, None]
         corners = [s * self.u + t * self.v - share * (self.u + self.v)
                    for s, t in ((0, 0), (1, 0), (0, 1), (1, 1))]  # fmt: skip
@@ -54,12 +62,11 @@ class Polygons:
         return self.origin + share * (self.u + self.v), size.max(axis=0)
 
     def sample(
-        self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray, per: int = 1
+        self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
     ) -> Sample:
-        """Sample light ``which`` (an int: exactly; or (n,) of them: each alone) for n points, which
-        are ``per`` of each owner, point-major."""
+        """Sample light ``which`` (an int: exactly; or (n,) of them: each alone) for n points."""
         if np.ndim(which) == 0 or len(which) == 0:
-            return self._by_area(which, position, normal, xi, np.ndim(which) == 0, per)
+            return self._by_area(which, position, normal, xi, np.ndim(which) == 0)
         near = self._near(which, position)
         angular = near & (self.shape[which] != ELLIPSE) & (self.spread[which] >= np.pi)
         sample = self._by_area(which, position, normal, xi, False)
@@ -76,15 +83,49 @@ class Polygons:
         uv = self._texture_place(mine, position[textured] + sample.segment[textured])
         return replace(sample, surface=(textured, self.triangle[mine], uv))
 
+    def whole(self, which: int, middles: Middles) -> Whole:
+        """One light from owners that are far from it for their size, and before or behind it with
+        all of their points."""
+        corners, normal = self._corners(which), self.normal[which]
+        center, size = (values[which] for values in self.middle())
+        height = np.array(corners) @ middles.normal.T
+        height -= np.einsum("ij,ij->i", middles.place, middles.normal)
+        side, behind = (middles.place - self.origin[which]) @ normal, middles.depth(normal)
+        below = middles.depth(middles.normal) + NO_HEIGHT
+        reach = middles.reach
+        far = (reach == 0) | (length(center - middles.place) - size > FAR * reach)
+        dark = height.max(axis=0) < -below
+        lit = far & (np.abs(side) > behind + NO_DISTANCE) & (self.spread[which] >= np.pi)
+        if not self.two_sided[which]:
+            dark |= side < -behind - NO_HEIGHT
+        lit &= ~dark
+        irradiance = np.zeros(len(side))
+        irradiance[lit] = np.pi * polygon_form_factor(
+            middles.place[lit], middles.normal[lit], corners
+        )
+
+        def segments(owners, position, s, t):
+            lift = np.where(side[owners] > 0, OFFSET, -OFFSET)[:, None] * normal
+            start = (self.origin[which] + lift).astype(np.float32) - position
+            axes = self.u[which], self.v[which]
+            return combined(start, axes, self.place(which, s, t))
+
+        def weight(owners, segments):
+            cosine = np.einsum("pkj,kj->pk", segments, middles.normal[owners])
+            square = np.einsum("pkj,pkj->pk", segments, segments, dtype=float)
+            return np.maximum(cosine, 0) * np.abs(segments @ normal) / square**2
+
+        return Whole(irradiance, middles.flat & (lit | dark), segments, weight)
+
     def _near(self, which: np.ndarray, position: np.ndarray) -> np.ndarray:
         """(n,) bool: the light's apparent size is above NEAR."""
         center, size = self.middle()
         away = position - center[which]
         return size[which] ** 2 > NEAR**2 * np.einsum("ij,ij->i", away, away)
 
-    def _by_area(self, which, position, normal, xi, exact: bool, per: int = 1) -> Sample:
+    def _by_area(self, which, position, normal, xi, exact: bool) -> Sample:
         """Sample uniformly by area; where ``exact``, with the irradiance of the whole light."""
-        s, t = self.place(which, xi)
+        s, t = self.place(which, xi[:, 0], xi[:, 1])
         target = self.origin[which] + s[:, None] * self.u[which] + t[:, None] * self.v[which]
         segment, side = self._segment(which, position, target)
         square = np.maximum(np.einsum("ij,ij->i", segment, segment), 1e-30)
@@ -96,28 +137,9 @@ class Polygons:
             beam = spread_falloff(np.abs(side) / np.sqrt(square), self.spread[which])
             value = np.where(shines, weight * beam * self.area[which], 0)
             return Sample(value, (value > 0) * 1.0, segment, 1.0, False)
-        factor = np.where(shines, np.pi * self._form_factor(which, position, normal, per), 0)
+        factor = np.pi * polygon_form_factor(position, normal, self._corners(which))
+        factor = np.where(shines, factor, 0)
         return Sample(factor, np.where(factor > 0, weight, 0), segment, 1.0, True)
-
-    def _form_factor(self, which: int, position, normal, per: int) -> np.ndarray:
-        """(n,) the form factor at each point, or that at the middle of its owner's points where
-        these are so far from the light, and so close together, that it makes no difference."""
-        corners = self._corners(which)
-        if per == 1:
-            return polygon_form_factor(position, normal, corners)
-        places, facing = position.reshape(per, -1, 3), normal.reshape(per, -1, 3)
-        middle = places.mean(axis=0)
-        offset = places - middle
-        reach = np.sqrt(np.einsum("pij,pij->pi", offset, offset).max(axis=0))
-        center, size = (values[which] for values in self.middle())
-        flat = (np.abs(facing - facing[0]) < 1e-6).all(axis=(0, 2))
-        far = flat & (length(center - middle) - size > FAR * reach)
-        result = np.empty(places.shape[:2])
-        result[:, far] = polygon_form_factor(middle[far], facing[0, far], corners)
-        near = np.flatnonzero(~far)
-        points = (array[:, near].reshape(-1, 3) for array in (places, facing))
-        result[:, near] = polygon_form_factor(*points, corners).reshape(per, -1)
-        return result.ravel()
 
     def _segment(self, which, position, target) -> tuple[np.ndarray, np.ndarray]:
         """(n, 3) to just before places on lights, and (n,) heights of the points above them."""
@@ -173,16 +195,15 @@ class Polygons:
         origin, u, v = self.origin[which], self.u[which], self.v[which]
         return [origin + s * u + t * v for s, t in places]
 
-    def place(self, which, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(n,) s and t, uniform in the light's shape."""
-        s, t, shape = xi[:, 0], xi[:, 1], self.shape[which]
+    def place(self, which, s: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(s, t) uniform in the light's shape, from those in the unit square."""
+        shape = self.shape[which]
         fold = (shape == TRIANGLE) & (s + t > 1)
         round_ = shape == ELLIPSE
         if np.any(round_):
-            radius, turn = 0.5 * np.sqrt(s), 2 * np.pi * t
-            s = np.where(round_, 0.5 + radius * np.cos(turn), s)
-            t = np.where(round_, 0.5 + radius * np.sin(turn), t)
-        return np.where(fold, 1 - s, s), np.where(fold, 1 - t, t)
+            x, y = in_disc(s, t)
+            s, t = np.where(round_, 0.5 + 0.5 * x, s), np.where(round_, 0.5 + 0.5 * y, t)
+        return (np.where(fold, 1 - s, s), np.where(fold, 1 - t, t)) if np.any(fold) else (s, t)
 
     def strength(self, which, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
         """(n,) rough irradiance of lights at points, above 0 wherever any may arrive."""

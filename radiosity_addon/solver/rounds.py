@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .guide import Guide, make_guide, start_learning
+from .guide import Guide, joined, make_guide
 from .half import Half, Here, Solved
 from .judge import DIRECT_SHARE, Judge, Verdict
 from .keep import Kept
@@ -66,22 +66,21 @@ class Rounds:
         everyone = np.arange(self.first.footprints.count)
         plan = self._solve(plan)
         direct, gathered = (everyone, plan.points), (everyone, plan.rays)
-        learning = start_learning(self.first.clusters)
-        guide = None
+        learning = guide = None
+        learns = True
         told = []  # since the last solve: rays of a receiver, and what is squared error of theirs
         for step in range(MAX_ROUNDS):
             began, work = time.perf_counter(), _samples(direct, gathered)
-            halves = self._both("add", direct, gathered, step, guide, learning is not None)
+            halves = self._both("add", direct, gathered, step, guide, learns)
             light = [half.light for half in halves]
             verdict = self.judge.weigh(light)
             self.clock.lap("gather")
             if verdict.error <= plan.enough:
                 break
-            if learning is not None:
-                learning.join([half.learnt for half in halves])
+            if learns:
+                learning = joined(learning, *self._both("learn"))
                 guide = make_guide(learning)
-            if guide is None:  # the first rays tell well enough whether one would pay
-                learning = None
+                learns = guide is not None  # the first rays tell well enough whether one pays
             shadows, dim = verdict.squares()
             told.append((light[0].rays.mean(), dim))
             floor = _floor(told, min(shadows, DIRECT_SHARE * plan.goal**2), plan.enough)

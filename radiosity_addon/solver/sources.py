@@ -41,6 +41,10 @@ class Sources:
     def count(self) -> int:
         return len(self.kind)
 
+    def named(self, light: int) -> tuple:
+        """The kind of a light, and its place in there."""
+        return self.kinds[self.kind[light]], int(self.place[light])
+
     def scaled(self, factor: float) -> Sources:
         """The same lights, ``factor`` times as bright."""
         return replace(self, kinds=tuple(replace(k, color=k.color * factor) for k in self.kinds))

@@ -1,6 +1,6 @@
 """Spheres: point and spot lamps, hard or soft.
 
-Depends on ``lights``, ``light_tree``.
+Depends on ``lights``, ``light_tree``, ``points``, ``sampling``.
 """
 
 from __future__ import annotations
@@ -10,9 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from .light_tree import Emitters
-from .lights import Sample, disc, length
+from .lights import Sample, Whole, combined, disc, in_disc, length
+from .points import Middles
+from .sampling import tangent_frames
 
 NODES = 24  # of the quadrature across a soft spot
+FAR = 32  # times the reach of a footprint: an irradiance's curvature across it is < 0.1 % there
+NEAR = 1e-3  # of the scene: float32 does not tell directions well from nearer than that
 
 
 @dataclass(frozen=True)
@@ -31,7 +35,7 @@ class Spheres:
         return self.position, self.radius
 
     def sample(
-        self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray, per: int = 1
+        self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
     ) -> Sample:
         """Sample the disc of the lamp's radius r that faces the point, as Cycles' soft lamps do.
 
@@ -56,6 +60,29 @@ class Spheres:
         weight = np.maximum(self.beam(which, segment / length(segment)[:, None]), 1e-3)
         weight = np.where(irradiance > 0, weight, 0.0)
         return Sample(irradiance, weight, segment.astype(np.float32), 1.0, True)
+
+    def whole(self, which: int, middles: Middles) -> Whole:
+        """One lamp from owners that are far from it for their size, above or below their horizon,
+        and inside or outside of its beam with all of their points."""
+        toward, radius = self.position[which] - middles.place, self.radius[which]
+        distance, reach = length(toward), middles.reach
+        unit = toward / distance[:, None]
+        height = np.einsum("ij,ij->i", toward, middles.normal)
+        slack = (radius + reach) / distance
+        beam = self.beam(which, unit, -slack)
+        known = middles.flat & (distance > radius + np.maximum(FAR * reach, NEAR))
+        known &= np.abs(height) > middles.depth(middles.normal)
+        known &= beam == self.beam(which, unit, slack)
+        irradiance = beam * np.maximum(height / distance, 0) / (distance**2 + radius**2)
+
+        def segments(owners, position, s, t):
+            start = self.position[which].astype(np.float32) - position
+            if radius == 0:
+                return start
+            axes = np.moveaxis(radius * tangent_frames(unit[owners])[:, :2], 1, 0)
+            return combined(start, axes, in_disc(s, t))
+
+        return Whole(irradiance, known, segments, None)
 
     def _mean_beam(self, which: int, toward: np.ndarray, distance: np.ndarray) -> np.ndarray:
         """(n,) a soft spot's beam averaged over its disc, for ``toward`` (n, 3) its centre.

@@ -1,6 +1,6 @@
 """Suns: distant discs, that is sun lamps and the bright spots of a sky.
 
-Depends on ``lights``, ``light_tree``.
+Depends on ``lights``, ``light_tree``, ``points``, ``sampling``.
 """
 
 from __future__ import annotations
@@ -10,7 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .light_tree import Emitters
-from .lights import Sample, disc
+from .lights import Sample, Whole, combined, disc, in_disc
+from .points import Middles
+from .sampling import tangent_frames
 
 FAR = 1e3  # scenes away: where a tree of lights thinks suns are
 
@@ -24,7 +26,7 @@ class Suns:
     radius: np.ndarray  # (k,) tangent of the half angle
 
     def sample(
-        self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray, per: int = 1
+        self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
     ) -> Sample:
         """Sample a direction in the disc."""
         toward = np.broadcast_to(self.toward[which], position.shape)
@@ -32,6 +34,30 @@ class Suns:
         direction /= np.linalg.norm(direction, axis=1)[:, None]
         cosine = np.maximum(np.einsum("ij,ij->i", direction, normal), 0)
         return Sample(cosine, (cosine > 0) * 1.0, direction.astype(np.float32), np.inf, False)
+
+    def whole(self, which: int, middles: Middles) -> Whole:
+        """One sun where all of its disc is above the horizon, or none.
+
+        Its directions (w + r d) / √(1 + r²d²), d uniform in the disc across w, have the mean
+        2 (√(1 + r²) − 1) / r² w.
+        """
+        toward, radius = self.toward[which], self.radius[which]
+        cosine = middles.normal @ toward
+        slack = radius * np.sqrt(np.maximum(1 - cosine**2, 0))
+        mean = 2 / (np.sqrt(1 + radius**2) + 1)
+        axes = radius * tangent_frames(toward)[:2]
+
+        def segments(owners, position, s, t):
+            return combined(toward.astype(np.float32), axes, in_disc(s, t))
+
+        def weight(owners, segments):
+            along = np.einsum("pkj,kj->pk", segments, middles.normal[owners])
+            return np.maximum(along, 0) / np.linalg.norm(segments, axis=2)
+
+        return Whole(
+            mean * np.maximum(cosine, 0), middles.flat & (np.abs(cosine) >= slack),
+            segments, weight, np.inf,
+        )
 
     def strength(self, which, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
         """(n,) rough irradiance of lights at points, above 0 wherever any may arrive."""
