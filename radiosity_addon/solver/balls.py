@@ -1,6 +1,6 @@
 """Balls: point and spot lamps whose soft falloff is off: glowing spheres, not facing discs.
 
-Depends on ``spheres``, ``points``, ``sampling``. Seen whole from a distance d such a lamp brings I cosθ / d²,
+Depends on ``spheres``, ``points``, ``sampling``, ``vectors``. Seen whole from a distance d such a lamp brings I cosθ / d²,
 however large it is; partly below the horizon the part above; from inside the same everywhere.
 """
 
@@ -14,6 +14,7 @@ from .lights import Sample, Whole, length, partly_above, unknown
 from .points import Middles
 from .sampling import cosine_directions, tangent_frames
 from .spheres import Spheres
+from .vectors import dot
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class Balls(Spheres):
         chord = np.sqrt(np.maximum(radius**2 - distance**2 + along**2, 0))
         segment = (np.maximum(along + np.where(inside, chord, -chord), 0)[:, None] * direction)
         cosine = np.maximum(np.einsum("ij,ij->i", direction, normal), 0)
-        beam = np.where(inside, 1, self.beam(which, direction))
+        beam = np.where(inside, 1, self.beam(which, direction.T))
         segment = segment.astype(np.float32)
         if np.ndim(which) > 0 or self.edge[which] >= -1:
             value = np.where(inside, 1, 2 * drop * cosine) * beam / radius**2
@@ -53,14 +54,14 @@ class Balls(Spheres):
         """Looked at from every point."""
         return unknown(middles)
 
-    def strength(self, which, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
-        """(n,) rough irradiance of lights at points, above 0 wherever any may arrive."""
-        toward = self.position[which] - position
-        square = np.maximum(np.einsum("...j,...j->...", toward, toward), 1e-30)
-        distance, radius = np.sqrt(square), self.radius[which]
+    def strength(self, which, place: np.ndarray, normal: np.ndarray, reach) -> np.ndarray:
+        """See ``lights``."""
+        toward = np.stack([center[which] - x for center, x in zip(self.position.T, place)])
+        square = np.maximum(dot(toward, toward), 1e-30)
+        distance, radius = np.sqrt(square), self.radius[which] + reach
         slack = np.minimum(radius / distance, 1) + 1e-3
-        facing = np.einsum("...j,...j->...", toward, normal) / distance
-        beam = self.beam(which, toward / distance[..., None], slack)
+        facing = dot(toward, normal) / distance
+        beam = self.beam(which, toward / distance, slack)
         inside = square <= radius**2
         rough = np.where(inside, 1, partly_above(facing, slack) * beam)
         return self.color.mean(axis=1)[which] * rough / np.maximum(square, radius**2)

@@ -1,8 +1,9 @@
 """Choose: which lights to sample at which points, where there are many.
 
-Depends on ``light_tree``. Every point takes a few lights with probability proportional to the
-light they would bring without obstacles, so that what is left to chance is only whether they are
-seen (Shirley, Wang & Zimmerman 1996, section 4). Among thousands, a tree leads to a handful.
+Depends on ``light_tree``, ``vectors``. Every point takes a few lights with probability proportional
+to the light they would bring its receiver without obstacles, so that what is left to chance is only
+whether they are seen (Shirley, Wang & Zimmerman 1996, section 4). Among thousands, a tree leads to a
+handful.
 Distant lights are chosen apart from near ones: no distance compares them.
 """
 
@@ -13,21 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from .light_tree import Emitters, LightTree, build_tree, pick
+from .vectors import columns
 
 FEW = 6  # lights up to here are all sampled at every point
 PER_POINT = 3  # lights sampled at a point where there are more
-ALL = 16  # lights up to here are all compared at every point
-TOP = 64  # nodes of the tree that are all compared at every point, where there are more
+ALL = 64  # lights up to here are all compared at every place
+TOP = 64  # nodes of the tree that are all compared at every place, where there are more
 BLOCK = 8  # lights that are compared where a way down the tree ends
-
-
-@dataclass(frozen=True)
-class Choice:
-    """For every point one light, and one over the probability with which it was taken; or one
-    light (an int) for all points, with factor None."""
-
-    light: np.ndarray | int  # (n,) int
-    factor: np.ndarray | None  # (n,) float64
 
 
 @dataclass(frozen=True)
@@ -47,40 +40,44 @@ def make_pool(lights: np.ndarray, emitters: Emitters) -> Pool:
     return Pool(np.where(tree.blocks >= 0, lights[tree.blocks], -1), tree)
 
 
-def choose_lights(sources, pool: Pool, position, normal, xi: np.ndarray) -> list[Choice]:
-    """Choices of a pool of ``sources`` for n points (n, 3): one for every column of ``xi``
-    (n, k) in [0, 1)."""
-    n, k = xi.shape
+def choose_lights(sources, pool: Pool, place, normal, reach, xi: np.ndarray):
+    """Lights (k, n) of a pool of ``sources`` for n places (n, 3), each of points within ``reach``
+    (n,) of it that face as ``normal`` (n, 3) tells, one for each of the numbers ``xi`` (k, n) in
+    [0, 1); and one over the probability with which each was taken (k, n)."""
+    narrow = [columns(array).astype(np.float32) for array in (place, normal)]
+    narrow.append(reach.astype(np.float32))
     if pool.tree is None:
-        strength = _strengths(sources, np.broadcast_to(pool.blocks, (n, pool.blocks.shape[1])),
-                              position, normal)  # fmt: skip
+        members, before = pool.blocks[0], 1.0
+        strength = _strengths(sources, members[:, None], *narrow)
     else:
-        block, chance, xi = pool.tree.descend(position, normal, xi)
-    choices = []
-    for i in range(k):
-        before, members = 1.0, pool.blocks
-        if pool.tree is not None:
-            before, members = chance[:, i], pool.blocks[block[:, i]]
-            strength = _strengths(sources, members, position, normal)
-        column, share, _ = pick(strength, xi[:, i])
-        share = share * before
-        light = np.broadcast_to(members, strength.shape)[np.arange(n), column]
-        factor = np.where(share > 0, 1 / np.where(share > 0, share, 1), 0) / k
-        choices.append(Choice(np.maximum(light, 0), factor))
-    return choices
+        block, before, xi = pool.tree.descend(place, normal, reach, xi)
+        members = np.moveaxis(pool.blocks[block], -1, 0)
+        strength = _strengths(sources, members, *narrow)
+    which, share, _ = pick(strength, xi)
+    if pool.tree is None:
+        light = members[which]
+    else:
+        light = np.take_along_axis(members, which[None], axis=0)[0]
+    share = share * before
+    factor = np.where(share > 0, 1 / np.where(share > 0, share, 1), 0)
+    return np.maximum(light, 0), factor
 
 
-def _strengths(sources, light: np.ndarray, position, normal) -> np.ndarray:
-    """(n, c) rough irradiance of lights (n, c) at points (n, 3); 0 where a light is −1."""
+def _strengths(sources, light: np.ndarray, place, normal, reach) -> np.ndarray:
+    """Rough irradiance of lights (c, 1) or (c, k, n) at places (3, n): (c, n) or (c, k, n); 0
+    where a light is −1."""
     kinds = np.where(light >= 0, sources.kind[light], -1)
-    alone = np.unique(kinds[kinds >= 0]) if len(sources.kinds) > 1 else np.zeros(1, int)
+    alone = np.unique(kinds[kinds >= 0])
     if len(alone) == 1:
         kind = sources.kinds[alone[0]]
-        found = kind.strength(sources.place[light], position[:, None], normal[:, None])
+        found = kind.strength(sources.place[light], place, normal, reach)
         return np.where(light >= 0, found, 0.0)
-    strength = np.zeros(light.shape)
-    for number, kind in enumerate(sources.kinds):
-        row, column = np.nonzero(kinds == number)
-        place = sources.place[light[row, column]]
-        strength[row, column] = kind.strength(place, position[row], normal[row])
+    strength = np.zeros(np.broadcast_shapes(light.shape, reach.shape))
+    wide = np.broadcast_to(light, strength.shape)
+    for number in alone:
+        some = np.nonzero(np.broadcast_to(kinds == number, strength.shape))
+        at = some[-1]
+        strength[some] = sources.kinds[number].strength(
+            sources.place[wide[some]], place[:, at], normal[:, at], reach[at]
+        )
     return strength

@@ -17,7 +17,7 @@ from .choose import PER_POINT, choose_lights
 from .context import Context
 from .parallel import map_chunks
 from .passage import visibility
-from .points import Points, grouped_chunks, shifted
+from .points import Middles, Points, grouped_chunks, shifted
 from .sampling import GROUPS, sobol
 
 POINTS_PER_CHUNK = 1 << 14
@@ -56,20 +56,30 @@ def direct_light(context: Context, count: int, per: int, place, key, stage: str)
 def _light_points(context: Context, points: Points, key):
     """(R, channels) irradiance, (R,) bool: some light's shadow rays disagreed, and (R,)
     variance."""
-    irradiance, mixed = _from_each(context, points, key)
-    variance = np.zeros(len(mixed))
-    if context.sources.pools:
-        chosen, variance = _from_chosen(context, points, key)
-        irradiance += chosen
+    per, count = points.shape
+    middles = points.middles()
+    irradiance, mixed = _from_each(context, points, middles, key)
+    variance = np.zeros(count)
+    if not context.sources.pools:
+        return irradiance, mixed, variance
+    if middles.flat.all():
+        chosen, variance = _from_chosen(context, points, middles, key)
+        return irradiance + chosen, mixed, variance
+    for flat in (True, False):
+        some = np.flatnonzero(middles.flat == flat)
+        part = points.take(some) if flat else points.take(some).single()
+        chosen, apart = _from_chosen(context, part, part.middles(), (*key, 4 + flat))
+        repeats = part.shape[1] // max(len(some), 1)  # points that are owners of their own
+        irradiance[some] += chosen.reshape(-1, len(some), context.channels).mean(axis=0)
+        variance[some] = apart.reshape(-1, len(some)).mean(axis=0) / max(repeats, 1)
     return irradiance, mixed, variance
 
 
-def _from_each(context: Context, points: Points, key):
+def _from_each(context: Context, points: Points, middles: Middles, key):
     """(R, channels) irradiance from the lights that are sampled at every point, and (R,) bool: some
     light's shadow rays disagreed."""
     per, count = points.shape
     irradiance, mixed = np.zeros((count, context.channels)), np.zeros(count, bool)
-    middles = points.middles() if context.sources.always else None
     for number, light in enumerate(context.sources.always):
         kind, place = context.sources.named(light)
         table = sobol(per, 4, *key, number, 1).astype(np.float32)  # points take 0, 1 and 4
@@ -138,29 +148,31 @@ def _from_points(context: Context, light: int, points: Points, some, xi, dark):
     return _visible_mean(context, blockers, position, sample, points.shape[0])
 
 
-def _from_chosen(context: Context, points: Points, key):
+def _from_chosen(context: Context, points: Points, middles: Middles, key):
     """(R, channels) irradiance from the lights of which every point chooses some, and (R,)
-    variance."""
+    variance, for owners that are flat."""
     per, count = points.shape
     position = points.position.reshape(-1, 3).astype(float)
     normal = points.normal.reshape(-1, 3).astype(float)
     irradiance, choices = np.zeros((count, context.channels)), 0
     total, square = np.zeros((2, count))
-    for light, factor in _choices(context, points, position, normal, key):
-        table = sobol(per, 4, *key, choices, 3)[:, 2:]
-        xi = ((table[:, None] + points.turn[:, [2, 0]].astype(float)) % 1.0).reshape(-1, 2)
+    for light, factor in _choices(context, points, middles, key):
+        table = sobol(per, 4, *key, choices, 3)
+        xi = [shifted(table[:, axis, None], points.turn[:, turn]) for axis, turn in ((2, 2), (3, 0))]
+        xi = np.stack([axis.ravel() for axis in xi], 1)
         choices += 1
+        arriving = np.zeros((per * count, context.channels))
         for sample, color, rows in _samples(context, light, position, normal, xi):
             dark = _unlinked(context, light, rows, points)
             if dark is not None:
                 sample.irradiance[dark] = 0
                 sample.weight[dark] = 0
-            arriving = _visible_each(context, points.position, sample, rows)
-            arriving = arriving * factor[rows, None] * color
-            np.add.at(irradiance, rows % count, arriving / per)
-            level = arriving.mean(axis=1)
-            total += np.bincount(rows % count, level, count)
-            square += np.bincount(rows % count, level**2, count)
+            found = _visible_each(context, points.position, sample, rows)
+            arriving[rows] = found * factor[rows, None] * color
+        irradiance += arriving.reshape(per, count, -1).mean(axis=0)
+        level = arriving.mean(axis=1).reshape(per, count)
+        total += level.sum(axis=0)
+        square += (level * level).sum(axis=0)
     return irradiance, _variance(total, square, choices, per)
 
 
@@ -173,26 +185,31 @@ def _variance(total: np.ndarray, square: np.ndarray, choices: int, per: int) -> 
     return np.maximum(square - total**2 / many, 0) / (many - 1) * choices / per
 
 
-def _choices(context: Context, points: Points, position, normal, key):
-    """Yield (light, factor) pairs (n,): what was chosen at each point, and one over its
-    probability."""
-    sources = context.sources
+def _choices(context: Context, points: Points, middles: Middles, key):
+    """Yield (light, factor) pairs (n,): what was chosen for each point, and one over its
+    probability and the number of choices."""
     per, count = points.shape
-    for number, pool in enumerate(sources.pools):
+    for number, pool in enumerate(context.sources.pools):
         table = sobol(per, 6, *key, 2, number)[:, 5:]
-        xi = ((table + points.turn[:, 0].astype(float)) % 1.0).reshape(-1, 1)
-        xi = (xi + np.arange(PER_POINT)) / PER_POINT  # a point's choices lie apart, too
-        for choice in choose_lights(sources, pool, position, normal, xi):
-            yield choice.light, choice.factor
+        xi = shifted(table, points.turn[:, 0].astype(float))
+        xi = (xi + np.arange(PER_POINT)[:, None, None]) / PER_POINT  # a point's choices lie apart
+        lights, factors = choose_lights(
+            context.sources, pool, middles.place, middles.normal, middles.reach,
+            xi.reshape(-1, count),
+        )
+        for pair in zip(*(array.reshape(PER_POINT, -1) for array in (lights, factors / PER_POINT))):
+            yield pair
 
 
 def _samples(context: Context, light: np.ndarray, position, normal, xi):
-    """Yield (sample, colour, rows): of each kind at the points (k,) whose ``light`` (n,) is of
-    that kind."""
+    """Yield (sample, colour, rows): of each kind at the points, (k,) or a slice of all, whose
+    ``light`` (n,) is of that kind."""
     sources = context.sources
+    kinds = sources.kind[light]
     for number, kind in enumerate(sources.kinds):
-        rows = np.flatnonzero(sources.kind[light] == number)
+        rows = np.flatnonzero(kinds == number)
         if len(rows):
+            rows = slice(None) if len(rows) == len(light) else rows
             place = sources.place[light[rows]]
             sample = kind.sample(place, position[rows], normal[rows], xi[rows])
             color = kind.color[place]
@@ -218,12 +235,12 @@ def _visible_each(context: Context, origins: np.ndarray, sample, rows: np.ndarra
     """(k, 1 or channels) irradiance of each sample, of lights that all objects block."""
     carrying = np.flatnonzero(sample.weight > 0)
     blockers = context.blockers[0]
-    result = np.zeros((len(rows), 1 if blockers.veil is None else context.channels))
+    result = np.zeros((len(sample.weight), 1 if blockers.veil is None else context.channels))
     if len(carrying):
         visible = visibility(
             context,
             blockers,
-            np.ascontiguousarray(origins.reshape(-1, 3)[rows[carrying]]),
+            np.ascontiguousarray(origins.reshape(-1, 3)[rows][carrying]),
             np.ascontiguousarray(sample.segment[carrying]),
             sample.length,
         ).reshape(len(carrying), -1)

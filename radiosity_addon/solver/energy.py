@@ -191,7 +191,7 @@ def _leave_sphere(kind: Spheres, which, xi):
     flat, turn = np.sqrt(np.maximum(1 - z**2, 0)), 2 * np.pi * xi[:, 4]
     local = np.stack([flat * np.cos(turn), flat * np.sin(turn), z], 1)
     direction = np.einsum("ni,nij->nj", local, tangent_frames(kind.axis[which]))
-    return kind.position[which], direction, kind.beam(which, -direction)
+    return kind.position[which], direction, kind.beam(which, -direction.T)
 
 
 def _unsampled_faces(context: Context) -> Polygons:

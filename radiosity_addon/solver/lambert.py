@@ -1,12 +1,14 @@
 """Lambert's formula: irradiance from a polygon of constant radiance, without obstacles, exactly.
 
-Depends on NumPy only. Lambert 1760, Photometria; in this vector form Baum, Rushmeier & Winget
+Depends on ``vectors``. Lambert 1760, Photometria; in this vector form Baum, Rushmeier & Winget
 1989, eq. 8: F = 1/2π Σ Γ_k · n, with Γ_k along r_k × r_{k+1} and the angle between them.
 """
 
 from __future__ import annotations
 
 import numpy as np
+
+from .vectors import columns, dot
 
 
 def polygon_form_factor(
@@ -18,10 +20,10 @@ def polygon_form_factor(
     below the horizon of a point is clipped away. Irradiance is π times this times the radiance. The
     polygon counts from both of its sides.
     """
-    position, normal = (np.ascontiguousarray(array.T) for array in (position, normal))
+    position, normal = columns(position), columns(normal)
     corners = [np.asarray(corner).T for corner in polygon]
     rays = [(corner if corner.ndim > 1 else corner[:, None]) - position for corner in corners]
-    heights = [_dot(ray, normal) for ray in rays]
+    heights = [dot(ray, normal) for ray in rays]
     lowest, highest = np.minimum.reduce(heights), np.maximum.reduce(heights)
     if lowest.min(initial=1) > 0:
         result = _around(rays, normal)
@@ -32,14 +34,6 @@ def polygon_form_factor(
         cut = np.flatnonzero((lowest <= 0) & (highest > 0))
         result[cut] = _clipped([r[:, cut] for r in rays], [h[cut] for h in heights], normal[:, cut])
     return np.abs(result) / (2 * np.pi)
-
-
-def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(n,) products of vectors (3, n): inner loops over points, not over three numbers."""
-    result = a[0] * b[0]
-    result += a[1] * b[1]
-    result += a[2] * b[2]
-    return result
 
 
 def _around(rays: list, normal: np.ndarray) -> np.ndarray:
@@ -57,9 +51,9 @@ def _edge(a: np.ndarray, b: np.ndarray, normal: np.ndarray) -> np.ndarray:
         i, j = (k + 1) % 3, (k + 2) % 3
         np.multiply(a[i], b[j], out=across[k])
         across[k] -= a[j] * b[i]
-    sine = np.sqrt(_dot(across, across))
-    angle = np.arctan2(sine, _dot(a, b))
-    return angle * _dot(across, normal) / np.where(sine > 0, sine, 1)
+    sine = np.sqrt(dot(across, across))
+    angle = np.arctan2(sine, dot(a, b))
+    return angle * dot(across, normal) / np.where(sine > 0, sine, 1)
 
 
 def _clipped(rays: list, heights: list, normal: np.ndarray) -> np.ndarray:

@@ -66,34 +66,39 @@ class LightTree:
     levels: tuple[Nodes, ...]
     blocks: np.ndarray
 
-    def descend(self, position: np.ndarray, normal: np.ndarray, xi: np.ndarray):
-        """For n points (n, 3) and k numbers each, ``xi`` (n, k) in [0, 1): the block each ends in
-        (n, k), the probability of that, and a number in [0, 1) to go on with."""
-        top = _among_all(self.levels[0], position, normal)
-        picked = [pick(top, column) for column in xi.T]
-        node, chance, rest = (np.stack(part, 1) for part in zip(*picked))
+    def descend(self, place: np.ndarray, normal: np.ndarray, reach: np.ndarray, xi: np.ndarray):
+        """For n places (n, 3), each of points within ``reach`` (n,), and k numbers each, ``xi``
+        (k, n) in [0, 1): the block each ends in (k, n), the probability of that, and a number in
+        [0, 1) to go on with."""
+        node, chance, rest = pick(_among_all(self.levels[0], place, normal, reach).T, xi)
         for level in self.levels[1:]:
-            for k in range(xi.shape[1]):
-                children = 2 * node[:, k, None] + np.arange(2)
-                strength = _of_own(level, children, position, normal)
-                side, share, rest[:, k] = pick(strength, rest[:, k])
-                node[:, k] = 2 * node[:, k] + side
-                chance[:, k] *= share
+            for k in range(len(xi)):
+                children = 2 * node[k, :, None] + np.arange(2)
+                strength = _of_own(level, children, place, normal, reach)
+                side, share, rest[k] = (found[0] for found in pick(strength.T, rest[k : k + 1]))
+                node[k] = 2 * node[k] + side
+                chance[k] *= share
         return node, chance, rest
 
 
 def pick(strength: np.ndarray, xi: np.ndarray):
-    """One of c columns for each of n rows of ``strength`` (n, c), in proportion to it: the column
-    (n,), its probability (0 where a row has none), and ``xi`` (n,) made anew from what is left."""
-    cumulative = np.cumsum(strength, axis=1, dtype=np.float64)
-    total = cumulative[:, -1]
-    level = xi * total * (1 - 1e-12)
-    column = np.minimum((cumulative <= level[:, None]).sum(axis=1), strength.shape[1] - 1)
-    rows = np.arange(len(strength))
-    taken = strength[rows, column]
+    """One of c for each of n columns of ``strength`` (c, n) or (c, k, n), in proportion to it, for
+    each of k numbers ``xi`` (k, n) in [0, 1): which (k, n), its probability (0 where a column has
+    none), and ``xi`` made anew from what is left."""
+    cumulative = np.cumsum(strength, axis=0, dtype=np.float64)
+    total = cumulative[-1]
+    level = xi * total
+    level *= 1 - 1e-12
+    which = np.zeros(level.shape, np.intp)
+    for row in cumulative[:-1]:
+        which += row <= level
+    index = (which, np.arange(level.shape[1]))
+    if strength.ndim == 3:
+        index = (which, np.arange(level.shape[0])[:, None], index[1])
+    taken = strength[index].astype(float)
     some = np.where(taken > 0, taken, 1)
-    rest = np.clip((level - cumulative[rows, column] + taken) / some, 0, 1 - 1e-12)
-    return column, taken / np.where(total > 0, total, 1), rest
+    rest = np.clip((level - cumulative[index] + taken) / some, 0, 1 - 1e-12)
+    return which, taken / np.where(total > 0, total, 1), rest
 
 
 def build_tree(emitters: Emitters, top: int, size: int) -> LightTree:
@@ -164,9 +169,9 @@ def _joined(power, center, radius, square, first, second) -> Nodes:
     return Nodes(total, middle, (apart + radius).max(axis=1), square, first, second)
 
 
-def _among_all(nodes: Nodes, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """(n, count) importance of all nodes to points (n, 3), by matrix products: every term is a
-    polynomial of the point."""
+def _among_all(nodes: Nodes, position, normal, reach: np.ndarray) -> np.ndarray:
+    """(n, count) importance of all nodes to places (n, 3) of points within ``reach`` (n,), by
+    matrix products: every term is a polynomial of the place."""
     c, n = nodes.center, len(position)
     one = np.ones((n, 1))
     at = (position[:, None, :] * position[:, :, None]).reshape(n, 9)
@@ -183,11 +188,11 @@ def _among_all(nodes: Nodes, position: np.ndarray, normal: np.ndarray) -> np.nda
     ]
     products = (np.hstack(of_point).astype(np.float32) @ np.vstack(of_node).astype(np.float32)
                 for of_point, of_node in terms)  # fmt: skip
-    return _importance(*products, nodes.power, nodes.radius, nodes.square)
+    return _importance(*products, nodes.power, nodes.radius + reach[:, None], nodes.square)
 
 
-def _of_own(nodes: Nodes, number: np.ndarray, position, normal) -> np.ndarray:
-    """(n, c) importance of nodes ``number`` (n, c) to points (n, 3), each its own."""
+def _of_own(nodes: Nodes, number: np.ndarray, position, normal, reach) -> np.ndarray:
+    """(n, c) importance of nodes ``number`` (n, c) to places (n, 3), each its own."""
     away = position[:, None] - nodes.center[number]
     square = np.einsum("nci,nci->nc", away, away)
     facing = -np.einsum("nci,ni->nc", away, normal)
@@ -195,7 +200,7 @@ def _of_own(nodes: Nodes, number: np.ndarray, position, normal) -> np.ndarray:
     spread = np.einsum("nci,ncij,ncj->nc", away, nodes.second[number], away)
     return _importance(
         square, facing, leaning, spread,
-        nodes.power[number], nodes.radius[number], nodes.square[number],
+        nodes.power[number], nodes.radius[number] + reach[:, None], nodes.square[number],
     )  # fmt: skip
 
 

@@ -1,9 +1,13 @@
 """Lights: what the kinds of explicitly sampled light have in common.
 
-Depends on ``sampling``, ``points``. The kinds are ``polygons``, ``spheres``, ``balls`` and
+Depends on ``points``. The kinds are ``polygons``, ``spheres``, ``balls`` and
 ``suns``. A kind holds arrays, one entry a light. It gives, at points: the irradiance that would
 arrive without obstacles, and rays that test whether it does. Where that irradiance is the same at
 all of an owner's points it is found once, and only the rays are made for each.
+
+``strength(which, place, normal, reach)`` is the rough irradiance of lights ``which`` (...) at
+owners' ``place`` (3, ...), facing as ``normal`` (3, ...) tells: above 0 wherever any may arrive
+within ``reach`` (...) of it.
 """
 
 from __future__ import annotations
@@ -14,7 +18,6 @@ from typing import Callable
 import numpy as np
 
 from .points import Middles
-from .sampling import tangent_frames
 
 
 @dataclass(frozen=True)
@@ -79,20 +82,11 @@ def partly_above(cosine: np.ndarray, slack: np.ndarray) -> np.ndarray:
     """About the mean of max(cosine, 0) over a light whose cosines spread by ``slack`` both ways:
     above 0 wherever a part of the light is above the horizon."""
     part = np.maximum(cosine + slack, 0) ** 2 / (4 * np.maximum(slack, 1e-9))
-    return np.where(cosine > slack, cosine, part + 1e-4 * (cosine > -slack))
+    least = (cosine > -slack) * cosine.dtype.type(1e-4)
+    return np.where(cosine > slack, cosine, part + least)
 
 
 def in_disc(s: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(x, y) uniform in the unit disc from (s, t) in the unit square."""
     radius, turn = np.sqrt(s), 2 * np.pi * t
     return radius * np.cos(turn), radius * np.sin(turn)
-
-
-def disc(axis: np.ndarray, xi: np.ndarray) -> np.ndarray:
-    """(n, 3) points uniform in the unit disc across unit ``axis`` (n, 3)."""
-    frames = tangent_frames(axis)
-    x, y = in_disc(xi[:, 0], xi[:, 1])
-    points = np.empty((len(xi), 3))
-    for k in range(3):  # inner loops over points, not over three numbers
-        points[:, k] = x * frames[:, 0, k] + y * frames[:, 1, k]
-    return points

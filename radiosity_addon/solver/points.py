@@ -40,17 +40,20 @@ class Points:
 
     def take(self, chosen: np.ndarray) -> Points:
         """The points of some owners."""
-        arrays = (getattr(self, name)[:, chosen] for name in _POINT_ARRAYS)
-        return Points(*arrays, self.turn[chosen])
+        return Points(
+            self.position[:, chosen], self.normal[:, chosen], self.triangle[:, chosen],
+            lambda: self.uv[:, chosen], self.turn[chosen],
+        )
 
     def single(self) -> Points:
         """Every point an owner of its own, in the order of (per, R) flattened."""
         per, count = self.shape
-        arrays = (getattr(self, name).reshape((1, per * count) + getattr(self, name).shape[2:])
-                  for name in _POINT_ARRAYS)
         stagger = (np.arange(per, dtype=np.float32) / per)[:, None, None]
         turn = ((self.turn + stagger) % 1.0).reshape(-1, 3)
-        return Points(*arrays, turn)
+        return Points(
+            self.position.reshape(1, -1, 3), self.normal.reshape(1, -1, 3),
+            self.triangle.reshape(1, -1), lambda: self.uv.reshape(1, -1, 2), turn,
+        )
 
     def middles(self) -> Middles:
         """Where each owner's points lie, taken together."""

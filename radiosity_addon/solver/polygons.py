@@ -1,6 +1,7 @@
 """Polygons: flat lights, that is area lamps and emissive faces.
 
-Depends on ``lights``, ``light_tree``, ``points``, ``geometry``, ``lambert``, ``spherical``.
+Depends on ``lights``, ``light_tree``, ``points``, ``geometry``, ``lambert``, ``spherical``,
+``vectors``.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from .light_tree import Emitters
 from .lights import Sample, Whole, combined, in_disc, length, partly_above
 from .points import Middles
 from .spherical import direction_within, solid_angle
+from .vectors import dot
 
 TRIANGLE, RECTANGLE, ELLIPSE = range(3)
 RIM = 48  # corners of the polygon that stands for an ellipse
@@ -205,20 +207,23 @@ class Polygons:
             s, t = np.where(round_, 0.5 + 0.5 * x, s), np.where(round_, 0.5 + 0.5 * y, t)
         return (np.where(fold, 1 - s, s), np.where(fold, 1 - t, t)) if np.any(fold) else (s, t)
 
-    def strength(self, which, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
-        """(n,) rough irradiance of lights at points, above 0 wherever any may arrive."""
-        center, size = self.middle()
-        toward = center[which] - position
-        square = np.maximum(np.einsum("...j,...j->...", toward, toward), 1e-30)
+    def strength(self, which, place: np.ndarray, normal: np.ndarray, reach) -> np.ndarray:
+        """See ``lights``."""
+        kind, (center, radius) = place.dtype, self.middle()
+        toward = [middle[which] - x for middle, x in zip(center.T.astype(kind), place)]
+        square = np.maximum(dot(toward, toward), 1e-30)
         inverse = 1 / np.sqrt(square)
-        reach = size[which]
-        slack = np.minimum(reach * inverse, 1)
-        facing = partly_above(np.einsum("...j,...j->...", toward, normal) * inverse, slack)
-        leaving = -np.einsum("...j,...j->...", toward, self.normal[which]) * inverse
-        side = np.where(leaving > 0, self.front[which], self.back[which])
-        leaving = side * (np.abs(leaving) + 0.1 * slack)
-        power = (self.area * self.color.mean(axis=1))[which]
-        return power * facing * leaving / (square + 0.5 * reach**2)
+        radius = radius.astype(kind)[which] + reach
+        slack = np.minimum(radius * inverse, 1)
+        facing = partly_above(dot(toward, normal) * inverse, slack)
+        leaving = -dot(toward, self.normal.T.astype(kind)[:, which]) * inverse
+        front, back = (side.astype(kind)[which] for side in (self.front, self.back))
+        side = np.where(leaving > 0, front, back)
+        near = np.abs(leaving) <= reach * inverse  # some points may be on the other side
+        side = np.where(near, np.maximum(front, back), side)
+        leaving = side * (np.abs(leaving) + kind.type(0.1) * slack)
+        power = (self.area * self.color.mean(axis=1)).astype(kind)[which]
+        return power * facing * leaving / (square + kind.type(0.5) * radius**2)
 
     def reaches(self, center: np.ndarray, half: np.ndarray) -> np.ndarray:
         """(k,) bool: some box, centre and half edges (g, 3), has a part on the side that shines."""

@@ -1,6 +1,6 @@
 """Sampling: randomised quasi-Monte Carlo numbers, directions and tangent frames.
 
-Depends on NumPy and SciPy's Sobol sequence. Every number follows from (seed, stream), never from
+Depends on ``vectors`` and SciPy's Sobol sequence. Every number follows from (seed, stream), never from
 threads or the clock.
 """
 
@@ -10,6 +10,8 @@ from functools import lru_cache
 
 import numpy as np
 from scipy.stats import qmc
+
+from .vectors import tangents
 
 SCRAMBLES = 4
 GROUPS = 8  # neighbouring receivers use different point sets, so that their errors are independent
@@ -55,19 +57,13 @@ def cosine_directions(xi: np.ndarray) -> np.ndarray:
 def tangent_frames(normal: np.ndarray, turn: np.ndarray | float = 0.0) -> np.ndarray:
     """(..., 3, 3) float32: rows tangent, bitangent, normal of unit ``normal`` (..., 3).
 
-    The tangent is turned about the normal by ``turn`` (...) revolutions. Branchless construction
-    of Duff et al. 2017, "Building an Orthonormal Basis, Revisited", Listing 3.
+    The tangent is turned about the normal by ``turn`` (...) revolutions.
     """
     normal = np.asarray(normal, np.float32)
-    x, y, z = normal[..., 0], normal[..., 1], normal[..., 2]
-    sign = np.where(z > -1 / 3, np.float32(1), np.float32(-1))  # not at 0: walls stand there
-    a = -1 / (sign + z)
-    b = x * y * a
+    tangent, bitangent = tangents(np.moveaxis(normal, -1, 0))
     angle = np.asarray(turn, np.float32) * np.float32(2 * np.pi)
     c, s = np.cos(angle), np.sin(angle)
     frames = np.empty(normal.shape[:-1] + (3, 3), np.float32)
-    tangent = (1 + sign * x * x * a, sign * b, -sign * x)
-    bitangent = (b, sign + y * y * a, -y)
     for k in range(3):
         frames[..., 0, k] = c * tangent[k] + s * bitangent[k]
         frames[..., 1, k] = c * bitangent[k] - s * tangent[k]

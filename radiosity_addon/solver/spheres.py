@@ -1,6 +1,6 @@
 """Spheres: point and spot lamps, hard or soft.
 
-Depends on ``lights``, ``light_tree``, ``points``, ``sampling``.
+Depends on ``lights``, ``light_tree``, ``points``, ``vectors``.
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .light_tree import Emitters
-from .lights import Sample, Whole, combined, disc, in_disc, length
+from .lights import Sample, Whole, combined, in_disc, length
 from .points import Middles
-from .sampling import tangent_frames
+from .vectors import columns, dot, size, tangents
 
 NODES = 24  # of the quadrature across a soft spot
 FAR = 32  # times the reach of a footprint: an irradiance's curvature across it is < 0.1 % there
@@ -43,23 +43,24 @@ class Spheres:
         vector on its axis. A soft spot's beam is that of the sampled place; its mean over the disc
         is known beforehand, so that only the shadows are sampled.
         """
-        toward = self.position[which] - position
-        distance = np.sqrt(np.maximum(np.einsum("ij,ij->i", toward, toward), 1e-30))
-        unit = toward / distance[:, None]
-        cosine = np.maximum(np.einsum("ij,ij->i", unit, normal), 0)
-        irradiance = cosine / (distance**2 + self.radius[which] ** 2)
+        toward = -columns(position)
+        toward += self.position.T[:, which] if np.ndim(which) else self.position[which][:, None]
+        distance, radius = size(toward), self.radius[which]
+        unit = toward / distance
+        irradiance = np.maximum(dot(unit, columns(normal)), 0) / (distance**2 + radius**2)
         segment = toward
-        soft = np.broadcast_to(self.radius[which] > 0, distance.shape)
-        if np.any(soft):
-            segment = toward + disc(unit, xi) * np.reshape(self.radius[which], (-1, 1))
-        if np.ndim(which) > 0 or not soft[0] or self.edge[which] < -1:
-            irradiance = irradiance * self.beam(which, segment / length(segment)[:, None])
-            weight = (irradiance > 0) * 1.0
-            return Sample(irradiance, weight, segment.astype(np.float32), 1.0, False)
-        irradiance = irradiance * self._mean_beam(which, toward, distance)
-        weight = np.maximum(self.beam(which, segment / length(segment)[:, None]), 1e-3)
+        if np.any(radius > 0):
+            one, other = tangents(unit)
+            x, y = in_disc(xi[:, 0], xi[:, 1])
+            segment = toward + (x * radius) * one + (y * radius) * other
+        arriving = np.ascontiguousarray(segment.T, np.float32)
+        if np.ndim(which) > 0 or radius == 0 or self.edge[which] < -1:
+            irradiance = irradiance * self.beam(which, segment / size(segment))
+            return Sample(irradiance, (irradiance > 0) * 1.0, arriving, 1.0, False)
+        irradiance = irradiance * self._mean_beam(which, toward.T, distance)
+        weight = np.maximum(self.beam(which, segment / size(segment)), 1e-3)
         weight = np.where(irradiance > 0, weight, 0.0)
-        return Sample(irradiance, weight, segment.astype(np.float32), 1.0, True)
+        return Sample(irradiance, weight, arriving, 1.0, True)
 
     def whole(self, which: int, middles: Middles) -> Whole:
         """One lamp from owners that are far from it for their size, above or below their horizon,
@@ -69,17 +70,17 @@ class Spheres:
         unit = toward / distance[:, None]
         height = np.einsum("ij,ij->i", toward, middles.normal)
         slack = (radius + reach) / distance
-        beam = self.beam(which, unit, -slack)
+        beam = self.beam(which, unit.T, -slack)
         known = middles.flat & (distance > radius + np.maximum(FAR * reach, NEAR))
         known &= np.abs(height) > middles.depth(middles.normal)
-        known &= beam == self.beam(which, unit, slack)
+        known &= beam == self.beam(which, unit.T, slack)
         irradiance = beam * np.maximum(height / distance, 0) / (distance**2 + radius**2)
 
         def segments(owners, position, s, t):
             start = self.position[which].astype(np.float32) - position
             if radius == 0:
                 return start
-            axes = np.moveaxis(radius * tangent_frames(unit[owners])[:, :2], 1, 0)
+            axes = [radius * axis.T for axis in tangents(columns(unit[owners]))]
             return combined(start, axes, in_disc(s, t))
 
         return Whole(irradiance, known, segments, None)
@@ -93,8 +94,8 @@ class Spheres:
         """
         unit, radius = toward / distance[:, None], self.radius[which]
         slack = radius / distance
-        result = self.beam(which, unit)
-        partly = self.beam(which, unit, slack) > self.beam(which, unit, -slack)
+        result = self.beam(which, unit.T)
+        partly = self.beam(which, unit.T, slack) > self.beam(which, unit.T, -slack)
         near = np.flatnonzero(partly)
         along = unit[near] @ self.axis[which]
         across = self.axis[which] - along[:, None] * unit[near]
@@ -104,29 +105,31 @@ class Spheres:
         mean = np.zeros(len(near))
         for x, part in zip(np.cos(angle), share):
             place = toward[near] + x * across
-            mean += part * self.beam(which, place / length(place)[:, None])
+            mean += part * self.beam(which, (place / length(place)[:, None]).T)
         result[near] = mean
         return result
 
     def beam(self, which, unit: np.ndarray, slack=0.0) -> np.ndarray:
         """Cycles' spot: a smoothstep between the cone's edge and its blended inside, for unit
-        directions to the sampled point; ``slack`` is added to the cosine with the axis."""
-        cosine = -np.einsum("...j,...j->...", unit, np.broadcast_to(self.axis[which], unit.shape))
-        cosine, edge = cosine + slack, self.edge[which]
+        directions (3, ...) to the sampled point; ``slack`` is added to the cosine with the axis."""
+        edge = self.edge[which]
+        if np.max(edge, initial=-2) < -1:  # no spot among them
+            return np.ones(unit.shape[1:])
+        cosine = slack - dot(unit, self.axis.T[:, which].astype(unit.dtype))
         t = np.clip((cosine - edge) / np.maximum(self.smooth[which], 1e-9), 0, 1)
         return np.where(edge < -1, 1.0, t * t * (3 - 2 * t))
 
-    def strength(self, which, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
-        """(n,) rough irradiance of lights at points, above 0 wherever any may arrive."""
-        # Inner loops over points, not over three numbers.
-        toward = [place[which] - position[..., k] for k, place in enumerate(self.position.T)]
-        square = np.maximum(sum(t * t for t in toward), 1e-30)
-        distance = np.sqrt(square)
-        slack = np.minimum(self.radius[which] / distance, 1) + 1e-3
-        cosine = sum(t * normal[..., k] for k, t in enumerate(toward)) / distance + slack
-        rough = self.color.mean(axis=1)[which] * np.maximum(cosine, 0) / square
+    def strength(self, which, place: np.ndarray, normal: np.ndarray, reach) -> np.ndarray:
+        """See ``lights``."""
+        kind = place.dtype
+        toward = [center[which] - x for center, x in zip(self.position.T.astype(kind), place)]
+        square = np.maximum(dot(toward, toward), 1e-30)
+        inverse = 1 / np.sqrt(square)
+        slack = np.minimum((self.radius.astype(kind)[which] + reach) * inverse, 1) + kind.type(1e-3)
+        cosine = dot(toward, normal) * inverse + slack
+        rough = self.color.mean(axis=1).astype(kind)[which] * np.maximum(cosine, 0) / square
         if self.edge[which].max() > -1:
-            rough *= self.beam(which, np.stack(toward, -1) / distance[..., None], slack)
+            rough *= self.beam(which, np.stack(toward) * inverse, slack)
         return rough
 
     def reaches(self, center: np.ndarray, half: np.ndarray) -> np.ndarray:

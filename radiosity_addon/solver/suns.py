@@ -1,6 +1,6 @@
 """Suns: distant discs, that is sun lamps and the bright spots of a sky.
 
-Depends on ``lights``, ``light_tree``, ``points``, ``sampling``.
+Depends on ``lights``, ``light_tree``, ``points``, ``vectors``.
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .light_tree import Emitters
-from .lights import Sample, Whole, combined, disc, in_disc
+from .lights import Sample, Whole, combined, in_disc
 from .points import Middles
-from .sampling import tangent_frames
+from .vectors import columns, dot, size, tangents
 
 FAR = 1e3  # scenes away: where a tree of lights thinks suns are
 
@@ -29,11 +29,13 @@ class Suns:
         self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
     ) -> Sample:
         """Sample a direction in the disc."""
-        toward = np.broadcast_to(self.toward[which], position.shape)
-        direction = toward + disc(toward, xi) * np.reshape(self.radius[which], (-1, 1))
-        direction /= np.linalg.norm(direction, axis=1)[:, None]
-        cosine = np.maximum(np.einsum("ij,ij->i", direction, normal), 0)
-        return Sample(cosine, (cosine > 0) * 1.0, direction.astype(np.float32), np.inf, False)
+        toward = columns(np.broadcast_to(self.toward[which], position.shape))
+        one, other = tangents(toward)
+        x, y = (self.radius[which] * place for place in in_disc(xi[:, 0], xi[:, 1]))
+        direction = toward + x * one + y * other
+        cosine = np.maximum(dot(direction, columns(normal)) / size(direction), 0)
+        segment = np.ascontiguousarray(direction.T, np.float32)
+        return Sample(cosine, (cosine > 0) * 1.0, segment, np.inf, False)
 
     def whole(self, which: int, middles: Middles) -> Whole:
         """One sun where all of its disc is above the horizon, or none.
@@ -45,7 +47,7 @@ class Suns:
         cosine = middles.normal @ toward
         slack = radius * np.sqrt(np.maximum(1 - cosine**2, 0))
         mean = 2 / (np.sqrt(1 + radius**2) + 1)
-        axes = radius * tangent_frames(toward)[:2]
+        axes = [radius * axis for axis in tangents(toward)]
 
         def segments(owners, position, s, t):
             return combined(toward.astype(np.float32), axes, in_disc(s, t))
@@ -59,9 +61,10 @@ class Suns:
             segments, weight, np.inf,
         )
 
-    def strength(self, which, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
-        """(n,) rough irradiance of lights at points, above 0 wherever any may arrive."""
-        cosine = np.einsum("...j,...j->...", self.toward[which], normal) + self.radius[which] + 1e-3
+    def strength(self, which, place: np.ndarray, normal: np.ndarray, reach) -> np.ndarray:
+        """See ``lights``."""
+        toward = self.toward.T.astype(place.dtype)[:, which]
+        cosine = dot(toward, normal) + self.radius[which] + 1e-3
         return self.color.mean(axis=1)[which] * np.maximum(cosine, 0)
 
     def reaches(self, center: np.ndarray, half: np.ndarray) -> np.ndarray:

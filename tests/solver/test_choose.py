@@ -46,11 +46,12 @@ def all_together(sources, position, normal) -> np.ndarray:
     return total
 
 
+@pytest.mark.parametrize("reach", [0.0, 0.05])
 @pytest.mark.parametrize("count", [10, 150, 600])
-def test_choices_bring_the_sum(count):
+def test_choices_bring_the_sum(count, reach):
     """With 2^14 numbers, evenly spread, a point's choices divided by their probability average to
     the sum over all lights, within four standard errors of the mean (as if they were independent,
-    which is more)."""
+    which is more), whether they are made for the point or for all within ``reach`` of it."""
     sources = hall(count)
     (pool,) = sources.pools
     random = np.random.default_rng(3)
@@ -61,14 +62,14 @@ def test_choices_bring_the_sum(count):
     n = 1 << 14
     for x, direction, expected in zip(position, normal, truth):
         many = np.tile(x, (n, 1)), np.tile(direction, (n, 1))
-        level = ((np.arange(n) + 0.5) / n)[:, None]
-        (choice,) = choose_lights(sources, pool, *many, level)
+        level = ((np.arange(n) + 0.5) / n)[None]
+        (light,), (factor,) = choose_lights(sources, pool, *many, np.full(n, reach), level)
         values = np.zeros(n)
         for number, kind in enumerate(sources.kinds):
-            rows = np.flatnonzero((sources.kind[choice.light] == number) & (choice.factor > 0))
-            place = sources.place[choice.light[rows]]
+            rows = np.flatnonzero((sources.kind[light] == number) & (factor > 0))
+            place = sources.place[light[rows]]
             sample = kind.sample(place, many[0][rows], many[1][rows], random.random((len(rows), 2)))
-            values[rows] = sample.irradiance * kind.color[place].mean(axis=1) * choice.factor[rows]
+            values[rows] = sample.irradiance * kind.color[place].mean(axis=1) * factor[rows]
         assert values.mean() == pytest.approx(expected, abs=4 * values.std() / np.sqrt(n))
         # Choosing by what they would bring leaves little to chance: even choice of one among
         # ``count`` lights of such powers scatters by √count and more.
@@ -106,13 +107,39 @@ def test_pick_is_in_proportion():
     """Columns 1, 3, 0, 4 of 8: one eighth, three eighths, none, a half of evenly spread numbers;
     and the numbers made anew are evenly spread again."""
     n = 8000
-    column, chance, rest = pick(np.tile([1.0, 3, 0, 4], (n, 1)), (np.arange(n) + 0.5) / n)
+    strength = np.tile(np.array([1.0, 3, 0, 4])[:, None], n)
+    (column,), (chance,), (rest,) = pick(strength, ((np.arange(n) + 0.5) / n)[None])
     assert list(np.bincount(column)) == [1000, 3000, 0, 4000]
     np.testing.assert_allclose(chance, np.array([1, 3, 0, 4])[column] / 8)
     for k in (0, 1, 3):
         mine = np.sort(rest[column == k])
         np.testing.assert_allclose(mine, (np.arange(len(mine)) + 0.5) / len(mine), atol=1e-6)
-    assert pick(np.zeros((2, 3)), np.full(2, 0.5))[1].max() == 0
+    assert pick(np.zeros((3, 2)), np.full((1, 2), 0.5))[1].max() == 0
+
+
+def test_choices_for_all_points_of_a_receiver_reach_each():
+    """Chosen once for all points of a flat receiver: every light that brings them a thousandth of
+    their light or more is taken by some of 2^14 evenly spread numbers."""
+    sources = hall(90)
+    (pool,) = sources.pools
+    random = np.random.default_rng(5)
+    n, reach = 1 << 14, 0.05
+    place, normal = np.array([0.1, -0.2, 0.05]), np.array([0.0, 0.6, 0.8])
+    level = ((np.arange(n) + 0.5) / n)[None]
+    many = np.tile(place, (n, 1)), np.tile(normal, (n, 1))
+    (light,), (factor,) = choose_lights(sources, pool, *many, np.full(n, reach), level)
+    chance = np.zeros(sources.count)
+    np.maximum.at(chance, light, factor > 0)
+    inside = random.uniform(-1, 1, (200, 3)) * reach / np.sqrt(3)
+    inside -= (inside @ normal)[:, None] * normal  # a flat receiver
+    needed = np.zeros(sources.count)
+    for x in place + inside:
+        for number in range(sources.count):
+            kind, k = sources.named(number)
+            sample = kind.sample(np.full(1, k), x[None], normal[None], np.full((1, 2), 0.5))
+            needed[number] += sample.irradiance[0] * kind.color[k].mean() / len(inside)
+    strong = needed > 1e-3 * needed.sum()
+    assert strong.sum() > 5 and (chance[strong] > 0).all()
 
 
 @pytest.mark.parametrize("size, offset", [(0.25, 0.0), (0.25, 0.1), (0.5, 0.0), (0.1, 0.02)])

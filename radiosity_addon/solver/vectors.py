@@ -1,0 +1,39 @@
+"""Vectors as columns (3, n): NumPy's inner loops then run over points, not over three numbers.
+
+Depends on NumPy only.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def columns(vectors: np.ndarray) -> np.ndarray:
+    """(3, n) contiguous of vectors (n, 3)."""
+    return np.ascontiguousarray(vectors.T)
+
+
+def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(...) products of vectors (3, ...)."""
+    result = a[0] * b[0]
+    result = result + a[1] * b[1]
+    result += a[2] * b[2]
+    return result
+
+
+def size(a: np.ndarray) -> np.ndarray:
+    """(...) lengths of vectors (3, ...), never 0."""
+    return np.sqrt(np.maximum(dot(a, a), 1e-30))
+
+
+def tangents(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two vectors (3, ...) across unit ``normal`` (3, ...) and each other. Branchless construction
+    of Duff et al. 2017, "Building an Orthonormal Basis, Revisited", Listing 3."""
+    x, y, z = normal
+    one = normal.dtype.type(1)
+    sign = np.where(z > -1 / 3, one, -one)  # not at 0: walls stand there
+    a = -1 / (sign + z)
+    b = x * y * a
+    return (
+        np.stack([1 + sign * x * x * a, sign * b, -sign * x]), np.stack([b, sign + y * y * a, -y])
+    )
