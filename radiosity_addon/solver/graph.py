@@ -31,28 +31,33 @@ class Graph:
         """All receivers."""
         return slice(None)
 
-    def spread(self, values: np.ndarray) -> np.ndarray:
+    def spread(self, values: np.ndarray, chosen=None, factor: float = 1.0) -> np.ndarray:
         """(c, n) float32."""
-        return values.astype(np.float32).T
+        values = values if chosen is None else values[:, chosen]
+        return np.ascontiguousarray((values * factor).T, np.float32)
 
     def read(self, picture: np.ndarray) -> np.ndarray:
-        """(n, c)."""
-        return picture.T
+        """(n,)."""
+        return picture
+
+    def left(self, level: int) -> float:
+        """The share of independent noise's variance that the kernel of ``level`` leaves: it is
+        spread over NEAREST receivers, and over as many more each time."""
+        return 1 / (NEAREST << level)
 
     def around(self, level: int) -> int:
         """Levels of kernels that average what decides whether to go to ``level``."""
         return min(level + 2, 3)
 
     def beside(self, picture: np.ndarray) -> np.ndarray:
-        """Of (c, n) >= 0, above 0 at the receivers that have a neighbour above 0."""
+        """Of (n,) >= 0, above 0 at the receivers that have a neighbour above 0."""
         return self.step(picture, 0)
 
     def step(self, picture: np.ndarray, level: int) -> np.ndarray:
-        """The kernel of a level applied to (c, n) values."""
-        values = picture.T
+        """The kernel of a level applied to (n,) values."""
         for _ in range(1 << level):
-            values = self.kernel @ values
-        return values.T
+            picture = self.kernel @ picture
+        return picture
 
     def parted(self, dark: np.ndarray, sees) -> Graph:
         """Without the links by which receivers that are ``dark`` (n,) bool would get light from

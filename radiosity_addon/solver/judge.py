@@ -158,7 +158,7 @@ class Judge:
         Two halves of one receiver may agree by chance, so its error is taken from those around
         it too.
         """
-        smoothed = smooth(lattices, a, b, weight)
+        smoothed = smooth(lattices, a, b, weight, self.threads)
         apart = weight * (smoothed.a - smoothed.b) / 2
         bias = (weight**2 * smoothed.square_error - 2 * apart**2).sum(axis=1)  # error less noise
         channels = self.surface.reflectance.shape[1]

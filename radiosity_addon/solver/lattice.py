@@ -31,15 +31,18 @@ class Lattice:
     pad: int  # empty rows and columns around
     weights: tuple  # [level][direction]: (height, width) float32 without the padding
 
-    def spread(self, values: np.ndarray) -> np.ndarray:
-        """(c, height, width) float32 picture of receivers' values (count, c)."""
-        picture = np.zeros((values.shape[1], self.shape[0] * self.shape[1]), np.float32)
-        picture[:, self.cell] = values[self.index].T
-        return picture.reshape(-1, *self.shape)
+    def spread(self, values: np.ndarray, chosen=None, factor: float = 1.0) -> np.ndarray:
+        """(c, height, width) float32 pictures of ``factor`` times receivers' values (count, c), or
+        of the ``chosen`` channels (c,) of them."""
+        chosen = range(values.shape[1]) if chosen is None else chosen
+        pictures = np.zeros((len(chosen), self.shape[0] * self.shape[1]), np.float32)
+        for picture, channel in zip(pictures, chosen):
+            picture[self.cell] = values[self.index, channel] * factor
+        return pictures.reshape(-1, *self.shape)
 
     def read(self, picture: np.ndarray) -> np.ndarray:
-        """(n, c) values of the texels in a picture."""
-        return picture.reshape(len(picture), -1)[:, self.cell].T
+        """(n,) values of the texels in a picture (height, width)."""
+        return picture.ravel()[self.cell]
 
     @property
     def levels(self) -> int:
@@ -52,27 +55,32 @@ class Lattice:
         return [1 - 2 * sum(level) for level in self.weights]
 
     def step(self, picture: np.ndarray, level: int) -> np.ndarray:
-        """One à-trous kernel applied to a picture (c, height, width)."""
+        """One à-trous kernel applied to a picture (height, width)."""
         result = picture.copy()
-        for before, after in zip(picture, result):  # one stays in the cache, all may not
-            here = self.inner(after, 0, 0)
-            here *= self.own[level]
-            for (dy, dx, _), weight in zip(DIRECTIONS, self.weights[level]):
-                dy, dx = dy << level, dx << level
-                pair = self.inner(before, dy, dx) + self.inner(before, -dy, -dx)
-                pair *= weight
-                here += pair
+        here = self.inner(result, 0, 0)
+        here *= self.own[level]
+        for (dy, dx, _), weight in zip(DIRECTIONS, self.weights[level]):
+            dy, dx = dy << level, dx << level
+            pair = self.inner(picture, dy, dx) + self.inner(picture, -dy, -dx)
+            pair *= weight
+            here += pair
         return result
+
+    def left(self, level: int) -> float:
+        """The share of independent noise's variance that kernels up to ``level`` leave: together
+        they are triangles 2m wide along both axes."""
+        m = 2 << level
+        return ((2 * m * m + 1) / (3 * m**3)) ** 2
 
     def around(self, level: int) -> int:
         """Levels of kernels that average what decides whether to go to ``level``."""
         return min(level + 2, self.levels)
 
     def beside(self, picture: np.ndarray) -> np.ndarray:
-        """Of (c, height, width) >= 0, the largest of each texel and the eight around it."""
+        """Of (height, width) >= 0, the largest of each texel and the eight around it."""
         from scipy.ndimage import maximum_filter
 
-        return maximum_filter(picture, (1, 3, 3))
+        return maximum_filter(picture, 3)
 
     def parted(self, dark: np.ndarray, sees) -> Lattice:
         """Without the pairs by which receivers that are ``dark`` (count,) bool would get light from
@@ -121,7 +129,7 @@ def build_lattices(grid, position, normal, threads: int = 1, levels: int = LEVEL
 
 def _weights(lattice: Lattice, position, normal, levels: int, threads: int) -> tuple:
     place, facing = lattice.spread(position), lattice.spread(normal)
-    covered = lattice.spread(np.ones((len(position), 1))) > 0
+    covered = lattice.spread(np.ones((len(position), 1)))[0] > 0
 
     def pairs(level: int) -> list:
         return [
@@ -151,7 +159,7 @@ def _pairs(lattice: Lattice, place, facing, covered, dy: int, dx: int):
     here, plus, minus = three(place)
     apart, bent = plus - minus, plus + minus - 2 * here
     width = np.einsum("kij,kij->ij", apart, apart)
-    ok = np.logical_and.reduce([part[0] for part in three(covered)])
+    ok = np.logical_and.reduce(list(three(covered)))
     ok &= np.einsum("kij,kij->ij", bent, bent) <= FLAT**2 * width
     normal, one, other = three(facing)
     ok &= np.einsum("kij,kij->ij", one + other, normal) > 1.98

@@ -1,6 +1,6 @@
 """Smooth: share sampled light among neighbours, as far as the light itself allows.
 
-Depends on ``lattice`` or ``graph`` for what neighbours are. Light varies slowly over most of a
+Depends on ``lattice`` or ``graph`` for what neighbours are, and on ``parallel``. Light varies slowly over most of a
 surface, its sampling noise does not, so neighbours are averaged by kernels of growing width. How
 far to go is chosen at every receiver by cross-validation: two independent halves a, b of the
 samples give E[(f_a − b)²] = MSE(f_a) + var(b), bias included, so the level of least error shows,
@@ -14,9 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
+from .parallel import map_chunks
+
 WINDOW = 33  # receivers
 LARGEST = 1e9  # in pictures: they are float32, which holds fourth powers up to here
-MARGIN = 0.65  # of a receiver's own variance: the gain from which on neighbours have a share
+MARGIN = 0.2  # of the noise that a wider kernel takes away must not come back as blur
 
 
 @dataclass(frozen=True)
@@ -29,32 +31,36 @@ class Smoothed:
     touched: np.ndarray  # (count,) bool: neighbours had a share
 
 
-def smooth(lattices: list, a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> Smoothed:
+def smooth(lattices: list, a: np.ndarray, b: np.ndarray, weight: np.ndarray, threads=1) -> Smoothed:
     """Smooth two independent halves a, b (count, c) alike.
 
     ``weight`` (count, c) takes them to relative errors, by which levels are chosen. Columns
     without light cost nothing.
     """
-    lit = a.any(axis=0) | b.any(axis=0)
-    if not lit.all():
-        found = smooth(lattices, a[:, lit], b[:, lit], weight[:, lit]) if lit.any() else None
-        arrays = [np.zeros(a.shape) for _ in range(3)]
-        if found is not None:
-            for array, some in zip(arrays, (found.a, found.b, found.square_error)):
-                array[:, lit] = some
-        return Smoothed(*arrays, np.zeros(len(a), bool) if found is None else found.touched)
-    out_a, out_b = a.copy(), b.copy()
-    error = (a - b) ** 2 / 2
+    lit = np.flatnonzero(a.any(axis=0) | b.any(axis=0))
+    out_a, out_b, error = a.copy(), b.copy(), np.zeros(a.shape)
     touched = np.zeros(len(a), bool)
-    peak = max(np.abs(a).max(initial=0), np.abs(b).max(initial=0))
-    scale = float(min(weight.max(initial=0) or 1.0, LARGEST / (peak or 1.0)))
-    weight = np.minimum(weight / scale, LARGEST)
-    for lattice in lattices:
-        one, two, gain, level = _smooth_picture(lattice, a * scale, b * scale, weight)
-        out_a[lattice.index] = lattice.read(one).astype(float) / scale
-        out_b[lattice.index] = lattice.read(two).astype(float) / scale
-        error[lattice.index] += lattice.read(gain).astype(float) / scale**2
-        touched[lattice.index] = lattice.read(level)[:, 0]
+    if len(lit) == 0:
+        return Smoothed(out_a, out_b, error, touched)
+    error[:, lit] = (a[:, lit] - b[:, lit]) ** 2 / 2
+    peak = max(a.max(), -a.min(), b.max(), -b.min())
+    scale = float(min(weight[:, lit].max() or 1.0, LARGEST / (peak or 1.0)))
+
+    def pictures(lattice):
+        halves = [lattice.spread(half, lit, scale) for half in (a, b)]
+        square = lattice.spread(weight, lit, 1 / scale)
+        np.minimum(square, LARGEST, out=square)
+        square *= square
+        return _smooth_picture(lattice, *halves, square)
+
+    for lattice, (one, two, gain, shared) in zip(
+        lattices, map_chunks(pictures, lattices, threads, lambda fraction: None)
+    ):
+        for column, channel in enumerate(lit):
+            out_a[lattice.index, channel] = lattice.read(one[column]) * (1 / scale)
+            out_b[lattice.index, channel] = lattice.read(two[column]) * (1 / scale)
+            error[lattice.index, channel] += lattice.read(gain[column]) * (1 / scale**2)
+        touched[lattice.index] = lattice.read(shared)
     return Smoothed(out_a, out_b, error, touched)
 
 
@@ -65,10 +71,10 @@ def smooth_map(lattices: list, values: np.ndarray, levels: int = 3) -> np.ndarra
         return uniform_filter1d(values, min(WINDOW, len(values)), mode="nearest")
     result = values.copy()
     for lattice in lattices:
-        picture = lattice.spread(values[:, None])
+        (picture,) = lattice.spread(values[:, None])
         for level in range(levels):
             picture = lattice.step(picture, level)
-        result[lattice.index] = lattice.read(picture)[:, 0]
+        result[lattice.index] = lattice.read(picture)
     return result
 
 
@@ -76,8 +82,8 @@ def dilate(lattices: list, chosen: np.ndarray) -> np.ndarray:
     """(count,) bool: ``chosen`` (count,) bool and those beside them."""
     result = chosen.copy()
     for lattice in lattices:
-        picture = lattice.beside(lattice.spread(chosen[:, None]))
-        result[lattice.index] = lattice.read(picture)[:, 0] > 0
+        picture = lattice.beside(lattice.spread(chosen[:, None])[0])
+        result[lattice.index] = lattice.read(picture) > 0
     return result
 
 
@@ -87,35 +93,67 @@ def widest(lattices: list, values: np.ndarray) -> np.ndarray:
         return np.broadcast_to(values.mean(axis=0), values.shape)
     result = np.empty_like(values)
     for lattice in lattices:
-        picture = lattice.spread(values)
-        for level in range(lattice.levels):
-            picture = lattice.step(picture, level)
-        result[lattice.index] = lattice.read(picture)
+        for channel, picture in enumerate(lattice.spread(values)):
+            for level in range(lattice.levels):
+                picture = lattice.step(picture, level)
+            result[lattice.index, channel] = lattice.read(picture)
     return result
 
 
-def _smooth_picture(lattice, a, b, weight):
-    raw = lattice.spread(a), lattice.spread(b)
-    square = lattice.spread(weight) ** 2
-    noise = (0.5 * (raw[0] - raw[1]) ** 2 * square).mean(axis=0)
-    now, best = raw, raw
-    best_change = np.zeros_like(raw[0][:1])  # of the squared error
-    gain, total = np.zeros_like(raw[0]), np.zeros_like(raw[0])
-    least, reach = np.broadcast_to(-MARGIN * noise, best_change.shape), 0
+def _smooth_picture(lattice, raw_a, raw_b, square):
+    """Pictures (c, ...) of the halves smoothed, of the squared error that this saved, and (...) bool
+    where neighbours had a share.
+
+    Each level is weighed against the one chosen so far, the change of the squared error averaged
+    over a window that is wider than the kernel, and is taken where enough of what it should take
+    away of the noise is gone: what is missing is blur.
+    """
+    halves = [(raw_a, raw_b), (raw_b, raw_a)]
+    noise, left = _noise(raw_a, raw_b, square), np.ones(raw_a.shape[1:], np.float32)
+    now, best = [raw_a, raw_b], [raw_a.copy(), raw_b.copy()]
+    gain, total = np.zeros_like(raw_a), np.zeros_like(raw_a)
+    averaged = 0
     for level in range(lattice.levels):
-        after = tuple(lattice.step(picture, level) for picture in now)
-        total = total + 0.5 * (
-            (after[0] - now[0]) * (after[0] + now[0] - 2 * raw[1])
-            + (after[1] - now[1]) * (after[1] + now[1] - 2 * raw[0])
-        )
-        local = (total * square).mean(axis=0, keepdims=True)
+        change = np.zeros(noise.shape, np.float32)
+        after = [np.empty_like(raw_a), np.empty_like(raw_b)]
+        for channel in range(len(raw_a)):  # one stays in the cache, all may not
+            for new, old, (_, other) in zip(after, now, halves):
+                new[channel] = lattice.step(old[channel], level)
+                total[channel] += _saved(new[channel], old[channel], other[channel])
+            change += (total[channel] - gain[channel]) * square[channel]
+        change *= 1 / len(raw_a)
         for k in range(lattice.around(level)):
-            local = lattice.step(local, k)
-        while reach < lattice.around(level):
-            least, reach = lattice.step(least, reach), reach + 1
-        better = (local < best_change) & (local < least)
-        best_change = np.where(better, local, best_change)
-        best = tuple(np.where(better, new, old) for new, old in zip(after, best))
-        gain = np.where(better, total, gain)
+            change = lattice.step(change, k)
+        while averaged < lattice.around(level):
+            noise, averaged = lattice.step(noise, averaged), averaged + 1
+        remains = np.float32(lattice.left(level))
+        better = change < MARGIN * noise * (remains - left)
+        for channel in range(len(raw_a)):
+            for chosen, new in zip(best, after):
+                np.copyto(chosen[channel], new[channel], where=better)
+            np.copyto(gain[channel], total[channel], where=better)
+        np.copyto(left, remains, where=better)
         now = after
-    return best[0], best[1], gain, best_change < 0
+    return *best, gain, left < 1
+
+
+def _noise(a: np.ndarray, b: np.ndarray, square: np.ndarray) -> np.ndarray:
+    """(...) the halves' squared relative noise, mean of pictures (c, ...)."""
+    noise = np.zeros(a.shape[1:], np.float32)
+    for one, two, weight in zip(a, b, square):
+        apart = one - two
+        apart *= apart
+        apart *= weight
+        noise += apart
+    noise *= 0.5 / len(a)
+    return noise
+
+
+def _saved(after: np.ndarray, before: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """(...) half the change of (f − other)², when f goes from ``before`` to ``after``: other is
+    independent of both, so that its noise cancels in the mean."""
+    result = after + before
+    result -= 2 * other
+    result *= after - before
+    result *= 0.5
+    return result
