@@ -51,13 +51,14 @@ class Graph:
 
     def beside(self, picture: np.ndarray) -> np.ndarray:
         """Of (n,) >= 0, above 0 at the receivers that have a neighbour above 0."""
-        return self.step(picture, 0)
+        return self.step(picture, level=0)[0]
 
-    def step(self, picture: np.ndarray, level: int) -> np.ndarray:
-        """The kernel of a level applied to (n,) values."""
+    def step(self, *pictures: np.ndarray, level: int) -> list[np.ndarray]:
+        """The kernel of a level applied to pictures (n,)."""
+        values = np.stack(pictures, 1)
         for _ in range(1 << level):
-            picture = self.kernel @ picture
-        return picture
+            values = self.kernel @ values
+        return list(np.ascontiguousarray(values.T))
 
     def parted(self, dark: np.ndarray, sees) -> Graph:
         """Without the links by which receivers that are ``dark`` (n,) bool would get light from

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from .smooth import dilate, smooth, smooth_map, widest
 # noise (h² against 1/h in two dimensions). Cross-validation sees less of it, because levels are
 # chosen by the same numbers; measured, the two are about equal (docs/theory.md).
 BALANCE = 1.0
+LEAST = 1e-20  # of the brightest emission: a typical irradiance is taken to be that much at least
 DIRECT_SHARE = 0.4  # of the squared error that is allowed; the rest is for gathered light
 
 
@@ -34,9 +36,10 @@ class Surface:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Irradiances (count, channels), the estimated relative error, and its square at each
-    receiver."""
+    """Irradiances (count, channels) in ``unit``, the estimated relative error, and its square at
+    each receiver; float32."""
 
+    unit: float
     direct: np.ndarray
     indirect: np.ndarray
     error: float
@@ -47,9 +50,7 @@ class Verdict:
     def squares(self) -> tuple[float, float]:
         """The parts of the squared error that direct and gathered light have, as they count where
         colours end."""
-        direct, gather = (
-            max(float(part.mean()), 0.0) for part in (self.direct_square, self.gather_square)
-        )
+        direct, gather = (max(_mean(part), 0.0) for part in (self.direct_square, self.gather_square))
         total = direct + gather
         share = self.error**2 / total if total > 0 else 1.0
         return share * direct, share * gather
@@ -75,15 +76,15 @@ class Judge:
 
     def weigh(self, halves: list[Lighting]) -> Verdict:
         """Combine the halves."""
-        (direct_a, bounced_a, first_a), (direct_b, bounced_b, first_b) = (h.means() for h in halves)
-        channels, gain = direct_a.shape[1], self._gain()
-        direct = (direct_a + direct_b + first_a + first_b) / 2
-        rough = self._radiance(direct, (bounced_a + bounced_b) / 2)
-        level = rough.mean(axis=1)
-        level = np.maximum(level, level.mean())
-        level = np.where(level > 0, level, 1.0)
-        weight = gain / level[:, None]  # from irradiance to relative error
-        lit, bounced = (weight * (name in self.passes) for name in ("direct", "indirect"))
+        unit = self._typical(halves)
+        (direct_a, bounced_a, first_a), (direct_b, bounced_b, first_b) = (
+            half.means(unit) for half in halves
+        )
+        channels = direct_a.shape[1]
+        direct, indirect = direct_a + direct_b + first_a + first_b, bounced_a + bounced_b
+        rough = self._radiance(direct / 2, indirect / 2, unit)
+        weight = self._gain / _level(rough)  # from irradiance to relative error
+        lit, bounced = (weight * np.float32(name in self.passes) for name in ("direct", "indirect"))
         lattices = self._neighbors(direct_a, direct_b, bounced_a, bounced_b, first_a, first_b)
         gathered = [np.hstack(half) for half in ((first_a, bounced_a), (first_b, bounced_b))]
         shadows, gathered = map_chunks(
@@ -92,24 +93,23 @@ class Judge:
             self.threads,
             lambda fraction: None,
         )
-        direct_square, gather_square = shadows.square, gathered.square
         light = [
             (shadow + half[:, :channels], half[:, channels:])
             for shadow, half in ((shadows.a, gathered.a), (shadows.b, gathered.b))
         ]
-        halves = [self._radiance(*half) for half in light]
-        apart = bounced * (bounced_a - bounced_b) / 2
+        (one_direct, one_indirect), (two_direct, two_indirect) = light
         if self.project is None:
-            square = float(gather_square.mean() + direct_square.mean())
+            square = _mean(gathered.square) + _mean(shadows.square)
         else:
-            square = self._projected(halves)
+            square = self._projected([self._radiance(*half, unit) for half in light])
         return Verdict(
-            direct=(light[0][0] + light[1][0]) / 2,
-            indirect=(light[0][1] + light[1][1]) / 2,
+            unit=unit,
+            direct=(one_direct + two_direct) / 2,
+            indirect=(one_indirect + two_indirect) / 2,
             error=float(np.sqrt(max(square, 0.0))),
-            direct_square=direct_square,
-            gather_square=gather_square,
-            apart=apart,
+            direct_square=shadows.square,
+            gather_square=gathered.square,
+            apart=bounced * (bounced_a - bounced_b) / 2,
         )
 
     def mark(self, verdict: Verdict, goal: float) -> tuple:
@@ -127,7 +127,7 @@ class Judge:
             if excess <= 1:
                 result.append((np.zeros(0, int), 1.0))
                 continue
-            chosen = local > 0.3 * local.mean() / excess
+            chosen = local > 0.3 * _mean(local) / excess
             result.append((np.flatnonzero(spread(chosen)), excess))
         return tuple(result)
 
@@ -146,9 +146,10 @@ class Judge:
         What it leaves is measured by giving every difference a sign at random, and taken off.
         """
         apart = verdict.apart
-        signs = np.where(uniform(apart.shape[:1], len(apart)) < 0.5, -1, 1)[:, None]
-        shared = (widest(self.lattices, apart) ** 2).mean()
-        own = (widest(self.lattices, signs * apart) ** 2).mean()
+        heads = uniform(apart.shape[:1], len(apart)) < 0.5
+        signs = np.where(heads, np.float32(-1), np.float32(1))[:, None]
+        shared = _mean(widest(self.lattices, apart) ** 2)
+        own = _mean(widest(self.lattices, signs * apart) ** 2)
         return float(np.sqrt(max(shared - 2 * own, 0.0)))
 
     def _smoothed(self, lattices, a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> _Part:
@@ -160,33 +161,53 @@ class Judge:
         """
         smoothed = smooth(lattices, a, b, weight, self.threads)
         apart = weight * (smoothed.a - smoothed.b) / 2
-        bias = (weight**2 * smoothed.square_error - 2 * apart**2).sum(axis=1)  # error less noise
+        bias = smoothed.square - 2 * (apart**2).sum(axis=1)  # error less noise
         channels = self.surface.reflectance.shape[1]
         parts = apart.reshape(len(a), -1, channels)
         noise = (parts.sum(axis=1) ** 2).sum(axis=1)  # parts share rays
         least = BALANCE * noise * smoothed.touched
-        if bias.mean() < least.mean():
+        if _mean(bias) < _mean(least):
             bias = least
         square = smooth_map(lattices, (noise + bias) / channels)
         return _Part(smoothed.a, smoothed.b, square)
 
-    def _gain(self) -> np.ndarray | float:
-        """(count, channels) radiance per irradiance."""
-        color = self.surface.reflectance if "color" in self.passes else np.ones_like(
-            self.surface.reflectance
-        )
-        return color / np.pi
+    @cached_property
+    def _gain(self) -> np.ndarray:
+        """(count, channels) float32 radiance per irradiance."""
+        color = self.surface.reflectance
+        color = color if "color" in self.passes else np.ones_like(color)
+        return (color / np.pi).astype(np.float32)
 
-    def _radiance(self, direct: np.ndarray, indirect: np.ndarray) -> np.ndarray:
-        """(count, channels) what is baked."""
-        light = direct * ("direct" in self.passes) + indirect * ("indirect" in self.passes)
-        emission = self.surface.emission if "emit" in self.passes else 0.0
-        return light * self._gain() + emission
+    def _radiance(self, direct: np.ndarray, indirect: np.ndarray, unit: float) -> np.ndarray:
+        """(count, channels) float32 what is baked, in ``unit``."""
+        light = direct * np.float32("direct" in self.passes)
+        light += indirect * np.float32("indirect" in self.passes)
+        light *= self._gain
+        if "emit" in self.passes and self.surface.emission.any():
+            light += (self.surface.emission / unit).astype(np.float32)
+        return light
+
+    def _typical(self, halves: list[Lighting]) -> float:
+        """An irradiance such as there is, above 0, by which all is divided: it makes float32 do."""
+        irradiance = float(np.mean([half.typical() for half in halves]))
+        least = LEAST * float(self.surface.emission.max(initial=0))
+        return max(irradiance, least) or 1.0
 
     def _projected(self, halves: list[np.ndarray]) -> float:
         """Mean squared relative error of the halves' mean, where colours end."""
-        a, b = halves
-        level = self.project((a + b) / 2).mean(axis=1)
-        level = np.maximum(level, level.mean())
-        level = np.where(level > 0, level, 1.0)[:, None]
-        return float(((self.project(a - b) / (2 * level)) ** 2).mean())
+        a, b = (half.astype(float) for half in halves)
+        level = _level(self.project((a + b) / 2))
+        return _mean((self.project(a - b) / (2 * level)) ** 2)
+
+
+def _level(radiance: np.ndarray) -> np.ndarray:
+    """(n, 1) what errors of radiances (n, c) are judged against, above 0: a receiver's own mean
+    brightness or that of all, whichever is larger."""
+    level = radiance.mean(axis=1, keepdims=True)
+    level = np.maximum(level, level.dtype.type(_mean(level)))
+    return np.where(level > 0, level, level.dtype.type(1))
+
+
+def _mean(values: np.ndarray) -> float:
+    """The mean of values of any precision, in float64."""
+    return float(values.mean(dtype=float))

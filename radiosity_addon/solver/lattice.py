@@ -13,8 +13,9 @@ from itertools import product
 
 import numpy as np
 
-from .parallel import map_chunks
+from .parallel import map_chunks, ranges
 
+BAND = 1 << 16  # texels that are averaged together
 LEVELS = 5  # kernels reach 1, 3, 7, 15, 31 texels
 DIRECTIONS = ((0, 1, 1 / 8), (1, 0, 1 / 8), (1, 1, 1 / 16), (1, -1, 1 / 16))  # row, column, weight
 FLAT = 0.1  # a pair counts where its middle is this near the texel [of its distance]
@@ -54,17 +55,21 @@ class Lattice:
         """[level]: (height, width) the share that a texel keeps, without the padding."""
         return [1 - 2 * sum(level) for level in self.weights]
 
-    def step(self, picture: np.ndarray, level: int) -> np.ndarray:
-        """One à-trous kernel applied to a picture (height, width)."""
-        result = picture.copy()
-        here = self.inner(result, 0, 0)
-        here *= self.own[level]
-        for (dy, dx, _), weight in zip(DIRECTIONS, self.weights[level]):
-            dy, dx = dy << level, dx << level
-            pair = self.inner(picture, dy, dx) + self.inner(picture, -dy, -dx)
-            pair *= weight
-            here += pair
-        return result
+    def step(self, *pictures: np.ndarray, level: int) -> list[np.ndarray]:
+        """One à-trous kernel applied to pictures (height, width)."""
+        results = [picture.copy() for picture in pictures]
+        height, width = (size - 2 * self.pad for size in self.shape)
+        for rows in ranges(height, max(BAND // max(width, 1), 1)):  # weights stay in the cache
+            own, weights = self.own[level][rows], [w[rows] for w in self.weights[level]]
+            for before, after in zip(pictures, results):
+                here = self.inner(after, 0, 0)[rows]
+                here *= own
+                for (dy, dx, _), weight in zip(DIRECTIONS, weights):
+                    dy, dx = dy << level, dx << level
+                    pair = self.inner(before, dy, dx)[rows] + self.inner(before, -dy, -dx)[rows]
+                    pair *= weight
+                    here += pair
+        return results
 
     def left(self, level: int) -> float:
         """The share of independent noise's variance that kernels up to ``level`` leave: together

@@ -34,10 +34,22 @@ class Lighting:
     first: np.ndarray
     rays: np.ndarray
 
-    def means(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Irradiances (count, channels): from explicit lights, bounced, and gathered first-hand."""
-        points, rays = (np.where(n > 0, n, 1) for n in (self.points, self.rays))
-        return self.direct / points, self.bounced / rays, self.first / rays
+    def means(self, unit: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Irradiances (count, channels) float32 in ``unit``: from explicit lights, bounced, and
+        gathered first-hand."""
+        points, rays = (1 / (unit * np.maximum(n, 1)) for n in (self.points, self.rays))
+        sums = (self.direct, points), (self.bounced, rays), (self.first, rays)
+        return tuple(
+            np.multiply(total, share, out=np.empty(total.shape, np.float32), casting="same_kind")
+            for total, share in sums
+        )
+
+    def typical(self) -> float:
+        """About the mean irradiance."""
+        points, rays = (max(float(n.sum()), 1.0) for n in (self.points, self.rays))
+        channels = self.direct.shape[1]
+        gathered = float(self.bounced.sum() + self.first.sum()) / rays
+        return (float(self.direct.sum()) / points + gathered) / channels
 
     def forget_gathered(self) -> None:
         """Start the sums over rays anew: the radiosities they read have changed."""

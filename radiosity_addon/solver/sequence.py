@@ -70,12 +70,12 @@ def solve(
     beside, lost = _opened(beside, first)
     rounds = Rounds(first, beside, judge, deadline, clock, kept)
     verdict, solved = rounds.run(plan)
-    energy = energy_balance(context)
+    energy, unit = energy_balance(context), context.unit * verdict.unit
     clock.lap("solve")
     return Solution(
         emission=_three(judge.surface.emission * context.unit),
-        direct=_three(verdict.direct * context.unit),
-        indirect=_three(verdict.indirect * context.unit),
+        direct=_three(verdict.direct.astype(float) * unit),
+        indirect=_three(verdict.indirect.astype(float) * unit),
         reflectance=_three(judge.surface.reflectance),
         statistics=Statistics(
             elements=sum(half.unknowns for half in solved) // 2,

@@ -14,20 +14,22 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from .parallel import map_chunks
+from .parallel import map_chunks, ranges
 
 WINDOW = 33  # receivers
+BAND = 1 << 16  # numbers that are looked at together
 LARGEST = 1e9  # in pictures: they are float32, which holds fourth powers up to here
 MARGIN = 0.2  # of the noise that a wider kernel takes away must not come back as blur
 
 
 @dataclass(frozen=True)
 class Smoothed:
-    """Two smoothed halves (count, c) and the squared error (count, c) expected of one of them."""
+    """Two smoothed halves (count, c), and the squared relative error (count,) expected of one of
+    them, summed over columns."""
 
     a: np.ndarray
     b: np.ndarray
-    square_error: np.ndarray
+    square: np.ndarray
     touched: np.ndarray  # (count,) bool: neighbours had a share
 
 
@@ -38,30 +40,30 @@ def smooth(lattices: list, a: np.ndarray, b: np.ndarray, weight: np.ndarray, thr
     without light cost nothing.
     """
     lit = np.flatnonzero(a.any(axis=0) | b.any(axis=0))
-    out_a, out_b, error = a.copy(), b.copy(), np.zeros(a.shape)
+    out_a, out_b = a.copy(), b.copy()
     touched = np.zeros(len(a), bool)
+    square = ((weight * (a - b)) ** 2).sum(axis=1) / 2
     if len(lit) == 0:
-        return Smoothed(out_a, out_b, error, touched)
-    error[:, lit] = (a[:, lit] - b[:, lit]) ** 2 / 2
-    peak = max(a.max(), -a.min(), b.max(), -b.min())
-    scale = float(min(weight[:, lit].max() or 1.0, LARGEST / (peak or 1.0)))
+        return Smoothed(out_a, out_b, square, touched)
+    peak = float(max(a.max(), -a.min(), b.max(), -b.min()))
+    scale = min(float(weight[:, lit].max()) or 1.0, LARGEST / peak)
 
     def pictures(lattice):
         halves = [lattice.spread(half, lit, scale) for half in (a, b)]
-        square = lattice.spread(weight, lit, 1 / scale)
-        np.minimum(square, LARGEST, out=square)
-        square *= square
-        return _smooth_picture(lattice, *halves, square)
+        relative = lattice.spread(weight, lit, 1 / scale)
+        np.minimum(relative, LARGEST, out=relative)
+        relative *= relative
+        return _smooth_picture(lattice, *halves, relative)
 
-    for lattice, (one, two, gain, shared) in zip(
+    for lattice, (one, two, saved, shared) in zip(
         lattices, map_chunks(pictures, lattices, threads, lambda fraction: None)
     ):
         for column, channel in enumerate(lit):
-            out_a[lattice.index, channel] = lattice.read(one[column]) * (1 / scale)
-            out_b[lattice.index, channel] = lattice.read(two[column]) * (1 / scale)
-            error[lattice.index, channel] += lattice.read(gain[column]) * (1 / scale**2)
+            out_a[lattice.index, channel] = lattice.read(one[column]) / scale
+            out_b[lattice.index, channel] = lattice.read(two[column]) / scale
+        square[lattice.index] += lattice.read(saved)
         touched[lattice.index] = lattice.read(shared)
-    return Smoothed(out_a, out_b, error, touched)
+    return Smoothed(out_a, out_b, square, touched)
 
 
 def smooth_map(lattices: list, values: np.ndarray, levels: int = 3) -> np.ndarray:
@@ -73,7 +75,7 @@ def smooth_map(lattices: list, values: np.ndarray, levels: int = 3) -> np.ndarra
     for lattice in lattices:
         (picture,) = lattice.spread(values[:, None])
         for level in range(levels):
-            picture = lattice.step(picture, level)
+            (picture,) = lattice.step(picture, level=level)
         result[lattice.index] = lattice.read(picture)
     return result
 
@@ -93,48 +95,50 @@ def widest(lattices: list, values: np.ndarray) -> np.ndarray:
         return np.broadcast_to(values.mean(axis=0), values.shape)
     result = np.empty_like(values)
     for lattice in lattices:
-        for channel, picture in enumerate(lattice.spread(values)):
-            for level in range(lattice.levels):
-                picture = lattice.step(picture, level)
+        pictures = lattice.spread(values)
+        for level in range(lattice.levels):
+            pictures = lattice.step(*pictures, level=level)
+        for channel, picture in enumerate(pictures):
             result[lattice.index, channel] = lattice.read(picture)
     return result
 
 
 def _smooth_picture(lattice, raw_a, raw_b, square):
-    """Pictures (c, ...) of the halves smoothed, of the squared error that this saved, and (...) bool
-    where neighbours had a share.
+    """Pictures (c, ...) of the halves smoothed, how the squared relative error changed by that (...),
+    summed, and (...) bool where neighbours had a share. ``square`` (c, ...) makes errors relative.
 
     Each level is weighed against the one chosen so far, the change of the squared error averaged
     over a window that is wider than the kernel, and is taken where enough of what it should take
     away of the noise is gone: what is missing is blur.
     """
-    halves = [(raw_a, raw_b), (raw_b, raw_a)]
-    noise, left = _noise(raw_a, raw_b, square), np.ones(raw_a.shape[1:], np.float32)
-    now, best = [raw_a, raw_b], [raw_a.copy(), raw_b.copy()]
+    count, shape = len(raw_a), raw_a.shape[1:]
+    raw, other = [*raw_a, *raw_b], [*raw_b, *raw_a]
+    now, best = raw, [picture.copy() for picture in raw]
+    noise, left = _noise(raw_a, raw_b, square), np.ones(shape, np.float32)
     gain, total = np.zeros_like(raw_a), np.zeros_like(raw_a)
     averaged = 0
     for level in range(lattice.levels):
-        change = np.zeros(noise.shape, np.float32)
-        after = [np.empty_like(raw_a), np.empty_like(raw_b)]
-        for channel in range(len(raw_a)):  # one stays in the cache, all may not
-            for new, old, (_, other) in zip(after, now, halves):
-                new[channel] = lattice.step(old[channel], level)
-                total[channel] += _saved(new[channel], old[channel], other[channel])
-            change += (total[channel] - gain[channel]) * square[channel]
-        change *= 1 / len(raw_a)
+        after = lattice.step(*now, level=level)
+        change = np.zeros(shape, np.float32)
+        for rows in ranges(len(left), max(BAND * len(left) // left.size, 1)):
+            for k in range(2 * count):
+                new, old, apart = (pictures[k][rows] for pictures in (after, now, other))
+                total[k % count, rows] += _saved(new, old, apart)
+            for saved, before, weight in zip(total, gain, square):
+                change[rows] += (saved[rows] - before[rows]) * weight[rows]
+        change *= 1 / count
         for k in range(lattice.around(level)):
-            change = lattice.step(change, k)
+            (change,) = lattice.step(change, level=k)
         while averaged < lattice.around(level):
-            noise, averaged = lattice.step(noise, averaged), averaged + 1
+            (noise,), averaged = lattice.step(noise, level=averaged), averaged + 1
         remains = np.float32(lattice.left(level))
         better = change < MARGIN * noise * (remains - left)
-        for channel in range(len(raw_a)):
-            for chosen, new in zip(best, after):
-                np.copyto(chosen[channel], new[channel], where=better)
-            np.copyto(gain[channel], total[channel], where=better)
+        for chosen, new in ((*zip(best, after), *zip(gain, total))):
+            np.copyto(chosen, new, where=better)
         np.copyto(left, remains, where=better)
         now = after
-    return *best, gain, left < 1
+    gain *= square
+    return best[:count], best[count:], gain.sum(axis=0), left < 1
 
 
 def _noise(a: np.ndarray, b: np.ndarray, square: np.ndarray) -> np.ndarray:

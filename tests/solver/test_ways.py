@@ -31,15 +31,12 @@ def test_light_is_shared_with_what_sees_it(neighbors, wall):
         return np.full(len(one), not wall)
 
     parted = neighbors.parted(DARK, sees)
-    picture = parted.spread(np.where(DARK, 0.0, 1.0)[:, None])
+    pictures = parted.spread(np.stack([np.where(DARK, 0.0, 1.0), np.ones(SIZE**2)], 1))
     for level in range(parted.levels):
-        picture = parted.step(picture, level)
-    light = parted.read(picture)[:, 0]
+        pictures = parted.step(*pictures, level=level)
+    light, even = (parted.read(picture) for picture in pictures)
     assert (light[DARK].max() == 0) == wall
-    even = parted.spread(np.ones((SIZE**2, 1)))
-    for level in range(parted.levels):
-        even = parted.step(even, level)
-    assert parted.read(even) == pytest.approx(1, rel=1e-6)
+    assert even == pytest.approx(1, rel=1e-6)
 
 
 def test_what_a_receiver_sees():
