@@ -1,8 +1,9 @@
 """Lattice: the texels of an image as neighbours of each other on the surface.
 
-Depends on NumPy and ``parallel``. An à-trous kernel (Holschneider et al. 1989) averages texels at
-distances 1, 2, 4, ...; neighbours are used in opposite pairs only, f(x+d) + f(x−d) − 2 f(x), so
-that light that varies linearly stays as it is, at the edge of a wall too.
+Depends on ``border`` and ``parallel``. An à-trous kernel (Holschneider et al. 1989) averages texels at
+distances 1, 2, 4, ...; neighbours are used in opposite pairs, f(x+d) + f(x−d) − 2 f(x), so that
+light that varies linearly stays as it is, at the edge of a wall too. Only the nearest are used
+where there is no pair.
 """
 
 from __future__ import annotations
@@ -13,8 +14,11 @@ from itertools import product
 
 import numpy as np
 
+from .border import LEVELS as BORDER_LEVELS
+from .border import Border, find_border
 from .parallel import map_chunks, ranges
 
+MANY = 400_000  # texels of an image: a fine one
 BAND = 1 << 16  # texels that are averaged together
 LEVELS = 5  # kernels reach 1, 3, 7, 15, 31 texels
 DIRECTIONS = ((0, 1, 1 / 8), (1, 0, 1 / 8), (1, 1, 1 / 16), (1, -1, 1 / 16))  # row, column, weight
@@ -31,6 +35,7 @@ class Lattice:
     shape: tuple[int, int]
     pad: int  # empty rows and columns around
     weights: tuple  # [level][direction]: (height, width) float32 without the padding
+    borders: tuple = ()  # [level] of Border, of the first levels
 
     def spread(self, values: np.ndarray, chosen=None, factor: float = 1.0) -> np.ndarray:
         """(c, height, width) float32 pictures of ``factor`` times receivers' values (count, c), or
@@ -69,7 +74,15 @@ class Lattice:
                     pair = self.inner(before, dy, dx)[rows] + self.inner(before, -dy, -dx)[rows]
                     pair *= weight
                     here += pair
+        if level < len(self.borders):
+            cells, change = self._prepared[level]
+            for before, after in zip(pictures, results):
+                after.reshape(-1)[cells] += change @ before.reshape(-1)
         return results
+
+    @cached_property
+    def _prepared(self) -> list:
+        return [border.prepared(self.shape[0] * self.shape[1]) for border in self.borders]
 
     def left(self, level: int) -> float:
         """The share of independent noise's variance that kernels up to ``level`` leave: together
@@ -78,8 +91,9 @@ class Lattice:
         return ((2 * m * m + 1) / (3 * m**3)) ** 2
 
     def around(self, level: int) -> int:
-        """Levels of kernels that average what decides whether to go to ``level``."""
-        return min(level + 2, self.levels)
+        """Levels of kernels that average what decides whether to go to ``level``. The finer an
+        image, the fewer rays a texel has, and the more often a few of them mislead."""
+        return min(max(level, len(self.index) > MANY) + 2, self.levels)
 
     def beside(self, picture: np.ndarray) -> np.ndarray:
         """Of (height, width) >= 0, the largest of each texel and the eight around it."""
@@ -107,7 +121,8 @@ class Lattice:
         ends = np.cumsum([len(some) for _, some, _ in pairs])[:-1]
         for (weight, some, _), cut in zip(pairs, np.split(hidden, ends)):
             weight[tuple(part[some[cut]] for part in place)] = 0
-        return replace(self, weights=weights)
+        borders = tuple(_parted_border(each, number, dark, sees) for each in self.borders)
+        return replace(self, weights=weights, borders=borders)
 
     def inner(self, picture: np.ndarray, dy: int, dx: int) -> np.ndarray:
         """A view of (..., height, width) without the padding, moved by (dy, dx)."""
@@ -128,8 +143,32 @@ def build_lattices(grid, position, normal, threads: int = 1, levels: int = LEVEL
         shape = tuple((high - low + 1 + 2 * pad).tolist())
         lattice = Lattice(index, row * shape[1] + column, shape, pad, ())
         weights = _weights(lattice, position, normal, levels, threads)
-        lattices.append(replace(lattice, weights=weights))
+        lattice = replace(lattice, weights=weights)
+        lattices.append(replace(lattice, borders=_borders(lattice, position, normal)))
     return lattices
+
+
+def _borders(lattice: Lattice, position, normal) -> tuple[Border, ...]:
+    position, normal = position[lattice.index], normal[lattice.index]
+    number = np.full(lattice.shape[0] * lattice.shape[1], -1)
+    number[lattice.cell] = np.arange(len(lattice.cell))
+    place = tuple(np.stack(np.divmod(lattice.cell, lattice.shape[1])) - lattice.pad)
+    borders = []
+    for level in range(min(BORDER_LEVELS, lattice.levels)):
+        missing = [
+            (dy * lattice.shape[1] + dx, float(np.hypot(dy, dx)), share, weight[place] == 0)
+            for (dy, dx, share), weight in zip(DIRECTIONS, lattice.weights[level])
+        ]
+        borders.append(find_border(lattice.cell, number, missing, position, normal, level))
+    return tuple(borders)
+
+
+def _parted_border(border: Border, number, dark: np.ndarray, sees) -> Border:
+    one, other = number[border.cell], number[border.other]
+    kept = ~dark[one] | dark[other]
+    some = np.flatnonzero(~kept)
+    kept[some] = sees(one[some], other[some])
+    return border.take(kept)
 
 
 def _weights(lattice: Lattice, position, normal, levels: int, threads: int) -> tuple:
