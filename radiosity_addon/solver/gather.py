@@ -18,8 +18,8 @@ from .embree import Hits
 from .guide import Guide, Learning
 from .parallel import map_chunks
 from .passage import followed
-from .points import Points, grouped_chunks
-from .sampling import cosine_directions, sobol
+from .points import Points, grouped_chunks, shifted
+from .sampling import cosine_directions, cosine_lifted, sobol
 from .skylight import Skylight
 
 RAYS_PER_CHUNK = 1 << 16
@@ -49,10 +49,10 @@ def shoot(context: Context, points: Points, rays: int, *key: int) -> tuple[list[
 
 def shoot_guided(context: Context, points: Points, rays: int, guide: Guide, owners, *key: int):
     """The same as ``guide`` aims them for ``owners`` (R,), and the cells (rays, R) they are in."""
-    xi = sobol(rays, 2, *key).astype(np.float32)[:, None] + points.turn[:, :2]
-    xi -= xi >= 1
-    place, cells = guide.aim(owners, xi)
-    return *_trace(context, points, _own_directions(points, place)), cells
+    table = sobol(rays, 2, *key).astype(np.float32)
+    u, v = (shifted(table[:, axis, None], points.turn[:, axis]) for axis in (0, 1))
+    *place, cells = guide.aim(owners, u, v)
+    return *_trace(context, points, _own_directions(points, *place)), cells
 
 
 def _trace(context: Context, points: Points, directions: np.ndarray):
@@ -78,18 +78,16 @@ def _shared_directions(points: Points, xi: np.ndarray) -> np.ndarray:
     return (local @ axes).reshape(per, -1, count, 3)
 
 
-def _own_directions(points: Points, place: np.ndarray) -> np.ndarray:
-    """(per, rays per point, R, 3) float32 at places (rays, R, 2) of the square."""
+def _own_directions(points: Points, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """(per, rays per point, R, 3) float32 at places (rays, R) of the square."""
     per, count = points.shape
     frames = points.frames()
-    local = cosine_directions(place.reshape(-1, 2)).reshape(per, -1, count, 3)
-    x, y, z = (np.ascontiguousarray(local[..., axis]) for axis in range(3))
-    directions = np.empty(local.shape, np.float32)
+    local = [axis.reshape(per, -1, count) for axis in cosine_lifted(u, v)]
+    directions = np.empty(local[0].shape + (3,), np.float32)
     for axis in range(3):  # inner loops over owners, not over three numbers
-        tangent, bitangent, normal = (frames[:, None, :, k, axis] for k in range(3))
-        along = x * tangent
-        along += y * bitangent
-        np.add(along, z * normal, out=directions[..., axis])
+        x, y, z = (part * frames[:, None, :, k, axis] for k, part in enumerate(local))
+        x += y
+        np.add(x, z, out=directions[..., axis])
     return directions
 
 
@@ -148,6 +146,7 @@ def gather(
     None: nobody."""
     totals, unseen, lessons = np.zeros((2, count, context.channels)), [], []
     elements = radiosity.elements
+    emitted = _met_first(context, radiosity)
 
     def work(chunk):
         group, chosen = chunk
@@ -172,7 +171,7 @@ def gather(
                 find_lost(sides, elements, len(chosen))
             light = np.take(radiosity.reflected, sides, axis=0)
             bounced = bounced + mean_of_rays(light, part, rays, len(chosen), weight)
-            direct = _first_hand(context, radiosity.emitted, sides, part, directions)
+            direct = _first_hand(context, emitted, sides, part, directions)
             if direct is not None:
                 first = first + mean_of_rays(direct, part, rays, len(chosen), weight)
                 light = light + direct
@@ -231,14 +230,24 @@ def _brought(light: np.ndarray, met: Met, before: np.ndarray | None) -> np.ndarr
     return before
 
 
+def _met_first(context: Context, radiosity) -> np.ndarray | None:
+    """(2 n_cells + 2, channels) float32 light first-hand from what rays meet, by cell side: emission
+    that is not sampled explicitly, and of the miss a constant sky's; None where there is neither."""
+    emitted, sky = radiosity.emitted, context.sky
+    if sky is None or not sky.constant:
+        return emitted
+    table = np.zeros_like(radiosity.reflected) if emitted is None else emitted.copy()
+    table[radiosity.elements.miss] = sky.pixels[0, 0]
+    return table
+
+
 def _first_hand(context: Context, emitted, sides: np.ndarray, met: Met, directions: np.ndarray):
     """(k, channels) float32 light from the sky, and emission met; None where there is neither."""
-    if context.sky is None:
-        return None if emitted is None else np.take(emitted, sides, axis=0)
-    if emitted is None:
+    light = None if emitted is None else np.take(emitted, sides, axis=0)
+    if context.sky is None or context.sky.constant:
+        return light
+    if light is None:
         light = np.zeros((len(sides), context.channels), np.float32)
-    else:
-        light = emitted[sides]
     missed = np.flatnonzero(met.hits.triangle < 0)
     numbers = missed if met.rays is None else met.rays[missed]
     light[missed] += context.sky(directions.reshape(-1, 3)[numbers])
@@ -251,7 +260,7 @@ def mean_of_rays(values: np.ndarray, met: Met, rays: int, count: int, weight=Non
     if met.weight is not None:
         values = values * met.weight
     if weight is not None:
-        values = values * _of_first(weight, met)
+        values = values * np.repeat(_of_first(weight, met), values.shape[1]).reshape(values.shape)
     if met.rays is None:
         return values.reshape(rays, count, -1).mean(axis=0)
     owner = met.rays % count

@@ -105,19 +105,19 @@ class Guide:
     weight: np.ndarray  # (n_clusters · CELLS,) float32 of a ray through a cell
     worth: np.ndarray  # (n_clusters,) how many rays without it one ray counts for
 
-    def aim(self, owners: np.ndarray, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Places (rays, R, 2) float32 in the square for uniform ``xi`` (rays, R, 2) float32 of
-        ``owners`` (R,), and the cells (rays, R) they are in."""
-        height = xi[..., 0] * np.float32(SLOTS)
+    def aim(self, owners: np.ndarray, u: np.ndarray, v: np.ndarray):
+        """Places, (rays, R) float32 each, in the square for uniform ``u`` and ``v`` (rays, R)
+        float32 of ``owners`` (R,), and the cells (rays, R) they are in."""
+        height = u * np.float32(SLOTS)
         slot = np.minimum(height.astype(np.int32), SLOTS - 1)
         slot += (self.cluster[owners] * SLOTS).astype(np.int32)
         cell = np.take(self.cell, slot)
-        place = np.empty(xi.shape, np.float32)
         height *= np.take(self.scale, cell)
         height += np.take(self.start, cell)
-        np.clip(height, 0, np.float32(1 - 1e-6), out=place[..., 0])
-        np.add(np.take(self.column, cell), xi[..., 1] / np.float32(COLUMNS), out=place[..., 1])
-        return place, cell
+        np.clip(height, 0, np.float32(1 - 1e-6), out=height)
+        across = v * np.float32(1 / COLUMNS)
+        across += np.take(self.column, cell)
+        return height, across, cell
 
 
 def make_guide(learnt: Learning) -> Guide | None:

@@ -45,13 +45,18 @@ def uniform(shape: tuple[int, ...], *key: int) -> np.ndarray:
 
 
 def cosine_directions(xi: np.ndarray) -> np.ndarray:
-    """(n, 3) float32 unit vectors about +z with density cosθ/π, from xi (n, 2) in [0, 1).
+    """(n, 3) float32 unit vectors about +z with density cosθ/π, from xi (n, 2) in [0, 1)."""
+    return np.stack(cosine_lifted(xi[:, 0], xi[:, 1]), 1).astype(np.float32)
+
+
+def cosine_lifted(u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(...) the coordinates x, y and z of such vectors, from (u, v) in [0, 1).
 
     Malley's method on a polar map: an (x, y) uniform in the disc, lifted to the hemisphere.
     """
-    radius, angle = np.sqrt(xi[:, 0]), 2 * np.pi * xi[:, 1]
-    z = np.sqrt(np.maximum(1 - xi[:, 0], 1e-12))
-    return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], 1).astype(np.float32)
+    radius, angle = np.sqrt(u), v * u.dtype.type(2 * np.pi)
+    z = np.sqrt(np.maximum(1 - u, u.dtype.type(1e-12)))
+    return radius * np.cos(angle), radius * np.sin(angle), z
 
 
 def tangent_frames(normal: np.ndarray, turn: np.ndarray | float = 0.0) -> np.ndarray:

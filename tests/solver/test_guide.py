@@ -27,9 +27,9 @@ def window(x, y):
 
 
 def aimed(guide, count=4096):
-    xi = np.random.default_rng(1).random((count, 1, 2)).astype(np.float32)
-    place, cells = guide.aim(np.zeros(1, int), xi)
-    return place.reshape(-1, 2), cells.ravel()
+    u, v = np.random.default_rng(1).random((2, count, 1)).astype(np.float32)
+    *place, cells = guide.aim(np.zeros(1, int), u, v)
+    return np.stack([axis.ravel() for axis in place], 1), cells.ravel()
 
 
 def test_slots_add_up_and_leave_none_out():
