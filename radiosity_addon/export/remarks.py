@@ -9,8 +9,9 @@ from .images import is_missing
 from .sockets import source, uses_nodes
 
 MAX_DEPTH = 16  # of groups in groups
-NAMED = 3  # of many objects
+NAMED = 3  # of many objects or materials
 TRANSLUCENT = "ShaderNodeBsdfTranslucent"
+BENDING = ("ShaderNodeNormalMap", "ShaderNodeBump")  # nodes that turn a surface's normal
 IMAGE_NODES = ("ShaderNodeTexImage", "ShaderNodeTexEnvironment")
 
 
@@ -56,11 +57,33 @@ def bare_remarks(parts) -> list[str]:
     names = list(dict.fromkeys(
         part.name for part in parts if any(m is None for m in _used_materials(part))
     ))  # fmt: skip
-    if not names:
-        return []
-    shown = ", ".join(f'"{name}"' for name in names[:NAMED])
+    return [f"faces without material are grey, as in Cycles; objects: {_some(names)}"] * bool(names)
+
+
+def bent_remarks(materials) -> list[str]:
+    """One sentence on materials whose maps bend or move the surface."""
+    names = [material.name for material in materials if _is_bent(material)]
+    return [
+        "normal, bump and displacement maps change nothing, as faces are lit by their true normals; "
+        f"materials: {_some(names)}"
+    ] * bool(names)
+
+
+def _is_bent(material) -> bool:
+    if not uses_nodes(material):
+        return False
+    tree = material.node_tree
+    if any(node.bl_idname in BENDING and _is_linked(node) and not node.mute
+           for node in nodes_of(tree)):  # fmt: skip
+        return True
+    output = tree.get_output_node("CYCLES")
+    return output is not None and source(output.inputs["Displacement"]) is not None
+
+
+def _some(names: list[str]) -> str:
+    """The first few of them, and how many more there are."""
     more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
-    return [f"faces without material are grey, as in Cycles; objects: {shown}{more}"]
+    return ", ".join(f'"{name}"' for name in names[:NAMED]) + more
 
 
 def _used_materials(part) -> set:

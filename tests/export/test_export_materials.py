@@ -432,3 +432,26 @@ def test_translucency_is_named(blender, export):
     surface(material, nodes.new("ShaderNodeBsdfTranslucent"))
     add_plane(blender, material=material)
     assert any('"Paper" is translucent' in w for w in export().warnings)
+
+
+def test_maps_that_bend_the_surface_are_named(blender, export):
+    """A normal map and a displacement are named in one sentence, a map that nothing takes is not."""
+    matte = diffuse(blender, name="Brick")
+    nodes, links = matte.node_tree.nodes, matte.node_tree.links
+    bump = nodes.new("ShaderNodeNormalMap")
+    links.new(bump.outputs["Normal"], nodes["Diffuse BSDF"].inputs["Normal"])
+    moved = diffuse(blender, name="Sand")
+    nodes, links = moved.node_tree.nodes, moved.node_tree.links
+    output = next(n for n in nodes if n.bl_idname == "ShaderNodeOutputMaterial")
+    links.new(nodes.new("ShaderNodeDisplacement").outputs[0], output.inputs["Displacement"])
+    idle = diffuse(blender, name="Plaster")
+    idle.node_tree.nodes.new("ShaderNodeBump")
+    for material in (matte, moved, idle):
+        add_plane(blender, material=material)
+    (found,) = [w for w in export().warnings if "bump" in w]
+    assert found.endswith('materials: "Brick", "Sand"')
+
+
+def test_nothing_is_said_of_flat_materials(blender, export):
+    add_plane(blender, material=diffuse(blender))
+    assert not any("bump" in w for w in export().warnings)
