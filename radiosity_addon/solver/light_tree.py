@@ -85,13 +85,16 @@ def pick(strength: np.ndarray, xi: np.ndarray):
     """One of c for each of n columns of ``strength`` (c, n) or (c, k, n), in proportion to it, for
     each of k numbers ``xi`` (k, n) in [0, 1): which (k, n), its probability (0 where a column has
     none), and ``xi`` made anew from what is left."""
-    cumulative = np.cumsum(strength, axis=0, dtype=np.float64)
+    cumulative = strength.astype(float)
+    for before, row in zip(cumulative, cumulative[1:]):
+        row += before
     total = cumulative[-1]
     level = xi * total
     level *= 1 - 1e-12
-    which = np.zeros(level.shape, np.intp)
+    which = np.zeros(level.shape, np.uint8)  # c < 256
     for row in cumulative[:-1]:
         which += row <= level
+    which = which.astype(np.intp)
     index = (which, np.arange(level.shape[1]))
     if strength.ndim == 3:
         index = (which, np.arange(level.shape[0])[:, None], index[1])
