@@ -83,8 +83,8 @@ def add_direct(context: Context, footprints, lighting: Lighting, owners, per: in
     key = (context.seed, 20, *key)
     owners = _simple_first(footprints, owners)
     place = place_on(footprints, owners, per, *key)
-    found = direct_light(context, len(owners), per, place, key, "gather")
-    lighting.direct[owners] += per * found.irradiance
+    irradiance, _ = direct_light(context, len(owners), per, place, key, "gather")
+    lighting.direct[owners] += per * irradiance
     lighting.points[owners] += per
 
 

@@ -37,6 +37,11 @@ class Sample:
     surface: tuple | None = None  # (k,) which of the n, (k,) triangles, (k, 2) barycentric: places
     # whose own emission takes the place of the light's colour
 
+    def darken(self, dark: np.ndarray) -> None:
+        """Nothing arrives at the points that are ``dark`` (n,) bool."""
+        self.irradiance[dark] = 0
+        self.weight[dark] = 0
+
 
 @dataclass(frozen=True)
 class Whole:

@@ -131,6 +131,15 @@ def footprint_points(
     )
 
 
+def light_places(points: Points, *key: int) -> tuple[np.ndarray, np.ndarray]:
+    """(s, t), (per, R) float32 each, uniform in the unit square: a place on a light for each point.
+    They take the dimensions 2 and 3 of their set; the points' own places have 0, 1 and 4."""
+    table = sobol(len(points.position), 4, *key).astype(np.float32)
+    return tuple(
+        shifted(table[:, axis, None], points.turn[:, turn]) for axis, turn in ((2, 2), (3, 0))
+    )
+
+
 def shifted(table: np.ndarray, turn: np.ndarray) -> np.ndarray:
     """Sums of numbers in [0, 1), less the whole: in [0, 1)."""
     place = table + turn

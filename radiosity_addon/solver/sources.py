@@ -45,6 +45,16 @@ class Sources:
         """The kind of a light, and its place in there."""
         return self.kinds[self.kind[light]], int(self.place[light])
 
+    def unlinked(self, light, scene: Scene, triangle: np.ndarray) -> np.ndarray | None:
+        """Bool for places on ``triangle`` (...), whether they lie on objects that their ``light``, one
+        or (...), is not linked to; None where all are lit."""
+        if self.allowed is None:
+            return None
+        if np.ndim(light) > 0:
+            return ~self.allowed[self.link[light], scene.object[triangle]]
+        allowed = self.allowed[self.link[light]]
+        return None if allowed.all() else ~allowed[scene.object[triangle]]
+
     def scaled(self, factor: float) -> Sources:
         """The same lights, ``factor`` times as bright."""
         return replace(self, kinds=tuple(replace(k, color=k.color * factor) for k in self.kinds))

@@ -103,15 +103,15 @@ def light_points(context: Context, points: Points, key):
     the choice among many lights adds."""
     per, count = points.shape
     single = points.single()
-    direct = direct_light(
+    irradiance, variance = direct_light(
         context, per * count, 1, lambda c, g: single.take(c), (*key, 8), STAGE
     )
     triangle = points.triangle.ravel()
     faces = context.geometry.normal[triangle]
     front = np.einsum("nc,nc->n", points.normal.reshape(-1, 3), faces) > 0
     reflectance = context.reflectance(triangle, points.uv.reshape(-1, 2), front)
-    lit = (reflectance * direct.irradiance).reshape(per, count, context.channels)
-    noise = (reflectance.mean(axis=1) ** 2 * direct.variance).reshape(per, -1).mean(axis=0)
+    lit = (reflectance * irradiance).reshape(per, count, context.channels)
+    noise = (reflectance.mean(axis=1) ** 2 * variance).reshape(per, -1).mean(axis=0)
     spread = np.sqrt(np.maximum(lit.std(axis=0).mean(axis=1) ** 2 - noise, 0))
     return reflectance.reshape(lit.shape), lit.mean(axis=0), spread
 

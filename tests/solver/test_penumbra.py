@@ -41,6 +41,6 @@ def test_half_of_a_penumbra_is_half_the_light():
         context = build_context(scene, seed, 1, silent)
         footprints = build_footprints(context.geometry, receivers)
         place = place_on(footprints, np.arange(2), POINTS, seed, 20)
-        found = direct_light(context, 2, POINTS, place, (seed, 20), "gather").irradiance
+        found, _ = direct_light(context, 2, POINTS, place, (seed, 20), "gather")
         errors.append(found[:2].mean() / truth - 1)
     assert np.sqrt(np.mean(np.square(errors))) < 0.01
