@@ -19,8 +19,9 @@ from .sampling import uniform
 from .smooth import dilate, smooth, smooth_map, widest
 
 # Smoothing that trades bias for noise as well as it can leaves a squared bias of half the squared
-# noise (h² against 1/h in two dimensions). Cross-validation sees less of it, because levels are
-# chosen by the same numbers; measured, the two are about equal (docs/theory.md).
+# noise (h² against 1/h in two dimensions), and halves that come out more alike than they are, as
+# levels are chosen by the same numbers: measured, what their difference does not show is one and a
+# half times what it does (docs/theory.md).
 BALANCE = 1.5
 LEAST = 1e-20  # of the brightest emission: a typical irradiance is taken to be that much at least
 DIRECT_SHARE = 0.4  # of the squared error that is allowed; the rest is for gathered light

@@ -1,10 +1,10 @@
 """Smooth: share sampled light among neighbours, as far as the light itself allows.
 
-Depends on ``lattice`` or ``graph`` for what neighbours are, and on ``parallel``. Light varies slowly over most of a
-surface, its sampling noise does not, so neighbours are averaged by kernels of growing width. How
-far to go is chosen at every receiver by cross-validation: two independent halves a, b of the
-samples give E[(f_a − b)²] = MSE(f_a) + var(b), bias included, so the level of least error shows,
-and so does the error that is left.
+Depends on ``lattice`` or ``graph`` for what neighbours are, and on ``parallel``. Light varies
+slowly over most of a surface, its sampling noise does not, so neighbours are averaged by kernels of
+growing width. How far to go is chosen at every receiver by cross-validation: two independent halves
+a, b of the samples give E[(f_a − b)²] = MSE(f_a) + var(b), bias included, so the level of least
+error shows, and so does the error that is left.
 """
 
 from __future__ import annotations
