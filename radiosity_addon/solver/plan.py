@@ -15,6 +15,9 @@ FIRST_RAYS, FIRST_POINTS = 720_000, 360_000
 DRAFT = 0.06  # error
 # Receivers for which to gather again costs more than elements do; how many an element may serve.
 VERY_MANY_RECEIVERS, RECEIVERS_PER_ELEMENT = 1_200_000, 200
+# At 3 %. A corner counts as much as any other, however small its faces, and many small faces lie
+# where one element of a room's size gets their light wrong, alike in both halves.
+ELEMENTS, CORNER_ELEMENTS = 1000.0, 8000.0
 MOST_ROW_RAYS = 10_000_000  # of all elements together: they are kept in memory
 
 
@@ -37,9 +40,10 @@ class Plan:
         return replace(self, elements=elements, row_rays=rays)
 
 
-def make_plan(error: float, receivers: int, smoothing: bool) -> Plan:
-    """The first round for a relative ``error`` at ``receivers``; ``smoothing``: texels share."""
-    elements = 1000.0
+def make_plan(error: float, receivers: int, smoothing: bool, corners: bool = False) -> Plan:
+    """The first round for a relative ``error`` at ``receivers``; ``smoothing``: texels share;
+    ``corners``: the error is that of colours fitted to them."""
+    elements = CORNER_ELEMENTS if corners else ELEMENTS
     if receivers > VERY_MANY_RECEIVERS:
         elements = max(elements, receivers / RECEIVERS_PER_ELEMENT)
     elements = max(elements * (0.03 / error) ** 1.3, 200)

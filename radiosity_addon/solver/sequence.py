@@ -60,7 +60,8 @@ def solve(
     context = build_context(scene, settings.seed, mine, progress or silent)
     footprints = build_footprints(context.geometry, receivers)
     judge = _judge(context, footprints, receivers, settings.passes, project, threads)
-    plan = make_plan(settings.target_error, receivers.count, bool(judge.lattices))
+    corners = project is not None
+    plan = make_plan(settings.target_error, receivers.count, bool(judge.lattices), corners)
     if kept is not None:
         kept.expect(scene, receivers, settings.seed)
     clock.lap("elements")
