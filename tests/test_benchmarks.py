@@ -305,3 +305,14 @@ def test_small_large_mesh(blender):
     assert set(FIGURES) < set(report)
     assert report["triangles"] == 2 * 2 * 1968 + 2 * 4 * 1968 + 12
     assert report["estimated_error"] <= 0.1
+
+
+def test_vertex_colours_beside_finer_ones(blender):
+    """The cube room: what is found is near what was said, and the finer bakes near each other."""
+    from benchmarks.scenes import lit_by_a_lamp_panel
+    from benchmarks.vertices import measure
+
+    said = []
+    (row,) = measure(lit_by_a_lamp_panel(), [0.03], [0], 0.01, said.append)
+    assert len(said) == 2 and row.most.error <= row.found.error <= row.asked
+    assert row.found.error < 2 * row.said
