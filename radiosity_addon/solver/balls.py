@@ -1,7 +1,8 @@
 """Balls: point and spot lamps whose soft falloff is off: glowing spheres, not facing discs.
 
-Depends on ``spheres``, ``points``, ``sampling``, ``vectors``. Seen whole from a distance d such a lamp brings I cosθ / d²,
-however large it is; partly below the horizon the part above; from inside the same everywhere.
+Depends on ``spheres``, ``points``, ``sampling``, ``vectors``. Seen whole from a distance d such a
+lamp brings I cosθ / d², however large it is; partly below the horizon the part above; from inside
+the same everywhere.
 """
 
 from __future__ import annotations

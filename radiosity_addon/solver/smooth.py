@@ -104,8 +104,9 @@ def widest(lattices: list, values: np.ndarray) -> np.ndarray:
 
 
 def _smooth_picture(lattice, raw_a, raw_b, square):
-    """Pictures (c, ...) of the halves smoothed, how the squared relative error changed by that (...),
-    summed, and (...) bool where neighbours had a share. ``square`` (c, ...) makes errors relative.
+    """Pictures (c, ...) of the halves smoothed, how the squared relative error changed by that
+    (...), summed, and (...) bool where neighbours had a share. ``square`` (c, ...) makes errors
+    relative.
 
     Each level is weighed against the one chosen so far, the change of the squared error averaged
     over a window that is wider than the kernel, and is taken where enough of what it should take
@@ -133,7 +134,7 @@ def _smooth_picture(lattice, raw_a, raw_b, square):
             (noise,), averaged = lattice.step(noise, level=averaged), averaged + 1
         remains = np.float32(lattice.left(level))
         better = change < MARGIN * noise * (remains - left)
-        for chosen, new in ((*zip(best, after), *zip(gain, total))):
+        for chosen, new in zip([*best, *gain], [*after, *total]):
             np.copyto(chosen, new, where=better)
         np.copyto(left, remains, where=better)
         now = after

@@ -46,8 +46,8 @@ class Sources:
         return self.kinds[self.kind[light]], int(self.place[light])
 
     def unlinked(self, light, scene: Scene, triangle: np.ndarray) -> np.ndarray | None:
-        """Bool for places on ``triangle`` (...), whether they lie on objects that their ``light``, one
-        or (...), is not linked to; None where all are lit."""
+        """Bool for places on ``triangle`` (...), whether they lie on objects that their ``light``,
+        one or (...), is not linked to; None where all are lit."""
         if self.allowed is None:
             return None
         if np.ndim(light) > 0:
