@@ -51,7 +51,7 @@ def find_border(cell, number, missing, position, normal, level: int) -> Border:
         for side in (offset, -offset):
             near = _plane_neighbors(lacking, cell, number, side, position, normal)
             one, _, distance = near
-            np.minimum.at(nearest, one, distance / length)
+            nearest[one] = np.minimum(nearest[one], distance / length)  # one of each
             if level:
                 near = _plane_neighbors(lacking, cell, number, side << level, position, normal)
             one, other, distance = near

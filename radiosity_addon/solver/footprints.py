@@ -1,4 +1,4 @@
-"""Footprints: receivers placed in space. Depends on ``geometry``, ``receivers``."""
+"""Footprints: receivers placed in space. Depends on ``geometry``, ``receivers``, ``parallel``."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from .geometry import OFFSET, Geometry
+from .parallel import ranges
 from .receivers import Receivers
+
+BAND = 1 << 15  # cells that are placed together
 
 
 @dataclass(frozen=True)
@@ -34,39 +37,48 @@ class Footprints:
         return np.diff(self.cumulative[self.start])
 
     def mean_of_cells(self, values: np.ndarray) -> np.ndarray:
-        """(count, 3) means over each footprint, by area, of values (n_cells, 3) of its cells."""
+        """(count, c) means over each footprint, by area, of values (n_cells, c) of its cells."""
         if self.count == len(values):
             return values
-        weight = np.diff(self.cumulative)
-        sums = np.add.reduceat(weight[:, None] * values, self.start[:-1], axis=0)
-        return sums / self.area[:, None]
+        number = np.diff(self.start)
+        result = values[self.start[:-1]]
+        several = np.flatnonzero(number > 1)
+        cells = np.flatnonzero(np.repeat(number > 1, number))
+        starts = np.cumsum(number[several]) - number[several]
+        weight = np.diff(self.cumulative)[cells]
+        sums = np.add.reduceat(weight[:, None] * values[cells], starts, axis=0)
+        result[several] = sums / np.add.reduceat(weight, starts)[:, None]
+        return result
 
     def middle(self) -> tuple[np.ndarray, np.ndarray]:
-        """(count, 3) mean position and (count, 3) mean normal (not unit) over each footprint."""
-        half = np.where(self.square, 0.5, 1 / 3)[:, None]
+        """(count, 3) mean position and (count, 3) mean normal (not unit) over each footprint;
+        float32."""
+        half = np.where(self.square, np.float32(0.5), np.float32(1 / 3))[:, None]
         center = self.origin + half * (self.u + self.v)
         return self.mean_of_cells(center), self.mean_of_cells(self.normal)
 
 
 def build_footprints(geometry: Geometry, receivers: Receivers) -> Footprints:
     """Place receivers in space."""
-    triangle = receivers.triangle
-    shrink = geometry.shrink[triangle][:, None, None]
-    corners = receivers.corners * (1 - shrink) + shrink / 3
-    e1, e2 = geometry.e1[triangle], geometry.e2[triangle]
-    edge_u, edge_v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    normal = geometry.normal[triangle]
-    share = np.abs(edge_u[:, 0] * edge_v[:, 1] - edge_u[:, 1] * edge_v[:, 0])
-    area = share * geometry.area[triangle] * np.where(receivers.square, 2.0, 1.0)
+    n = len(receivers.triangle)
+    origin, u, v, normal = (np.empty((n, 3), np.float32) for _ in range(4))
+    corners, area = np.empty((n, 3, 2), np.float32), np.empty(n)
+    for band in ranges(n, BAND):  # in float64, which of all together would be a lot
+        triangle, place = receivers.triangle[band], receivers.corners[band]
+        shrink = geometry.shrink[triangle][:, None, None]
+        place = place * (1 - shrink) + shrink / 3
+        e1, e2 = geometry.e1[triangle], geometry.e2[triangle]
+        first, edge_u, edge_v = place[:, 0], place[:, 1] - place[:, 0], place[:, 2] - place[:, 0]
+        normal[band] = up = geometry.normal[triangle]
+        origin[band] = geometry.at(triangle, first) + OFFSET * up
+        u[band] = edge_u[:, :1] * e1 + edge_u[:, 1:] * e2
+        v[band] = edge_v[:, :1] * e1 + edge_v[:, 1:] * e2
+        corners[band] = np.stack([first, edge_u, edge_v], 1)
+        share = np.abs(edge_u[:, 0] * edge_v[:, 1] - edge_u[:, 1] * edge_v[:, 0])
+        share *= np.where(receivers.square[band], 2.0, 1.0)
+        area[band] = share * geometry.area[triangle]
     start = np.searchsorted(receivers.receiver, np.arange(receivers.count + 1))
+    cumulative = np.concatenate([[0.0], np.cumsum(area)])
     return Footprints(
-        origin=(geometry.at(triangle, corners[:, 0]) + OFFSET * normal).astype(np.float32),
-        u=(edge_u[:, :1] * e1 + edge_u[:, 1:] * e2).astype(np.float32),
-        v=(edge_v[:, :1] * e1 + edge_v[:, 1:] * e2).astype(np.float32),
-        normal=normal.astype(np.float32),
-        triangle=triangle,
-        corners=np.stack([corners[:, 0], edge_u, edge_v], 1).astype(np.float32),
-        square=receivers.square,
-        start=start,
-        cumulative=np.concatenate([[0.0], np.cumsum(area)]),
+        origin, u, v, normal, receivers.triangle, corners, receivers.square, start, cumulative
     )

@@ -53,8 +53,8 @@ class Graph:
         """Of (n,) >= 0, above 0 at the receivers that have a neighbour above 0."""
         return self.step(picture, level=0)[0]
 
-    def step(self, *pictures: np.ndarray, level: int) -> list[np.ndarray]:
-        """The kernel of a level applied to pictures (n,)."""
+    def step(self, *pictures: np.ndarray, level: int, into=None) -> list[np.ndarray]:
+        """The kernel of a level applied to pictures (n,); ``into`` is left alone."""
         values = np.stack(pictures, 1)
         for _ in range(1 << level):
             values = self.kernel @ values

@@ -1,6 +1,6 @@
 """Judge: from two independent halves of the light to a result, its error, and what to add.
 
-Depends on ``smooth``, ``lighting``, ``parallel``. The error is the local relative RMS error of
+Depends on ``smooth``, ``lighting``, ``parallel``, ``vectors``. The error is the local relative RMS error of
 docs/theory.md: each receiver is judged against its own brightness or the mean brightness,
 whichever is larger.
 """
@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from .lighting import Lighting
 from .parallel import map_chunks
 from .sampling import uniform
 from .smooth import dilate, smooth, smooth_map, widest
+from .vectors import row_squares
 
 # Smoothing that trades bias for noise as well as it can leaves a squared bias of half the squared
 # noise (h² against 1/h in two dimensions), and halves that come out more alike than they are, as
@@ -86,7 +88,7 @@ class Judge:
         rough = self._radiance(direct / 2, indirect / 2, unit)
         weight = self._gain / _level(rough)  # from irradiance to relative error
         lit, bounced = (weight * np.float32(name in self.passes) for name in ("direct", "indirect"))
-        lattices = self._neighbors(direct_a, direct_b, bounced_a, bounced_b, first_a, first_b)
+        lattices = self._neighbors(direct, indirect)
         gathered = [np.hstack(half) for half in ((first_a, bounced_a), (first_b, bounced_b))]
         shadows, gathered = map_chunks(
             lambda part: self._smoothed(lattices, *part),
@@ -135,7 +137,9 @@ class Judge:
     def _neighbors(self, *light: np.ndarray) -> list:
         """Who is whose neighbour, given all light (count, c) so far: what is dark, as a sealed room
         beside the sun, stays so behind a wall."""
-        dark = ~np.any([part.any(axis=1) for part in light], axis=0)
+        dark = np.ones(len(light[0]), bool)
+        for part, channel in product(light, range(light[0].shape[1])):
+            dark &= part[:, channel] == 0
         if dark.all() or not dark.any():
             return self.lattices
         return [lattice.parted(dark, self.sees) for lattice in self.lattices]
@@ -162,10 +166,10 @@ class Judge:
         """
         smoothed = smooth(lattices, a, b, weight, self.threads)
         apart = weight * (smoothed.a - smoothed.b) / 2
-        bias = smoothed.square - 2 * (apart**2).sum(axis=1)  # error less noise
+        bias = smoothed.square - 2 * row_squares(apart)  # error less noise
         channels = self.surface.reflectance.shape[1]
-        parts = apart.reshape(len(a), -1, channels)
-        noise = (parts.sum(axis=1) ** 2).sum(axis=1)  # parts share rays
+        parts = (apart[:, k : k + channels] for k in range(0, apart.shape[1], channels))
+        noise = row_squares(sum(parts))  # parts share rays
         least = BALANCE * noise * smoothed.touched
         if _mean(bias) < _mean(least):
             bias = least
@@ -204,7 +208,8 @@ class Judge:
 def _level(radiance: np.ndarray) -> np.ndarray:
     """(n, 1) what errors of radiances (n, c) are judged against, above 0: a receiver's own mean
     brightness or that of all, whichever is larger."""
-    level = radiance.mean(axis=1, keepdims=True)
+    channels = radiance.shape[1]
+    level = radiance @ np.full((channels, 1), 1 / channels, radiance.dtype)
     level = np.maximum(level, level.dtype.type(_mean(level)))
     return np.where(level > 0, level, level.dtype.type(1))
 

@@ -1,6 +1,6 @@
 """Lattice: the texels of an image as neighbours of each other on the surface.
 
-Depends on ``border`` and ``parallel``. An à-trous kernel (Holschneider et al. 1989) averages texels
+Depends on ``border``, ``parallel`` and ``vectors``. An à-trous kernel (Holschneider et al. 1989) averages texels
 at distances 1, 2, 4, ...; neighbours are used in opposite pairs, f(x+d) + f(x−d) − 2 f(x), so that
 light that varies linearly stays as it is, at the edge of a wall too. Only the nearest are used where
 there is no pair.
@@ -17,6 +17,7 @@ import numpy as np
 from .border import LEVELS as BORDER_LEVELS
 from .border import Border, find_border
 from .parallel import map_chunks, ranges
+from .vectors import dot
 
 MANY = 400_000  # texels of an image: a fine one
 BAND = 1 << 16  # texels that are averaged together
@@ -30,7 +31,7 @@ STRETCH = 2.0  # and where it is not this much wider than the texels nearby say
 class Lattice:
     """The texels of one image inside a padded rectangle, and which pairs are neighbours."""
 
-    index: np.ndarray  # (n,) receivers
+    index: slice  # of its n receivers, which follow each other
     cell: np.ndarray  # (n,) in the padded rectangle, row by row
     shape: tuple[int, int]
     pad: int  # empty rows and columns around
@@ -60,20 +61,21 @@ class Lattice:
         """[level]: (height, width) the share that a texel keeps, without the padding."""
         return [1 - 2 * sum(level) for level in self.weights]
 
-    def step(self, *pictures: np.ndarray, level: int) -> list[np.ndarray]:
-        """One à-trous kernel applied to pictures (height, width)."""
-        results = [picture.copy() for picture in pictures]
+    def step(self, *pictures: np.ndarray, level: int, into: list | None = None) -> list[np.ndarray]:
+        """One à-trous kernel applied to pictures (height, width). They are 0 in the padding, as
+        what they are put ``into`` is."""
+        results = [np.zeros_like(picture) for picture in pictures] if into is None else into
         height, width = (size - 2 * self.pad for size in self.shape)
         for rows in ranges(height, max(BAND // max(width, 1), 1)):  # weights stay in the cache
             own, weights = self.own[level][rows], [w[rows] for w in self.weights[level]]
             for before, after in zip(pictures, results):
-                here = self.inner(after, 0, 0)[rows]
-                here *= own
+                here = self.inner(before, 0, 0)[rows] * own
                 for (dy, dx, _), weight in zip(DIRECTIONS, weights):
                     dy, dx = dy << level, dx << level
                     pair = self.inner(before, dy, dx)[rows] + self.inner(before, -dy, -dx)[rows]
                     pair *= weight
                     here += pair
+                self.inner(after, 0, 0)[rows] = here
         if level < len(self.borders):
             cells, change = self._prepared[level]
             for before, after in zip(pictures, results):
@@ -93,7 +95,7 @@ class Lattice:
     def around(self, level: int) -> int:
         """Levels of kernels that average what decides whether to go to ``level``. The finer an
         image, the fewer rays a texel has, and the more often a few of them mislead."""
-        return min(max(level, len(self.index) > MANY) + 2, self.levels)
+        return min(max(level, len(self.cell) > MANY) + 2, self.levels)
 
     def beside(self, picture: np.ndarray) -> np.ndarray:
         """Of (height, width) >= 0, the largest of each texel and the eight around it."""
@@ -105,24 +107,27 @@ class Lattice:
         """Without the pairs by which receivers that are ``dark`` (count,) bool would get light from
         others that are not and that they do not see: ``sees(one, other)`` (k,) bool."""
         number = np.full(self.shape[0] * self.shape[1], -1)
-        number[self.cell] = self.index
-        chosen = dark[self.index]
+        number[self.cell] = np.arange(self.index.start, self.index.stop)
+        chosen = np.flatnonzero(dark[self.index])
         here = self.cell[chosen]
-        place = tuple(np.stack(np.divmod(here, self.shape[1])) - self.pad)
-        weights = tuple([weight.copy() for weight in level] for level in self.weights)
+        place = self.inner_cell(here)
         pairs = []
         for level, side in product(range(self.levels), (1, -1)):
-            for (dy, dx, _), weight in zip(DIRECTIONS, weights[level]):
+            for k, (dy, dx, _) in enumerate(DIRECTIONS):
                 other = number[here + side * (dy * self.shape[1] + dx << level)]
-                some = np.flatnonzero((weight[place] > 0) & (other >= 0) & ~dark[other])
-                pairs.append((weight, some, other[some]))
-        some, other = (np.concatenate(part) for part in list(zip(*pairs))[1:])
-        hidden = ~sees(self.index[chosen][some], other)
-        ends = np.cumsum([len(some) for _, some, _ in pairs])[:-1]
-        for (weight, some, _), cut in zip(pairs, np.split(hidden, ends)):
-            weight[tuple(part[some[cut]] for part in place)] = 0
+                used = self.weights[level][k].ravel()[place] > 0
+                some = np.flatnonzero(used & (other >= 0) & ~dark[other])
+                pairs.append((level, k, some, other[some]))
+        some, other = (np.concatenate(part) for part in list(zip(*pairs))[2:])
+        hidden = ~sees(self.index.start + chosen[some], other)
+        weights = [list(level) for level in self.weights]
+        ends = np.cumsum([len(some) for _, _, some, _ in pairs])[:-1]
+        for (level, k, some, _), cut in zip(pairs, np.split(hidden, ends)):
+            if cut.any():
+                weights[level][k] = weights[level][k].copy()
+                weights[level][k].ravel()[place[some[cut]]] = 0
         borders = tuple(_parted_border(each, number, dark, sees) for each in self.borders)
-        return replace(self, weights=weights, borders=borders)
+        return replace(self, weights=tuple(weights), borders=borders)
 
     def inner(self, picture: np.ndarray, dy: int, dx: int) -> np.ndarray:
         """A view of (..., height, width) without the padding, moved by (dy, dx)."""
@@ -130,16 +135,23 @@ class Lattice:
         return picture[..., pad + dy : height - pad + dy, pad + dx : width - pad + dx]
 
 
+    def inner_cell(self, cell: np.ndarray) -> np.ndarray:
+        """Cells (k,) of the padded rectangle in the rectangle without the padding."""
+        row, column = np.divmod(cell, self.shape[1])
+        return (row - self.pad) * (self.shape[1] - 2 * self.pad) + column - self.pad
+
+
 def build_lattices(grid, position, normal, threads: int = 1, levels: int = LEVELS) -> list[Lattice]:
-    """One lattice an image. ``grid`` (count, 3) image, row, column; ``position`` (count, 3);
-    ``normal`` (count, 3) unit."""
+    """One lattice an image. ``grid`` (count, 3) image, row, column, image by image; ``position``
+    (count, 3); ``normal`` (count, 3) unit."""
     lattices = []
-    for image in np.unique(grid[:, 0]):
-        index = np.flatnonzero(grid[:, 0] == image)
-        low = grid[index, 1:].min(axis=0)
-        high = grid[index, 1:].max(axis=0)
+    start = np.unique(grid[:, 0], return_index=True)[1]
+    for first, end in zip(start, [*start[1:], len(grid)]):
+        index = slice(first, end)
+        places = grid[index, 1], grid[index, 2]
+        low, high = (np.array([f(axis) for axis in places]) for f in (np.min, np.max))
         pad = 1 << (levels - 1)
-        row, column = (grid[index, 1:] - low + pad).T
+        row, column = (axis.astype(np.intp) - least + pad for axis, least in zip(places, low))
         shape = tuple((high - low + 1 + 2 * pad).tolist())
         lattice = Lattice(index, row * shape[1] + column, shape, pad, ())
         weights = _weights(lattice, position, normal, levels, threads)
@@ -152,11 +164,11 @@ def _borders(lattice: Lattice, position, normal) -> tuple[Border, ...]:
     position, normal = position[lattice.index], normal[lattice.index]
     number = np.full(lattice.shape[0] * lattice.shape[1], -1)
     number[lattice.cell] = np.arange(len(lattice.cell))
-    place = tuple(np.stack(np.divmod(lattice.cell, lattice.shape[1])) - lattice.pad)
+    place = lattice.inner_cell(lattice.cell)
     borders = []
     for level in range(min(BORDER_LEVELS, lattice.levels)):
         missing = [
-            (dy * lattice.shape[1] + dx, float(np.hypot(dy, dx)), share, weight[place] == 0)
+            (dy * lattice.shape[1] + dx, float(np.hypot(dy, dx)), share, weight.ravel()[place] == 0)
             for (dy, dx, share), weight in zip(DIRECTIONS, lattice.weights[level])
         ]
         borders.append(find_border(lattice.cell, number, missing, position, normal, level))
@@ -173,38 +185,44 @@ def _parted_border(border: Border, number, dark: np.ndarray, sees) -> Border:
 
 def _weights(lattice: Lattice, position, normal, levels: int, threads: int) -> tuple:
     place, facing = lattice.spread(position), lattice.spread(normal)
-    covered = lattice.spread(np.ones((len(position), 1)))[0] > 0
+    covered = lattice.spread(np.ones((len(position), 1), bool))[0] > 0
+    height, width = lattice.inner(covered, 0, 0).shape
+    weights = np.empty((levels, len(DIRECTIONS), height, width), np.float32)
 
-    def pairs(level: int) -> list:
-        return [
-            _pairs(lattice, place, facing, covered, dy << level, dx << level)
-            for dy, dx, _ in DIRECTIONS
-        ]
+    def weigh(rows: slice) -> None:
+        pairs = [
+            [_pairs(lattice, place, facing, covered, dy << level, dx << level, rows)
+             for dy, dx, _ in DIRECTIONS]
+            for level in range(levels)
+        ]  # fmt: skip
+        # The usual width of a step, from the nearest pairs.
+        usual = np.minimum.reduce([np.where(ok, step, np.float32(np.inf)) for ok, step in pairs[0]])
+        usual *= STRETCH**2
+        for level in range(levels):
+            for k, (ok, step) in enumerate(pairs[level]):
+                np.multiply(DIRECTIONS[k][2], ok & (step <= usual), out=weights[level, k, rows])
 
-    found = map_chunks(pairs, range(levels), threads, lambda fraction: None)
-    # The usual width of a step, from the nearest pairs.
-    span = np.stack([np.where(ok, width, np.inf) for ok, width in found[0]]).min(axis=0)
-    return tuple(
-        [
-            (weight * (ok & (width <= STRETCH * span))).astype(np.float32)
-            for (ok, width), (_, _, weight) in zip(level, DIRECTIONS)
-        ]
-        for level in found
-    )
+    map_chunks(weigh, ranges(height, max(BAND // width, 1)), threads, lambda fraction: None)
+    return tuple(list(level) for level in weights)
 
 
-def _pairs(lattice: Lattice, place, facing, covered, dy: int, dx: int):
-    """Where the texels (dy, dx) to both sides lie in one plane with this one, (height, width)
-    bool, and how wide a step between them is; without the padding."""
+def _pairs(lattice: Lattice, place, facing, covered, dy: int, dx: int, rows: slice):
+    """Where the texels (dy, dx) to both sides lie in one plane with this one, (rows, width) bool,
+    and the square of how wide a step between them is; without the padding."""
 
     def three(picture):
-        return (lattice.inner(picture, y, x) for y, x in ((0, 0), (dy, dx), (-dy, -dx)))
+        sides = (0, 0), (dy, dx), (-dy, -dx)
+        return (lattice.inner(picture, *side)[..., rows, :] for side in sides)
 
-    here, plus, minus = three(place)
-    apart, bent = plus - minus, plus + minus - 2 * here
-    width = np.einsum("kij,kij->ij", apart, apart)
-    ok = np.logical_and.reduce(list(three(covered)))
-    ok &= np.einsum("kij,kij->ij", bent, bent) <= FLAT**2 * width
+    here, one, other = three(place)
+    apart = one - other
+    width = dot(apart, apart)
+    bent = one + other
+    bent -= 2 * here
+    ok = dot(bent, bent) <= np.float32(FLAT**2) * width
+    for part in three(covered):
+        ok &= part
     normal, one, other = three(facing)
-    ok &= np.einsum("kij,kij->ij", one + other, normal) > 1.98
-    return ok, np.sqrt(width) / np.hypot(dy, dx).astype(np.float32)
+    ok &= dot(one + other, normal) > np.float32(1.98)
+    width *= np.float32(1 / (dy * dy + dx * dx))
+    return ok, width

@@ -179,10 +179,11 @@ def grouped_chunks(
 ) -> list[tuple[int, np.ndarray]]:
     """(group, indices) pairs that cover ``range(count)``; neighbours fall into different groups.
 
-    Each group uses a Sobol set of its own, each chunk has at most ``size`` owners.
+    Each group uses a Sobol set of its own, each chunk has at most ``size`` owners. The groups of one
+    stretch of owners follow each other, so that what is read of its footprints is in the cache.
     """
-    chunks = []
-    for group in range(groups):
-        indices = np.arange(group, count, groups)
-        chunks += [(group, indices[i : i + size]) for i in range(0, len(indices), size)]
-    return chunks
+    return [
+        (group, np.arange(start + group, min(start + groups * size, count), groups))
+        for start in range(0, count, groups * size)
+        for group in range(min(groups, count - start))
+    ]

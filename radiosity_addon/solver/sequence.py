@@ -115,7 +115,7 @@ def _judge(context: Context, footprints, receivers: Receivers, passes, project, 
         lattices = build_lattices(receivers.grid, position, normal, threads)
     else:
         lattices = build_graph(position, normal, footprints.area, threads)
-    sees = Sight(context, footprints).sees_whole
+    sees = Sight(context, footprints, position, normal).sees_whole
     return Judge(_surface(context, footprints), lattices, passes, threads, sees, project)
 
 

@@ -1,6 +1,6 @@
 """Smooth: share sampled light among neighbours, as far as the light itself allows.
 
-Depends on ``lattice`` or ``graph`` for what neighbours are, and on ``parallel``. Light varies
+Depends on ``lattice`` or ``graph`` for what neighbours are, ``parallel``, ``vectors``. Light varies
 slowly over most of a surface, its sampling noise does not, so neighbours are averaged by kernels of
 growing width. How far to go is chosen at every receiver by cross-validation: two independent halves
 a, b of the samples give E[(f_a − b)²] = MSE(f_a) + var(b), bias included, so the level of least
@@ -15,6 +15,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from .parallel import map_chunks, ranges
+from .vectors import row_squares
 
 WINDOW = 33  # receivers
 BAND = 1 << 16  # numbers that are looked at together
@@ -39,10 +40,10 @@ def smooth(lattices: list, a: np.ndarray, b: np.ndarray, weight: np.ndarray, thr
     ``weight`` (count, c) takes them to relative errors, by which levels are chosen. Columns
     without light cost nothing.
     """
-    lit = np.flatnonzero(a.any(axis=0) | b.any(axis=0))
+    lit = [channel for channel in range(a.shape[1]) if a[:, channel].any() or b[:, channel].any()]
     out_a, out_b = a.copy(), b.copy()
     touched = np.zeros(len(a), bool)
-    square = ((weight * (a - b)) ** 2).sum(axis=1) / 2
+    square = row_squares(weight * (a - b)) / 2
     if len(lit) == 0:
         return Smoothed(out_a, out_b, square, touched)
     peak = float(max(a.max(), -a.min(), b.max(), -b.min()))
@@ -117,23 +118,26 @@ def _smooth_picture(lattice, raw_a, raw_b, square):
     now, best = raw, [picture.copy() for picture in raw]
     noise, left = _noise(raw_a, raw_b, square), np.ones(shape, np.float32)
     gain, total = np.zeros_like(raw_a), np.zeros_like(raw_a)
+    change, *two = np.zeros((3, *shape), np.float32)  # fresh memory costs more than what is in it
+    spare = np.zeros((2, 2 * count, *shape), np.float32)
     averaged = 0
     for level in range(lattice.levels):
-        after = lattice.step(*now, level=level)
-        change = np.zeros(shape, np.float32)
+        after = lattice.step(*now, level=level, into=list(spare[level % 2]))
         for rows in ranges(len(left), max(BAND * len(left) // left.size, 1)):
             for k in range(2 * count):
                 new, old, apart = (pictures[k][rows] for pictures in (after, now, other))
                 total[k % count, rows] += _saved(new, old, apart)
+            change[rows] = 0
             for saved, before, weight in zip(total, gain, square):
                 change[rows] += (saved[rows] - before[rows]) * weight[rows]
-        change *= 1 / count
+            change[rows] *= 1 / count
+        mean = change
         for k in range(lattice.around(level)):
-            (change,) = lattice.step(change, level=k)
+            (mean,) = lattice.step(mean, level=k, into=[two[k % 2]])
         while averaged < lattice.around(level):
             (noise,), averaged = lattice.step(noise, level=averaged), averaged + 1
         remains = np.float32(lattice.left(level))
-        better = change < MARGIN * noise * (remains - left)
+        better = mean < MARGIN * noise * (remains - left)
         for chosen, new in zip([*best, *gain], [*after, *total]):
             np.copyto(chosen, new, where=better)
         np.copyto(left, remains, where=better)

@@ -21,6 +21,11 @@ def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return result
 
 
+def row_squares(rows: np.ndarray) -> np.ndarray:
+    """(n,) sums of the squares in each row of (n, c)."""
+    return np.einsum("ij,ij->i", rows, rows)
+
+
 def size(a: np.ndarray) -> np.ndarray:
     """(...) lengths of vectors (3, ...), never 0."""
     return np.sqrt(np.maximum(dot(a, a), 1e-30))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -43,13 +42,8 @@ class Sight:
 
     context: Context
     footprints: Footprints
-
-    @cached_property
-    def _middles(self) -> tuple[np.ndarray, np.ndarray]:
-        """The footprints' middles (count, 3) and unit normals (count, 3) there."""
-        position, normal = self.footprints.middle()
-        length = np.linalg.norm(normal, axis=1, keepdims=True)
-        return position, normal / np.maximum(length, 1e-30)
+    position: np.ndarray  # (count, 3) their middles, and
+    normal: np.ndarray  # (count, 3) normals there, not unit
 
     def sees_whole(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
         """(k,) bool: from the middle of the receivers ``one`` (k,) int there are free ways to every
@@ -57,7 +51,7 @@ class Sight:
         sees = np.ones(len(one), bool)
         if self.context.blockers[0].shadow is None or len(one) == 0:
             return sees
-        footprints, (position, up) = self.footprints, self._middles
+        footprints = self.footprints
         first, cells = footprints.start[other], np.diff(footprints.start)[other]
         pair = np.repeat(np.arange(len(one)), cells)
         cell = np.arange(len(pair)) + np.repeat(first - np.cumsum(cells) + cells, cells)
@@ -65,8 +59,10 @@ class Sight:
             left = np.flatnonzero(sees[pair] & ((u + v < 2) | footprints.square[cell]))
             start, end = one[pair[left]], cell[left]
             corner = footprints.origin[end] + u * footprints.u[end] + v * footprints.v[end]
+            up = self.normal[start]
+            up /= np.maximum(np.linalg.norm(up, axis=1, keepdims=True), 1e-30)
             free = is_way_free(
-                self.context, position[start], up[start], corner, footprints.normal[end]
+                self.context, self.position[start], up, corner, footprints.normal[end]
             )
             sees[pair[left[~free]]] = False
         return sees

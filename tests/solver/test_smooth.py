@@ -103,7 +103,7 @@ def test_an_edge_at_an_angle_is_smoothed_too():
     parted = lattice.parted(dark, lambda one, other: np.zeros(len(one), bool))
     for border in parted.borders:
         number = np.full(parted.shape[0] * parted.shape[1], -1)
-        number[parted.cell] = parted.index
+        number[parted.cell] = np.arange(len(dark))
         assert not (dark[number[border.cell]] & ~dark[number[border.other]]).any()
 
 
