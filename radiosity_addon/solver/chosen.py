@@ -80,7 +80,7 @@ def _choices(context: Context, points: Points, middles: Middles, key):
         xi = shifted(table, points.turn[:, 0].astype(float))
         xi = (xi + np.arange(PER_POINT)[:, None, None]) / PER_POINT  # a point's choices lie apart
         lights, factors = choose_lights(
-            context.sources, pool, middles.place, middles.normal, middles.reach,
+            context.sources, pool, middles.place.T, middles.normal.T, middles.reach,
             xi.reshape(-1, count),
         )
         for pair in zip(*(array.reshape(PER_POINT, -1) for array in (lights, factors / PER_POINT))):

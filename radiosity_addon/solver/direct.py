@@ -1,6 +1,6 @@
 """Direct light: irradiance from explicit lights, shadows included.
 
-Depends on ``context``, ``blockers``, ``chosen``, ``passage``, ``points``, ``parallel``. Each light's
+Depends on ``context``, ``blockers``, ``chosen``, ``lights``, ``passage``, ``points``, ``parallel``. Each light's
 irradiance is its unoccluded value, exact by Lambert's formula for polygons, times the visible share,
 sampled. So a wall that touches a lamp is right, and a receiver that sees the whole light has no
 noise. Of many lights every point looks at a few (``chosen``).
@@ -13,6 +13,7 @@ import numpy as np
 from .blockers import Blockers
 from .chosen import chosen_light
 from .context import Context
+from .lights import masked, owned
 from .parallel import map_chunks
 from .passage import visibility, visible_samples
 from .points import Middles, Points, grouped_chunks, light_places
@@ -64,8 +65,8 @@ def _from_each(context: Context, points: Points, middles: Middles, key) -> np.nd
             known = known & (dark == dark[0]).all(axis=0)
             lit &= known & ~dark[0]
         blockers = context.blockers[context.sources.block[light]]
-        some = np.flatnonzero(lit)
-        if len(some):
+        if lit.any():
+            some = masked(lit)
             share = _visible_share(context, blockers, whole, points, some, xi)
             irradiance[some] += whole.irradiance[some, None] * share * kind.color[place]
         some = np.flatnonzero(~known)
@@ -76,18 +77,18 @@ def _from_each(context: Context, points: Points, middles: Middles, key) -> np.nd
 
 
 def _visible_share(context: Context, blockers: Blockers, whole, points: Points, some, xi):
-    """(k, 1 or channels) share of a light's irradiance that arrives at the owners ``some`` (k,), at
-    which it is known."""
-    every = len(some) == points.shape[1]
-    position, s, t = (array if every else array[:, some] for array in (points.position, *xi))
+    """(k, 1 or channels) share of a light's irradiance that arrives at the owners ``some``, (k,) or
+    a slice, at which it is known."""
+    position, s, t = (owned(array, some) for array in (points.position, *xi))
     segments = whole.segments(some, position, s, t)
     visible = visibility(
         context, blockers, position.reshape(-1, 3), segments.reshape(-1, 3), whole.length
     ).reshape(*s.shape, -1)
     share = visible.mean(axis=0, dtype=np.float32).astype(float)
-    partly = ((share > 0) & (share < 1)).any(axis=1)
-    if whole.weight is not None and partly.any():  # a part below the horizon weighs nothing
-        weight = whole.weight(some[partly], segments[:, partly])[..., None]
+    partly = np.flatnonzero(((share > 0) & (share < 1)).any(axis=1))
+    if whole.weight is not None and len(partly):  # a part below the horizon weighs nothing
+        owners = np.arange(points.shape[1])[some][partly]
+        weight = whole.weight(owners, segments[:, partly])[..., None]
         total = weight.sum(axis=0)
         seen = (weight * visible[:, partly]).sum(axis=0)
         share[partly] = seen / np.where(total > 0, total, 1)
@@ -98,8 +99,10 @@ def _from_points(context: Context, light: int, points: Points, some, xi, dark) -
     """(k, 1 or channels) irradiance of a light at the owners ``some`` (k,), looked at from each of
     their points."""
     kind, place = context.sources.named(light)
-    position, normal = (array[:, some].reshape(-1, 3) for array in (points.position, points.normal))
-    xi = np.stack([axis[:, some].ravel() for axis in xi], 1).astype(float)
+    position, normal = (
+        owned(array, some).reshape(-1, 3) for array in (points.position, points.normal)
+    )
+    xi = np.stack([owned(axis, some).ravel() for axis in xi], 1).astype(float)
     sample = kind.sample(place, position.astype(float), normal.astype(float), xi)
     if dark is not None:
         sample.darken(dark[:, some].ravel())

@@ -150,7 +150,8 @@ def gather(
 
     def work(chunk):
         group, chosen = chunk
-        points, whose = place(chosen, group), owners[chosen]
+        whose = owners[chosen]
+        points = place(chosen, group)
         key_, weight = (*key, group, 3), None
         if guide is None:
             met, directions = shoot(context, points, rays, *key_)
@@ -166,14 +167,15 @@ def gather(
                 share = 1 if part.weight is None else part.weight[unknown]
                 share = share * (1 if weight is None else _of_first(weight, part)[unknown])
                 share = np.broadcast_to(share / rays, (len(unknown), context.channels))
-                unseen.append(_unseen(sides, part, unknown, chosen, share))
+                numbers = np.arange(count)[chosen]
+                unseen.append(_unseen(sides, part, unknown, numbers, share))
             if part.rays is None:
-                find_lost(sides, elements, len(chosen))
+                find_lost(sides, elements, len(whose))
             light = np.take(radiosity.reflected, sides, axis=0)
-            bounced = bounced + mean_of_rays(light, part, rays, len(chosen), weight)
+            bounced = bounced + mean_of_rays(light, part, rays, len(whose), weight)
             direct = _first_hand(context, emitted, sides, part, directions)
             if direct is not None:
-                first = first + mean_of_rays(direct, part, rays, len(chosen), weight)
+                first = first + mean_of_rays(direct, part, rays, len(whose), weight)
                 light = light + direct
             if learns:
                 brought = _brought(light, part, brought)

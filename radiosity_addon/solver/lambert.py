@@ -30,10 +30,16 @@ def polygon_form_factor(
     else:
         result = np.zeros(len(lowest))
         whole = np.flatnonzero(lowest > 0)
-        result[whole] = _around([ray[:, whole] for ray in rays], normal[:, whole])
+        result[whole] = _around(*_taken(whole, rays, normal))
         cut = np.flatnonzero((lowest <= 0) & (highest > 0))
-        result[cut] = _clipped([r[:, cut] for r in rays], [h[cut] for h in heights], normal[:, cut])
+        rays, normal = _taken(cut, rays, normal)
+        result[cut] = _clipped(rays, [height[cut] for height in heights], normal)
     return np.abs(result) / (2 * np.pi)
+
+
+def _taken(some: np.ndarray, rays: list, normal: np.ndarray):
+    """Of some points."""
+    return [np.take(ray, some, axis=1) for ray in rays], np.take(normal, some, axis=1)
 
 
 def _around(rays: list, normal: np.ndarray) -> np.ndarray:
@@ -53,7 +59,9 @@ def _edge(a: np.ndarray, b: np.ndarray, normal: np.ndarray) -> np.ndarray:
         across[k] -= a[j] * b[i]
     sine = np.sqrt(dot(across, across))
     angle = np.arctan2(sine, dot(a, b))
-    return angle * dot(across, normal) / np.where(sine > 0, sine, 1)
+    angle /= np.maximum(sine, 1e-300)
+    angle *= dot(across, normal)
+    return angle
 
 
 def _clipped(rays: list, heights: list, normal: np.ndarray) -> np.ndarray:

@@ -78,13 +78,19 @@ def _simple_first(footprints: Footprints, owners: np.ndarray) -> np.ndarray:
     return owners[np.argsort(np.diff(footprints.start)[owners] > 1, kind="stable")]
 
 
+def _add(sums: np.ndarray, owners: np.ndarray, values: np.ndarray) -> None:
+    """Add values (k, c) to sums (count, c) of different ``owners`` (k,), a column at a time."""
+    for channel in range(sums.shape[1]):
+        sums[owners, channel] += values[:, channel]
+
+
 def add_direct(context: Context, footprints, lighting: Lighting, owners, per: int, *key) -> None:
     """Add ``per`` points of explicit light to each of ``owners`` (k,) int."""
     key = (context.seed, 20, *key)
     owners = _simple_first(footprints, owners)
     place = place_on(footprints, owners, per, *key)
     irradiance, _ = direct_light(context, len(owners), per, place, key, "gather")
-    lighting.direct[owners] += per * irradiance
+    _add(lighting.direct, owners, per * irradiance)
     lighting.points[owners] += per
 
 
@@ -104,7 +110,7 @@ def add_gathered(
     )
     found, radiosity = with_unseen(context, radiosity, found, (*key, 9))
     worth = rays if guide is None else rays * guide.worth[guide.cluster[owners]][:, None]
-    lighting.bounced[owners] += worth * found.bounced
-    lighting.first[owners] += worth * found.first
+    _add(lighting.bounced, owners, worth * found.bounced)
+    _add(lighting.first, owners, worth * found.first)
     lighting.rays[owners] += worth
     return radiosity, found.lessons

@@ -48,8 +48,8 @@ class Whole:
     """One light over all of an owner's points, for R owners, where that is ``known``.
 
     ``segments(owners, position, s, t)`` gives what runs to its places (s, t) (per, k) in the unit
-    square from ``position`` (per, k, 3) float32 of the ``owners`` (k,): (per, k, 3) float32, which
-    ``length`` limits; ``weight(owners, segments)`` is the integrand there, (per, k), up to a
+    square from ``position`` (per, k, 3) float32 of the ``owners``, (k,) or a slice: (per, k, 3)
+    float32, which ``length`` limits; ``weight(owners, segments)`` is the integrand there, (per, k), up to a
     factor, and None where it is the same everywhere.
     """
 
@@ -62,20 +62,31 @@ class Whole:
 
 def unknown(middles: Middles) -> Whole:
     """Of a light that is to be looked at from every point."""
-    count = len(middles.place)
+    count = len(middles.flat)
     return Whole(np.zeros(count), np.zeros(count, bool), None, None)
 
 
-def combined(start, axes: tuple, steps: tuple) -> np.ndarray:
-    """(per, k, 3) float32: ``start`` (..., 3) and two ``steps`` (per, k) along two ``axes`` (3,) or
-    (k, 3)."""
+def combined(place, axes: tuple, steps: tuple, position=None) -> np.ndarray:
+    """(per, k, 3) float32: from ``position`` (per, k, 3), or nowhere, to two ``steps`` (per, k)
+    from ``place`` along two ``axes``, each (3,) or (3, k)."""
     found = np.empty(steps[0].shape + (3,), np.float32)
     for k in range(3):  # inner loops over points, not over three numbers
-        (one, other), (s, t) = (axis[..., k].astype(np.float32) for axis in axes), steps
+        (one, other), (s, t) = (axis[k].astype(np.float32) for axis in axes), steps
         along = s * one
         along += t * other
-        np.add(along, start[..., k], out=found[..., k])
+        along += place[k].astype(np.float32)
+        np.subtract(along, 0 if position is None else position[..., k], out=found[..., k])
     return found
+
+
+def masked(chosen: np.ndarray):
+    """What indexes those that are ``chosen`` (R,) bool: a slice where all are."""
+    return slice(None) if chosen.all() else np.flatnonzero(chosen)
+
+
+def owned(array: np.ndarray, some) -> np.ndarray:
+    """(a, k, ...) what the owners ``some``, (k,) int or a slice of them, have of (a, R, ...)."""
+    return array[:, some] if isinstance(some, slice) else np.take(array, some, axis=1)
 
 
 def length(vectors: np.ndarray) -> np.ndarray:

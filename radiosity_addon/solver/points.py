@@ -1,6 +1,6 @@
 """Points: where rays start. On footprints, stratified by area; on elements, where rays met them.
 
-Depends on ``geometry``, ``footprints``, ``sampling``.
+Depends on ``geometry``, ``footprints``, ``sampling``, ``vectors``.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 from .footprints import Footprints
 from .geometry import OFFSET, Geometry
 from .sampling import GROUPS, sobol, tangent_frames
+from .vectors import columns, dot
 
 FLAT = 1e-6  # normals nearer than this are the same
 
@@ -57,15 +58,15 @@ class Points:
 
     def middles(self) -> Middles:
         """Where each owner's points lie, taken together."""
-        if len(self.position) == 1:
-            place, half = self.position[0], np.zeros(self.position.shape[1:], np.float32)
-        else:
+        place, half = self.position[0], 0.0
+        if len(self.position) > 1:
             place = self.position.mean(axis=0)
             half = np.maximum(self.position.max(axis=0) - place, place - self.position.min(axis=0))
         flat = np.ones(len(place), bool)
         if self.normal.strides[0] != 0:
             flat = (np.abs(self.normal - self.normal[0]) < FLAT).all(axis=(0, 2))
-        return Middles(place.astype(float), self.normal[0].astype(float), half.astype(float), flat)
+        half = np.broadcast_to(half, place.shape)
+        return Middles(*(columns(part.astype(float)) for part in (place, self.normal[0], half)), flat)
 
     def frames(self, turn: np.ndarray | float = 0.0) -> np.ndarray:
         """(per or 1, R, 3, 3) float32 tangent frames, an owner's all turned alike by ``turn`` (R,);
@@ -79,19 +80,19 @@ class Middles:
     """Owners' points as one place each. All lie within ``half`` of it along each axis; where they
     are not ``flat`` they do not all face as ``normal`` tells."""
 
-    place: np.ndarray  # (R, 3) float64: their mean
-    normal: np.ndarray  # (R, 3) float64 unit
-    half: np.ndarray  # (R, 3) float64
+    place: np.ndarray  # (3, R) float64: their mean
+    normal: np.ndarray  # (3, R) float64 unit
+    half: np.ndarray  # (3, R) float64
     flat: np.ndarray  # (R,) bool
 
     @property
     def reach(self) -> np.ndarray:
         """(R,) no point is further from the place."""
-        return np.sqrt(np.einsum("ij,ij->i", self.half, self.half))
+        return np.sqrt(dot(self.half, self.half))
 
     def depth(self, axis: np.ndarray) -> np.ndarray:
-        """(R,) no point is further from it along unit ``axis`` (3,) or (R, 3)."""
-        return (self.half * np.abs(axis)).sum(axis=1)
+        """(R,) no point is further from it along unit ``axis`` (3,) or (3, R)."""
+        return dot(np.abs(axis), self.half)
 
 
 _POINT_ARRAYS = ("position", "normal", "triangle", "uv")
@@ -110,10 +111,10 @@ def footprint_points(
     shifted by ``turn`` (R, 3) in [0, 1)."""
     table = sobol(per, 5, *key).astype(np.float32)  # the lights' places take 2 and 3
     s, t = (shifted(table[:, axis, None], turn[:, axis]) for axis in (0, 1))
-    cell = footprints.start[chosen]
-    if np.any(footprints.start[chosen + 1] - cell > 1):
+    cell = np.take(footprints.start, chosen)
+    if np.any(np.take(footprints.start, chosen + 1) - cell > 1):
         cell = _choose_cells(footprints, chosen, table[:, 4:], turn[:, 2])
-    square = footprints.square[cell]
+    square = np.take(footprints.square, cell)
     if not square.all():
         fold = ~square & (s + t > 1)
         s, t = (np.where(fold, 1 - place, place) for place in (s, t))
@@ -124,8 +125,8 @@ def footprint_points(
         np.add(along, footprints.origin[cell, axis], out=position[..., axis])
     return Points(
         position,
-        np.broadcast_to(footprints.normal[cell], position.shape),
-        np.broadcast_to(footprints.triangle[cell], position.shape[:2]),
+        np.broadcast_to(np.take(footprints.normal, cell, axis=0), position.shape),
+        np.broadcast_to(np.take(footprints.triangle, cell), position.shape[:2]),
         lambda: _barycentric(footprints.corners[cell], s[..., None], t[..., None]),
         turn,
     )
@@ -174,16 +175,14 @@ def points_on(geometry: Geometry, triangle, u, v, front, turn) -> Points:
     )
 
 
-def grouped_chunks(
-    count: int, size: int, groups: int = GROUPS
-) -> list[tuple[int, np.ndarray]]:
-    """(group, indices) pairs that cover ``range(count)``; neighbours fall into different groups.
+def grouped_chunks(count: int, size: int, groups: int = GROUPS) -> list[tuple[int, slice]]:
+    """(group, slice) pairs that cover ``range(count)``; neighbours fall into different groups.
 
     Each group uses a Sobol set of its own, each chunk has at most ``size`` owners. The groups of one
     stretch of owners follow each other, so that what is read of its footprints is in the cache.
     """
     return [
-        (group, np.arange(start + group, min(start + groups * size, count), groups))
+        (group, slice(start + group, min(start + groups * size, count), groups))
         for start in range(0, count, groups * size)
         for group in range(min(groups, count - start))
     ]

@@ -14,10 +14,11 @@ import numpy as np
 from .geometry import OFFSET
 from .lambert import polygon_form_factor
 from .light_tree import Emitters
-from .lights import Sample, Whole, combined, in_disc, length, partly_above
+from .lights import Sample, Whole, combined, in_disc, length, masked, owned, partly_above
 from .points import Middles
 from .spherical import direction_within, solid_angle
 from .vectors import dot
+from .vectors import size as distance
 
 TRIANGLE, RECTANGLE, ELLIPSE = range(3)
 RIM = 48  # corners of the polygon that stands for an ellipse
@@ -90,30 +91,32 @@ class Polygons:
         all of their points."""
         corners, normal = self._corners(which), self.normal[which]
         center, size = (values[which] for values in self.middle())
-        height = np.array(corners) @ middles.normal.T
-        height -= np.einsum("ij,ij->i", middles.place, middles.normal)
-        side, behind = (middles.place - self.origin[which]) @ normal, middles.depth(normal)
+        height = np.array(corners) @ middles.normal
+        highest = np.maximum.reduce(list(height)) - dot(middles.place, middles.normal)
+        side = normal @ middles.place - normal @ self.origin[which]
+        behind = middles.depth(normal)
         below = middles.depth(middles.normal) + NO_HEIGHT
         reach = middles.reach
-        far = (reach == 0) | (length(center - middles.place) - size > FAR * reach)
-        dark = height.max(axis=0) < -below
+        far = (reach == 0) | (distance(center[:, None] - middles.place) - size > FAR * reach)
+        dark = highest < -below
         lit = far & (np.abs(side) > behind + NO_DISTANCE) & (self.spread[which] >= np.pi)
         if not self.two_sided[which]:
             dark |= side < -behind - NO_HEIGHT
         lit &= ~dark
+        some = masked(lit)
         irradiance = np.zeros(len(side))
-        irradiance[lit] = np.pi * polygon_form_factor(
-            middles.place[lit], middles.normal[lit], corners
+        irradiance[some] = np.pi * polygon_form_factor(
+            owned(middles.place, some).T, owned(middles.normal, some).T, corners
         )
 
         def segments(owners, position, s, t):
-            lift = np.where(side[owners] > 0, OFFSET, -OFFSET)[:, None] * normal
-            start = (self.origin[which] + lift).astype(np.float32) - position
+            lift = np.where(side[owners] > 0, OFFSET, -OFFSET)
+            start = [here + lift * up for here, up in zip(self.origin[which], normal)]
             axes = self.u[which], self.v[which]
-            return combined(start, axes, self.place(which, s, t))
+            return combined(start, axes, self.place(which, s, t), position)
 
         def weight(owners, segments):
-            cosine = np.einsum("pkj,kj->pk", segments, middles.normal[owners])
+            cosine = np.einsum("pkj,jk->pk", segments, middles.normal[:, owners])
             square = np.einsum("pkj,pkj->pk", segments, segments, dtype=float)
             return np.maximum(cosine, 0) * np.abs(segments @ normal) / square**2
 
@@ -200,6 +203,8 @@ class Polygons:
     def place(self, which, s: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(s, t) uniform in the light's shape, from those in the unit square."""
         shape = self.shape[which]
+        if np.all(shape == RECTANGLE):
+            return s, t
         fold = (shape == TRIANGLE) & (s + t > 1)
         round_ = shape == ELLIPSE
         if np.any(round_):

@@ -65,23 +65,22 @@ class Spheres:
     def whole(self, which: int, middles: Middles) -> Whole:
         """One lamp from owners that are far from it for their size, above or below their horizon,
         and inside or outside of its beam with all of their points."""
-        toward, radius = self.position[which] - middles.place, self.radius[which]
-        distance, reach = length(toward), middles.reach
-        unit = toward / distance[:, None]
-        height = np.einsum("ij,ij->i", toward, middles.normal)
+        toward, radius = self.position[which][:, None] - middles.place, self.radius[which]
+        distance, reach = size(toward), middles.reach
+        unit = toward / distance
+        height = dot(toward, middles.normal)
         slack = (radius + reach) / distance
-        beam = self.beam(which, unit.T, -slack)
+        beam = self.beam(which, unit, -slack)
         known = middles.flat & (distance > radius + np.maximum(FAR * reach, NEAR))
         known &= np.abs(height) > middles.depth(middles.normal)
-        known &= beam == self.beam(which, unit.T, slack)
+        known &= beam == self.beam(which, unit, slack)
         irradiance = beam * np.maximum(height / distance, 0) / (distance**2 + radius**2)
 
         def segments(owners, position, s, t):
-            start = self.position[which].astype(np.float32) - position
             if radius == 0:
-                return start
-            axes = [radius * axis.T for axis in tangents(columns(unit[owners]))]
-            return combined(start, axes, in_disc(s, t))
+                return self.position[which].astype(np.float32) - position
+            axes = [radius * axis for axis in tangents(unit[:, owners])]
+            return combined(self.position[which], axes, in_disc(s, t), position)
 
         return Whole(irradiance, known, segments, None)
 

@@ -44,16 +44,16 @@ class Suns:
         2 (√(1 + r²) − 1) / r² w.
         """
         toward, radius = self.toward[which], self.radius[which]
-        cosine = middles.normal @ toward
+        cosine = toward @ middles.normal
         slack = radius * np.sqrt(np.maximum(1 - cosine**2, 0))
         mean = 2 / (np.sqrt(1 + radius**2) + 1)
         axes = [radius * axis for axis in tangents(toward)]
 
         def segments(owners, position, s, t):
-            return combined(toward.astype(np.float32), axes, in_disc(s, t))
+            return combined(toward, axes, in_disc(s, t))
 
         def weight(owners, segments):
-            along = np.einsum("pkj,kj->pk", segments, middles.normal[owners])
+            along = np.einsum("pkj,jk->pk", segments, middles.normal[:, owners])
             return np.maximum(along, 0) / np.linalg.norm(segments, axis=2)
 
         return Whole(

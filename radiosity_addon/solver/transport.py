@@ -207,6 +207,7 @@ def _trace_rows(context: Context, elements: Elements, points: Points, row, rays:
 
     def work(chunk):
         group, chosen = chunk
+        owners = np.arange(count)[chosen]
         met, directions = shoot(context, points.take(chosen), rays, *key, group, 3)
         arriving, sides, found = 0.0, [], []
         for part in met:
@@ -216,10 +217,10 @@ def _trace_rows(context: Context, elements: Elements, points: Points, row, rays:
             some = places_hit(sides[-1], part.hits, elements.miss)
             found.append(some[row[elements.sides_of(some.side)] == -1])
         behind = [
-            Later(chosen[part.rays % len(chosen)], side, part.weight)
+            Later(owners[part.rays % len(owners)], side, part.weight)
             for side, part in zip(sides[1:], met[1:])
         ]
-        find_lost(sides[0], elements, len(chosen))
+        find_lost(sides[0], elements, len(owners))
         return chosen, sides[0].reshape(rays, -1).T, arriving, found, behind
 
     chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // rays))
