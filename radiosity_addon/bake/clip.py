@@ -1,7 +1,8 @@
 """Clipping unit squares by triangles, many at once. Depends on NumPy only.
 
-A batch of convex polygons is a pair ``points (m, k, 2) float64, count (m,)``: of row i the first
-``count[i]`` points are its vertices in order, the rest is padding.
+Places are complex numbers x + iy. A batch of convex polygons is a pair ``points (k, m) complex128,
+count (m,)``: of column i the first ``count[i]`` points are its vertices in order, the rest is
+padding. NumPy's inner loops then run over polygons, not over a few vertices or two coordinates.
 """
 
 from __future__ import annotations
@@ -16,71 +17,74 @@ def clip_squares(corner: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray,
     turning either way. Returns polygons relative to ``corner``, at most 7 vertices each
     (Sutherland & Hodgman 1974), count 0 where nothing is left.
     """
-    m = len(corner)
-    points = np.broadcast_to([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], (m, 4, 2))
-    count = np.full(m, 4)
     local = triangles - corner[:, None]
     turn = np.sign(doubled_areas(local))
+    points = np.repeat(np.array([0, 1, 1 + 1j, 1j])[:, None], len(corner), axis=1)
+    count = np.full(len(corner), 4)
+    ends = np.ascontiguousarray(local).view(complex)[..., 0].T
     for a, b in ((0, 1), (1, 2), (2, 0)):
-        edge = local[:, b] - local[:, a]
-        normal = np.stack([-edge[:, 1], edge[:, 0]], 1) * turn[:, None]
-        points, count = clip(points, count, local[:, a], normal)
+        points, count = clip(points, count, ends[a], 1j * (ends[b] - ends[a]) * turn)
     return points, count
 
 
 def clip(points, count, origin, normal) -> tuple[np.ndarray, np.ndarray]:
     """Keep of each polygon what has ``(p - origin)·normal >= 0``; one vertex more at most."""
-    m, k, _ = points.shape
-    height = np.einsum("mkd,md->mk", points - origin[:, None], normal)
-    valid = np.arange(k) < count[:, None]
+    away = points - origin
+    height = away.real * normal.real + away.imag * normal.imag
+    valid = np.arange(len(points))[:, None] < count
     inside = valid & (height >= 0)
-    cut = np.nonzero(inside.any(1) & (inside != valid).any(1))[0]
-    out = np.zeros((m, k + 1, 2))
-    out[:, :k] = points
-    left = np.where(inside.any(1), count, 0)
-    out[cut], left[cut] = _cut(points[cut], count[cut], height[cut], inside[cut])
+    some = inside.any(axis=0)
+    cut = np.flatnonzero(some & (inside != valid).any(axis=0))
+    out = np.concatenate([points, np.zeros((1, len(count)))])
+    left = np.where(some, count, 0)
+    parts = (np.take(part, cut, axis=-1) for part in (points, count, height, inside))
+    out[:, cut], left[cut] = _cut(*parts)
     return out, left
 
 
 def _cut(points, count, height, inside) -> tuple[np.ndarray, np.ndarray]:
     """Polygons with vertices on both sides: each crossing of an edge becomes a vertex."""
-    m, k, _ = points.shape
-    rows, slots = np.arange(m)[:, None], np.arange(k)
-    following = np.where(slots + 1 < count[:, None], slots + 1, 0)
-    next_height = height[rows, following]
-    crosses = (slots < count[:, None]) & (inside != inside[rows, following])
+    k, m = points.shape
+    last = np.arange(k)[:, None] == count - 1
+    following, next_height, next_inside = (
+        np.where(last, part[0], np.roll(part, -1, axis=0)) for part in (points, height, inside)
+    )
+    crosses = (np.arange(k)[:, None] < count) & (inside != next_inside)
     share = height / np.where(crosses, height - next_height, 1.0)
-    crossing = points + share[..., None] * (points[rows, following] - points)
-    both = np.stack([points, crossing], 2).reshape(m, 2 * k, 2)
-    return _compact(both, np.stack([inside, crosses], 2).reshape(m, 2 * k), k + 1)
+    crossing = points + share * (following - points)
+    both = np.stack([points, crossing], 1).reshape(2 * k, m)
+    return _compact(both, np.stack([inside, crosses], 1).reshape(2 * k, m), k + 1)
 
 
 def _compact(points, keep, width) -> tuple[np.ndarray, np.ndarray]:
-    """Move the kept points of each row to its front, at most ``width`` of them."""
-    slot = np.cumsum(keep, 1) - 1
+    """Move the kept points of each column to its front, at most ``width`` of them."""
+    slot = np.cumsum(keep, axis=0) - 1
     keep = keep & (slot < width)
-    row = np.nonzero(keep)[0]
-    out = np.zeros((len(points), width, 2))
-    out[row, slot[keep]] = points[keep]
-    return out, keep.sum(1)
+    kept = np.flatnonzero(keep)
+    m = points.shape[1]
+    out = np.zeros((width, m), complex)
+    out.ravel()[slot.ravel()[kept] * m + kept % m] = points.ravel()[kept]
+    return out, keep.sum(axis=0)
 
 
 def fan(points, count) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Cut polygons into cells: ``(owner (c,), corners (c, 3, 2), square (c,) bool)``.
+    """Cut polygons into cells: ``(owner (c,), corners (c, 3, 2) float64, square (c,) bool)``.
 
     A parallelogram is one square cell; any other polygon becomes triangles around its vertex 0.
     """
-    square = count == 4
-    four = points[square]
-    gap = np.abs(four[:, 0] + four[:, 2] - four[:, 1] - four[:, 3]).max(1, initial=0.0)
-    square[square] = gap < 1e-9
-    owners, corners = [np.nonzero(square)[0]], [points[square][:, (0, 1, 3)]]
-    for k in range(1, points.shape[1] - 1):
-        has = np.nonzero(~square & (count > k + 1))[0]
-        owners.append(has)
-        corners.append(points[has][:, (0, k, k + 1)])
+    gap = points[0] + points[2] - points[1] - points[3]
+    square = (count == 4) & (np.maximum(np.abs(gap.real), np.abs(gap.imag)) < 1e-9)
+    owners, vertices = [np.flatnonzero(square)], [(0, 1, 3)]
+    for k in range(1, len(points) - 1):
+        owners.append(np.flatnonzero(~square & (count > k + 1)))
+        vertices.append((0, k, k + 1))
+    corners = [
+        np.stack([points[vertex, owner] for vertex in three], 1)
+        for owner, three in zip(owners, vertices)
+    ]
     owner = np.concatenate(owners)
-    return owner, np.concatenate(corners), np.arange(len(owner)) < len(owners[0])
+    corners = np.concatenate(corners)[..., None].view(float)
+    return owner, corners, np.arange(len(owner)) < len(owners[0])
 
 
 def doubled_areas(triangles: np.ndarray) -> np.ndarray:

@@ -91,7 +91,7 @@ def _cells(points: np.ndarray, start: int, resolution: int) -> Iterator[tuple]:
     owner, row = _rows(points, resolution)
     for at in range(0, len(owner), CHUNK):
         who, y = owner[at : at + CHUNK], row[at : at + CHUNK]
-        outer, inner = _spans(points[who], y, resolution)
+        outer, inner = _spans(np.take(points, who, axis=0), y, resolution)
         whole = _whole(inner, who, y)
         yield _finish(whole, points, inverse, usable + start, resolution)
         partial = _partial(outer, inner, who, y)
@@ -102,12 +102,9 @@ def _cells(points: np.ndarray, start: int, resolution: int) -> Iterator[tuple]:
 
 
 def _barycentric(points: np.ndarray) -> np.ndarray:
-    """(n, 2, 2) matrices that take an offset in texels to one in barycentric (u, v)."""
+    """(2, 2, n) matrices that take an offset in texels to one in barycentric (u, v)."""
     u, v = points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]
-    area = doubled_areas(points)
-    return np.stack([v[:, 1], -v[:, 0], -u[:, 1], u[:, 0]], 1).reshape(-1, 2, 2) / area[
-        :, None, None
-    ]
+    return np.array([[v[:, 1], -v[:, 0]], [-u[:, 1], u[:, 0]]]) / doubled_areas(points)
 
 
 def expand(count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -183,7 +180,7 @@ def _partial(outer, inner, owner, row):
 
 def _clipped(owner, column, row, points):
     corner = np.stack([column, row], 1).astype(float)
-    polygons, count = clip_squares(corner, points[owner])
+    polygons, count = clip_squares(corner, np.take(points, owner, axis=0))
     who, corners, square = fan(polygons, count)
     return owner[who], column[who], row[who], corners, square
 
@@ -192,9 +189,13 @@ def _finish(cells, points, inverse, names, resolution):
     """From corners in the texel to barycentric ones: (texel, triangle, corners, square, area)."""
     owner, column, row, corners, square = cells
     area = np.abs(doubled_areas(corners)) * np.where(square, 1.0, 0.5)
-    offset = np.stack([column, row], 1) - points[owner, 0]
-    matrix = inverse[owner]
-    barycentric = np.matmul(corners + offset[:, None], matrix.transpose(0, 2, 1))
+    matrix = np.take(inverse, owner, axis=2)
+    offset = [place - points[owner, 0, axis] for axis, place in enumerate((column, row))]
+    barycentric = np.empty(corners.shape)
+    for corner in range(3):  # inner loops over cells, not over two numbers
+        x, y = (corners[:, corner, axis] + offset[axis] for axis in range(2))
+        for axis, (along_x, along_y) in enumerate(matrix):
+            barycentric[:, corner, axis] = along_x * x + along_y * y
     keep = area > TOUCHED
     cells = row * resolution + column, names[owner], barycentric, square, area
     return cells if keep.all() else tuple(column[keep] for column in cells)

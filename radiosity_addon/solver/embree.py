@@ -141,16 +141,15 @@ def _check(origins: np.ndarray, directions: np.ndarray) -> int:
             raise ValueError(f"{name} are {array.dtype} {array.shape}; they must be float32 (n, 3)")
         if not array.flags.c_contiguous:
             raise ValueError(f"{name} are not contiguous; Embree would read the wrong numbers")
-        if not _finite(array):
-            raise ValueError(f"{name} are not finite; check what they were made from")
+    if not _finite(origins, directions):
+        raise ValueError("origins or directions are not finite; check what they were made from")
     if len(origins) != len(directions):
         raise ValueError(f"{len(origins)} origins but {len(directions)} directions")
     return len(origins)
 
 
-def _finite(array: np.ndarray) -> bool:
-    """Whether all numbers are: seen from their sum's square, at a tenth of looking at each."""
-    flat = array.reshape(-1)
-    with np.errstate(over="ignore", invalid="ignore"):
-        quick = np.isfinite(np.dot(flat, flat))
-    return bool(quick or np.isfinite(flat).all())
+@np.errstate(over="ignore", invalid="ignore")
+def _finite(*arrays: np.ndarray) -> bool:
+    """Whether all numbers are: seen from the sum of their squares, at a tenth of looking at each."""
+    flat = [array.reshape(-1) for array in arrays]
+    return all(np.isfinite(np.dot(each, each)) or np.isfinite(each).all() for each in flat)

@@ -112,8 +112,12 @@ def footprint_points(
     table = sobol(per, 5, *key).astype(np.float32)  # the lights' places take 2 and 3
     s, t = (shifted(table[:, axis, None], turn[:, axis]) for axis in (0, 1))
     cell = np.take(footprints.start, chosen)
-    if np.any(np.take(footprints.start, chosen + 1) - cell > 1):
-        cell = _choose_cells(footprints, chosen, table[:, 4:], turn[:, 2])
+    several = np.flatnonzero(np.take(footprints.start, chosen + 1) - cell > 1)
+    if len(several):
+        cell = np.repeat(cell[None], per, axis=0)
+        cell[:, several] = _choose_cells(
+            footprints, chosen[several], table[:, 4:], turn[several, 2]
+        )
     square = np.take(footprints.square, cell)
     if not square.all():
         fold = ~square & (s + t > 1)

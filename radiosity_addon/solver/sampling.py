@@ -17,8 +17,9 @@ SCRAMBLES = 4
 GROUPS = 8  # neighbouring receivers use different point sets, so that their errors are independent
 
 
+@lru_cache(maxsize=256)
 def sobol(count: int, dimensions: int, *key: int) -> np.ndarray:
-    """(count, dimensions) float64 in [0, 1): a Sobol set, shifted digitally for this key.
+    """(count, dimensions) float64 in [0, 1), read only: a Sobol set, shifted digitally for this key.
 
     What is sampled together must take different dimensions of sets of one length: the same ones
     have equal digits, whatever their shifts, and however many points there are they lie on a plane.
@@ -28,7 +29,9 @@ def sobol(count: int, dimensions: int, *key: int) -> np.ndarray:
     *shift, which = np.random.SeedSequence(key).generate_state(dimensions + 1)
     exponent = max(0, int(np.ceil(np.log2(count))))
     net = _scrambled(exponent, dimensions, int(which) % SCRAMBLES)
-    return (net[:count] ^ np.array(shift, np.uint32)) * 2.0**-32
+    table = (net[:count] ^ np.array(shift, np.uint32)) * 2.0**-32
+    table.flags.writeable = False
+    return table
 
 
 @lru_cache(maxsize=256)

@@ -162,8 +162,8 @@ def test_seven_corners_at_most():
     triangle = np.array([[[-0.2, 0.5], [0.9, -0.2], [1.1, 1.15]]])
     points, count = clip_squares(np.zeros((1, 2)), triangle)
     owner, corners, square = fan(points, count)
-    polygon = points[0, : count[0]]
-    x, y = polygon.T
+    polygon = points[: count[0], 0]
+    x, y = polygon.real, polygon.imag
     shoelace = 0.5 * abs((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
     assert count[0] <= 7 and len(owner) == count[0] - 2 and not square.any()
     assert np.abs(doubled_areas(corners)).sum() / 2 == pytest.approx(shoelace)
