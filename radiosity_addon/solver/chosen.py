@@ -41,6 +41,7 @@ def _from_chosen(context: Context, points: Points, middles: Middles, key):
     position, normal = position.astype(float), normal.astype(float)
     irradiance, choices = np.zeros((count, context.channels)), 0
     total, square = np.zeros((2, count))
+    mean = np.full(context.channels, 1 / context.channels)
     for light, factor in _choices(context, points, middles, key):
         places = light_places(points, *key, choices, 3)
         xi = np.stack([axis.ravel() for axis in places], 1)
@@ -56,7 +57,7 @@ def _from_chosen(context: Context, points: Points, middles: Middles, key):
             found *= sample.irradiance[:, None]
             arriving[rows] = found * factor[rows, None] * color
         irradiance += arriving.reshape(per, count, -1).mean(axis=0)
-        level = arriving.mean(axis=1).reshape(per, count)
+        level = (arriving @ mean).reshape(per, count)
         total += level.sum(axis=0)
         square += (level * level).sum(axis=0)
     return irradiance, _variance(total, square, choices, per)
@@ -98,7 +99,7 @@ def _samples(context: Context, light: np.ndarray, position, normal, xi):
             rows = slice(None) if len(rows) == len(light) else rows
             place = sources.place[light[rows]]
             sample = kind.sample(place, position[rows], normal[rows], xi[rows])
-            color = kind.color[place]
+            color = np.take(kind.color, place, axis=0)
             if sample.surface is not None:
                 varied, triangle, uv = sample.surface
                 color[varied] = context.emission(triangle, uv)

@@ -72,20 +72,20 @@ def _shared_directions(points: Points, xi: np.ndarray) -> np.ndarray:
     all owners but for a turn. Matrix products make them."""
     # Consecutive Sobol points cover the hemisphere evenly by themselves; every n-th would not.
     per, count = points.shape
-    frames = points.frames(points.turn[:, 2])
-    axes = frames.transpose(0, 2, 1, 3).reshape(len(frames), 3, 3 * count)
-    local = cosine_directions(xi).reshape(len(frames), -1, 3)
+    axes = points.axes(points.turn[:, 2])
+    axes = axes.reshape(3, -1, 3 * count).swapaxes(0, 1)
+    local = cosine_directions(xi).reshape(len(axes), -1, 3)
     return (local @ axes).reshape(per, -1, count, 3)
 
 
 def _own_directions(points: Points, u: np.ndarray, v: np.ndarray) -> np.ndarray:
     """(per, rays per point, R, 3) float32 at places (rays, R) of the square."""
     per, count = points.shape
-    frames = points.frames()
+    axes = points.axes()
     local = [axis.reshape(per, -1, count) for axis in cosine_lifted(u, v)]
     directions = np.empty(local[0].shape + (3,), np.float32)
     for axis in range(3):  # inner loops over owners, not over three numbers
-        x, y, z = (part * frames[:, None, :, k, axis] for k, part in enumerate(local))
+        x, y, z = (part * each[:, None, :, axis] for part, each in zip(local, axes))
         x += y
         np.add(x, z, out=directions[..., axis])
     return directions

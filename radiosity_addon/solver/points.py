@@ -13,7 +13,7 @@ import numpy as np
 
 from .footprints import Footprints
 from .geometry import OFFSET, Geometry
-from .sampling import GROUPS, sobol, tangent_frames
+from .sampling import GROUPS, sobol, tangent_axes
 from .vectors import columns, dot
 
 FLAT = 1e-6  # normals nearer than this are the same
@@ -68,11 +68,11 @@ class Points:
         half = np.broadcast_to(half, place.shape)
         return Middles(*(columns(part.astype(float)) for part in (place, self.normal[0], half)), flat)
 
-    def frames(self, turn: np.ndarray | float = 0.0) -> np.ndarray:
-        """(per or 1, R, 3, 3) float32 tangent frames, an owner's all turned alike by ``turn`` (R,);
-        1 where an owner's points lie in one plane."""
+    def axes(self, turn: np.ndarray | float = 0.0) -> np.ndarray:
+        """(3, per or 1, R, 3) float32 tangents, bitangents and normals, an owner's all turned alike
+        by ``turn`` (R,); 1 where an owner's points lie in one plane."""
         flat = self.normal.strides[0] == 0
-        return tangent_frames(self.normal[:1] if flat else self.normal, turn)
+        return tangent_axes(self.normal[:1] if flat else self.normal, turn)
 
 
 @dataclass(frozen=True)

@@ -67,13 +67,18 @@ def tangent_frames(normal: np.ndarray, turn: np.ndarray | float = 0.0) -> np.nda
 
     The tangent is turned about the normal by ``turn`` (...) revolutions.
     """
+    return np.moveaxis(tangent_axes(normal, turn), 0, -2)
+
+
+def tangent_axes(normal: np.ndarray, turn: np.ndarray | float = 0.0) -> np.ndarray:
+    """(3, ..., 3) float32: the same, all tangents, then all bitangents, then all normals."""
     normal = np.asarray(normal, np.float32)
-    tangent, bitangent = tangents(np.moveaxis(normal, -1, 0))
+    tangent, bitangent = tangents(np.ascontiguousarray(np.moveaxis(normal, -1, 0)))
     angle = np.asarray(turn, np.float32) * np.float32(2 * np.pi)
     c, s = np.cos(angle), np.sin(angle)
-    frames = np.empty(normal.shape[:-1] + (3, 3), np.float32)
+    axes = np.empty((3,) + normal.shape, np.float32)
     for k in range(3):
-        frames[..., 0, k] = c * tangent[k] + s * bitangent[k]
-        frames[..., 1, k] = c * bitangent[k] - s * tangent[k]
-        frames[..., 2, k] = normal[..., k]
-    return frames
+        axes[0, ..., k] = c * tangent[k] + s * bitangent[k]
+        axes[1, ..., k] = c * bitangent[k] - s * tangent[k]
+    axes[2] = normal
+    return axes

@@ -44,7 +44,7 @@ class Spheres:
         is known beforehand, so that only the shadows are sampled.
         """
         toward = -columns(position)
-        toward += self.position.T[:, which] if np.ndim(which) else self.position[which][:, None]
+        toward += np.take(self.position, np.atleast_1d(which), axis=0).T
         distance, radius = size(toward), self.radius[which]
         unit = toward / distance
         irradiance = np.maximum(dot(unit, columns(normal)), 0) / (distance**2 + radius**2)

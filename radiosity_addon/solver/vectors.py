@@ -35,10 +35,12 @@ def tangents(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Two vectors (3, ...) across unit ``normal`` (3, ...) and each other. Branchless construction
     of Duff et al. 2017, "Building an Orthonormal Basis, Revisited", Listing 3."""
     x, y, z = normal
-    one = normal.dtype.type(1)
-    sign = np.where(z > -1 / 3, one, -one)  # not at 0: walls stand there
+    kind = normal.dtype.type
+    sign = np.copysign(kind(1), z + kind(1 / 3))  # not at 0: walls stand there
     a = -1 / (sign + z)
     b = x * y * a
-    return (
-        np.stack([1 + sign * x * x * a, sign * b, -sign * x]), np.stack([b, sign + y * y * a, -y])
-    )
+    tangent, bitangent = np.empty_like(normal), np.empty_like(normal)
+    tangent[0] = 1 + sign * x * x * a
+    tangent[1], tangent[2] = sign * b, -sign * x
+    bitangent[0], bitangent[1], bitangent[2] = b, sign + y * y * a, -y
+    return tangent, bitangent
