@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .vectors import columns, dot
+from .vectors import columns, cross, dot
 
 
 def polygon_form_factor(
@@ -52,11 +52,7 @@ def _around(rays: list, normal: np.ndarray) -> np.ndarray:
 
 def _edge(a: np.ndarray, b: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """(n,) Γ·n of the edges a → b, (3, n) each, seen from the origin."""
-    across = np.empty_like(a)
-    for k in range(3):
-        i, j = (k + 1) % 3, (k + 2) % 3
-        np.multiply(a[i], b[j], out=across[k])
-        across[k] -= a[j] * b[i]
+    across = cross(a, b)
     sine = np.sqrt(dot(across, across))
     angle = np.arctan2(sine, dot(a, b))
     angle /= np.maximum(sine, 1e-300)
@@ -72,7 +68,7 @@ def _clipped(rays: list, heights: list, normal: np.ndarray) -> np.ndarray:
         crossing = (ha > 0) != (hb > 0)
         middle = a + np.where(crossing, ha / np.where(crossing, ha - hb, 1), 0) * (b - a)
         start, end = np.where(ha > 0, a, middle), np.where(hb > 0, b, middle)
-        total += np.where((ha > 0) | (hb > 0), _edge(start, end, normal), 0)
+        total += _edge(start, end, normal)  # of none where both are below
         leaving += np.where(crossing & (ha > 0), middle, 0)
         entering += np.where(crossing & (hb > 0), middle, 0)
     return total + _edge(leaving, entering, normal)

@@ -21,6 +21,16 @@ def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return result
 
 
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(3, ...) products of vectors (3, ...)."""
+    result = np.empty_like(a)
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        np.multiply(a[i], b[j], out=result[k])
+        result[k] -= a[j] * b[i]
+    return result
+
+
 def row_squares(rows: np.ndarray) -> np.ndarray:
     """(n,) sums of the squares in each row of (n, c)."""
     return np.einsum("ij,ij->i", rows, rows)

@@ -47,7 +47,8 @@ def test_what_a_receiver_sees():
     scene = meshes.scene([ground, wall, (ball + [0, 0, 20], small)], 0.5)
     context = build_context(scene, 0, 1, silent)
     receivers = meshes.triangle_receivers(scene)
-    sight = Sight(context, build_footprints(context.geometry, receivers))
+    footprints = build_footprints(context.geometry, receivers)
+    sight = Sight(context, footprints, *footprints.middle())
     column = np.repeat(np.tile([-2, 0, 2], 3), 2)  # the squares' middles, along x
     one, other = np.stack(np.meshgrid(np.arange(18), np.arange(18))).reshape(2, -1)
     sees = sight.sees_whole(one, other)
