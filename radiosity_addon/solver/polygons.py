@@ -14,10 +14,10 @@ import numpy as np
 from .geometry import OFFSET
 from .lambert import polygon_form_factor
 from .light_tree import Emitters
-from .lights import Sample, Whole, combined, in_disc, length, masked, owned, partly_above
+from .lights import Sample, Whole, combined, in_disc, masked, owned, partly_above
 from .points import Middles
 from .spherical import direction_within, solid_angle
-from .vectors import dot
+from .vectors import columns, dot
 from .vectors import size as distance
 
 TRIANGLE, RECTANGLE, ELLIPSE = range(3)
@@ -68,6 +68,7 @@ class Polygons:
         self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
     ) -> Sample:
         """Sample light ``which`` (an int: exactly; or (n,) of them: each alone) for n points."""
+        position, normal = columns(position), columns(normal)
         if np.ndim(which) == 0 or len(which) == 0:
             return self._by_area(which, position, normal, xi, np.ndim(which) == 0)
         near = self._near(which, position)
@@ -75,15 +76,16 @@ class Polygons:
         sample = self._by_area(which, position, normal, xi, False)
         some = np.flatnonzero(angular)
         if len(some):
-            chosen = (array[some] for array in (which, position, normal, xi))
-            value, segment = self._by_solid_angle(*chosen)
-            sample.irradiance[some], sample.segment[some] = value, segment
+            value, segment = self._by_solid_angle(
+                which[some], position[:, some], normal[:, some], xi[some]
+            )
+            sample.irradiance[some], sample.segment[some] = value, segment.T
             sample.weight[some] = value > 0
         textured = np.flatnonzero(near & (self.triangle[which] >= 0))
         if len(textured) == 0:
             return sample
         mine = which[textured]
-        uv = self._texture_place(mine, position[textured] + sample.segment[textured])
+        uv = self._texture_place(mine, position[:, textured] + sample.segment[textured].T)
         return replace(sample, surface=(textured, self.triangle[mine], uv))
 
     def whole(self, which: int, middles: Middles) -> Whole:
@@ -123,66 +125,66 @@ class Polygons:
         return Whole(irradiance, middles.flat & (lit | dark), segments, weight)
 
     def _near(self, which: np.ndarray, position: np.ndarray) -> np.ndarray:
-        """(n,) bool: the light's apparent size is above NEAR."""
+        """(n,) bool: the light's apparent size from (3, n) is above NEAR."""
         center, size = self.middle()
-        away = position - center[which]
-        return size[which] ** 2 > NEAR**2 * np.einsum("ij,ij->i", away, away)
+        away = position - _each(center, which)
+        return size[which] ** 2 > NEAR**2 * dot(away, away)
 
     def _by_area(self, which, position, normal, xi, exact: bool) -> Sample:
         """Sample uniformly by area; where ``exact``, with the irradiance of the whole light."""
         s, t = self.place(which, xi[:, 0], xi[:, 1])
-        target = self.origin[which] + s[:, None] * self.u[which] + t[:, None] * self.v[which]
-        segment, side = self._segment(which, position, target)
-        square = np.maximum(np.einsum("ij,ij->i", segment, segment), 1e-30)
-        cosine = np.einsum("ij,ij->i", segment, normal)
-        weight = np.maximum(cosine, 0) * np.abs(side) / square**2
+        origin, u, v = (_each(array, which) for array in (self.origin, self.u, self.v))
+        segment, side = self._segment(which, position, origin + s * u + t * v)
+        square = np.maximum(dot(segment, segment), 1e-30)
+        weight = np.maximum(dot(segment, normal), 0) * np.abs(side) / square**2
         shines = self.two_sided[which] | (side > 0)
-        segment = segment.astype(np.float32)
+        segment = np.ascontiguousarray(segment.T, np.float32)
         if not exact or self.spread[which] < np.pi:
             beam = spread_falloff(np.abs(side) / np.sqrt(square), self.spread[which])
             value = np.where(shines, weight * beam * self.area[which], 0)
             return Sample(value, (value > 0) * 1.0, segment, 1.0, False)
-        factor = np.pi * polygon_form_factor(position, normal, self._corners(which))
+        factor = np.pi * polygon_form_factor(position.T, normal.T, self._corners(which))
         factor = np.where(shines, factor, 0)
         return Sample(factor, np.where(factor > 0, weight, 0), segment, 1.0, True)
 
     def _segment(self, which, position, target) -> tuple[np.ndarray, np.ndarray]:
-        """(n, 3) to just before places on lights, and (n,) heights of the points above them."""
-        side = np.einsum("ij,ij->i", position - target,
-                         np.broadcast_to(self.normal[which], target.shape))  # fmt: skip
-        lift = np.where(side >= 0, OFFSET, -OFFSET)[:, None] * self.normal[which]
-        return target + lift - position, side
+        """(3, n) to just before places (3, n) on lights, and (n,) heights of the points above
+        them."""
+        normal = _each(self.normal, which)
+        side = dot(position - target, normal)
+        return target + np.where(side >= 0, OFFSET, -OFFSET) * normal - position, side
 
     def _by_solid_angle(self, which, position, normal, xi) -> tuple[np.ndarray, np.ndarray]:
-        """(n,) irradiance and (n, 3) segments of lights ``which`` (n,), triangles or rectangles,
+        """(n,) irradiance and (3, n) segments of lights ``which`` (n,), triangles or rectangles,
         sampled uniformly in the solid angle they are seen under."""
-        first = self.origin[which] - position
-        a, b, c = first, first + self.u[which], first + self.v[which]
-        d = b + self.v[which]
-        a, b, c, d = (corner / length(corner)[:, None] for corner in (a, b, c, d))
+        origin, u, v, up = (
+            _each(array, which) for array in (self.origin, self.u, self.v, self.normal)
+        )
+        first = origin - position
+        a, b, c = first, first + u, first + v
+        a, b, c, d = (corner / distance(corner) for corner in (a, b, c, b + v))
         one = solid_angle(a, b, c)
         other = np.where(self.shape[which] == RECTANGLE, solid_angle(d, c, b), 0)
         whole = np.maximum(one + other, 1e-30)
         second = xi[:, 0] * whole >= one
-        a, b, c = (np.where(second[:, None], q, p) for p, q in ((a, d), (b, c), (c, b)))
+        a, b, c = (np.where(second, q, p) for p, q in ((a, d), (b, c), (c, b)))
         angle = np.where(second, other, one)
         within = (xi[:, 0] * whole - np.where(second, one, 0)) / np.maximum(angle, 1e-30)
         within = np.stack([np.clip(within, 0, 1), xi[:, 1]], 1)
         direction = direction_within(a, b, c, angle, within)
-        height = np.einsum("ij,ij->i", first, self.normal[which])
-        slope = np.einsum("ij,ij->i", direction, self.normal[which])
+        height, slope = dot(first, up), dot(direction, up)
         reached = height * slope > 0
         step = height / np.where(reached, slope, 1)
-        segment, side = self._segment(which, position, position + step[:, None] * direction)
+        segment, side = self._segment(which, position, position + step * direction)
         shines = reached & (self.two_sided[which] | (side > 0))
-        cosine = np.maximum(np.einsum("ij,ij->i", direction, normal), 0)
-        return np.where(shines, whole * cosine, 0), np.where(reached[:, None], segment, 1)
+        cosine = np.maximum(dot(direction, normal), 0)
+        return np.where(shines, whole * cosine, 0), np.where(reached, segment, 1)
 
     def _texture_place(self, which, target: np.ndarray) -> np.ndarray:
-        """(n, 2) barycentric coordinates, in their triangles, of places on lights."""
-        u, v, away = self.u[which], self.v[which], target - self.origin[which]
-        pairs = (u, u), (u, v), (v, v), (away, u), (away, v)
-        uu, uv, vv, au, av = (np.einsum("ij,ij->i", p, q) for p, q in pairs)
+        """(n, 2) barycentric coordinates, in their triangles, of places (3, n) on lights."""
+        origin, u, v = (_each(array, which) for array in (self.origin, self.u, self.v))
+        away = target - origin
+        uu, uv, vv, au, av = (dot(p, q) for p, q in ((u, u), (u, v), (v, v), (away, u), (away, v)))
         below = np.maximum(uu * vv - uv * uv, 1e-300)
         s = np.clip((au * vv - av * uv) / below, 0, 1)[:, None]
         t = np.clip((av * uu - au * uv) / below, 0, 1)[:, None]
@@ -245,6 +247,11 @@ class Polygons:
         power = self.area * self.color.mean(axis=1)
         return Emitters(center, size, self.normal, power * self.front, power * self.back,
                         np.zeros(len(power), bool))  # fmt: skip
+
+
+def _each(vectors: np.ndarray, which) -> np.ndarray:
+    """(3, n) of vectors (k, 3), or (3, 1) where ``which`` is one of them."""
+    return columns(np.take(vectors, np.atleast_1d(which), axis=0))
 
 
 def spread_falloff(cosine: np.ndarray, spread: np.ndarray) -> np.ndarray:

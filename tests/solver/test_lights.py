@@ -109,17 +109,17 @@ def test_directions_fill_their_spherical_triangle(size):
     n = 1 << 14
     a, b, c = (v / np.linalg.norm(v) for v in np.array([[0, 0, 1], [size, 0, 1], [0, size, 1.0]]))
     xi = np.random.default_rng(0).random((n, 2))
-    many = [np.tile(v, (n, 1)) for v in (a, b, c)]
+    many = [np.tile(v[:, None], n) for v in (a, b, c)]
     whole = solid_angle(*many)
-    found = direction_within(*many, whole, xi)
+    found = direction_within(*many, whole, xi).T
     np.testing.assert_allclose(np.linalg.norm(found, axis=1), 1, rtol=1e-9)
     x, y = (found[:, :2] / found[:, 2:]).T
     assert x.min() > -1e-9 and y.min() > -1e-9 and (x + y).max() < size * (1 + 1e-9)
     middle = np.array([size / 2, size / 2, 1.0])
-    half = solid_angle(a[None], b[None], middle[None] / np.linalg.norm(middle))
+    half = solid_angle(a[:, None], b[:, None], middle[:, None] / np.linalg.norm(middle))
     assert np.mean(y < x) == pytest.approx(float(half[0] / whole[0]), abs=3 / (2 * np.sqrt(n)))
     part = np.array([0, size / 4, 1.0])
-    quarter = solid_angle(a[None], b[None], part[None] / np.linalg.norm(part))
+    quarter = solid_angle(a[:, None], b[:, None], part[:, None] / np.linalg.norm(part))
     assert np.mean(x + 4 * y < size) == pytest.approx(
         float(quarter[0] / whole[0]), abs=3 / (2 * np.sqrt(n))
     )
