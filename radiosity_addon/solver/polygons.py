@@ -22,7 +22,7 @@ from .vectors import size as distance
 
 TRIANGLE, RECTANGLE, ELLIPSE = range(3)
 RIM = 48  # corners of the polygon that stands for an ellipse
-FAR = 16  # times the reach of a footprint: a form factor's curvature across it is < 0.1 % there
+FAR = 8  # times the reach of a footprint: a form factor's curvature across it is < 0.4 % there
 NO_HEIGHT = 1e-6  # of the scene: what lies nearer to a plane may be on either side of it,
 NO_DISTANCE = 1e-4  # and nearer to a light's than this float32 does not tell its places well
 NEAR = 0.1  # of a light's distance: a larger one is sampled by solid angle, and as its texture is
