@@ -114,23 +114,24 @@ def _smooth_picture(lattice, raw_a, raw_b, square):
     away of the noise is gone: what is missing is blur.
     """
     count, shape = len(raw_a), raw_a.shape[1:]
-    raw, other = [*raw_a, *raw_b], [*raw_b, *raw_a]
-    now, best = raw, [picture.copy() for picture in raw]
+    now, other = [*raw_a, *raw_b], [*raw_b, *raw_a]
+    best = [picture.copy() for picture in now]
     noise, left = _noise(raw_a, raw_b, square), np.ones(shape, np.float32)
-    gain, total = np.zeros_like(raw_a), np.zeros_like(raw_a)
-    change, *two = np.zeros((3, *shape), np.float32)  # fresh memory costs more than what is in it
-    spare = np.zeros((2, 2 * count, *shape), np.float32)
-    averaged = 0
+    gain, total, change, *two = np.zeros((5, *shape), np.float32)
+    # Fresh memory costs more than what is done in it: what was ``now`` is written anew.
+    spare, averaged = [np.zeros_like(picture) for picture in (*now, noise)], 0
     for level in range(lattice.levels):
-        after = lattice.step(*now, level=level, into=list(spare[level % 2]))
-        for rows in ranges(len(left), max(BAND * len(left) // left.size, 1)):
-            for k in range(2 * count):
-                new, old, apart = (pictures[k][rows] for pictures in (after, now, other))
-                total[k % count, rows] += _saved(new, old, apart)
-            change[rows] = 0
-            for saved, before, weight in zip(total, gain, square):
-                change[rows] += (saved[rows] - before[rows]) * weight[rows]
-            change[rows] *= 1 / count
+        after = []
+        for k, (old, apart) in enumerate(zip(now, other)):
+            after += lattice.step(old, level=level, into=[spare.pop()])
+            for rows in ranges(len(left), max(BAND * len(left) // left.size, 1)):
+                saved = _saved(after[k][rows], old[rows], apart[rows])
+                saved *= square[k % count][rows]
+                total[rows] += saved
+            if level:
+                spare.append(old)
+        np.subtract(total, gain, out=change)
+        change *= 1 / count
         mean = change
         for k in range(lattice.around(level)):
             (mean,) = lattice.step(mean, level=k, into=[two[k % 2]])
@@ -138,12 +139,11 @@ def _smooth_picture(lattice, raw_a, raw_b, square):
             (noise,), averaged = lattice.step(noise, level=averaged), averaged + 1
         remains = np.float32(lattice.left(level))
         better = mean < MARGIN * noise * (remains - left)
-        for chosen, new in zip([*best, *gain], [*after, *total]):
+        for chosen, new in zip([*best, gain], [*after, total]):
             np.copyto(chosen, new, where=better)
         np.copyto(left, remains, where=better)
         now = after
-    gain *= square
-    return best[:count], best[count:], gain.sum(axis=0), left < 1
+    return best[:count], best[count:], gain, left < 1
 
 
 def _noise(a: np.ndarray, b: np.ndarray, square: np.ndarray) -> np.ndarray:
