@@ -107,7 +107,7 @@ class Elements:
         its own (x, y)."""
         some = np.flatnonzero(np.take(self.grid, finer) == 0)
         u, v, grid = u[some], v[some], finer[some]
-        line = self.cut[grid - (len(self.grid) - len(self.cut))]
+        line = np.take(self.cut, grid - (len(self.grid) - len(self.cut)), axis=0)
         height = line[:, 0] + u * line[:, 1] + v * line[:, 2]
         found[some] = self.base[grid] + (height > 0)
         found[some[np.abs(height) < BAND]] = len(self.element)

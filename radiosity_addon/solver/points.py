@@ -17,6 +17,7 @@ from .sampling import GROUPS, sobol, tangent_axes
 from .vectors import columns, dot
 
 FLAT = 1e-6  # normals nearer than this are the same
+LEAST = 64  # owners in a group
 
 
 @dataclass(frozen=True)
@@ -183,8 +184,10 @@ def grouped_chunks(count: int, size: int, groups: int = GROUPS) -> list[tuple[in
     """(group, slice) pairs that cover ``range(count)``; neighbours fall into different groups.
 
     Each group uses a Sobol set of its own, each chunk has at most ``size`` owners. The groups of one
-    stretch of owners follow each other, so that what is read of its footprints is in the cache.
+    stretch of owners follow each other, so that what is read of its footprints is in the cache. A
+    few owners are not worth many groups.
     """
+    groups = min(groups, 1 + count // LEAST)
     return [
         (group, slice(start + group, min(start + groups * size, count), groups))
         for start in range(0, count, groups * size)
