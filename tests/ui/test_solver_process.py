@@ -65,7 +65,7 @@ def test_progress_grows_up_to_one(make_job):
 
 
 def test_close_ends_a_running_process_in_less_than_a_second(make_job):
-    process = started(make_job(resolution=640, error=1e-4))  # minutes
+    process = started(make_job(resolution=1600, error=1e-4))  # many seconds
     assert not process.wait(2.0)
     start = time.perf_counter()
     process.close()
@@ -104,7 +104,7 @@ def test_fault_of_ours_shows_the_last_words():
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are POSIX's")
 def test_crash_is_a_message(make_job):
-    process = started(make_job(resolution=640, error=1e-4))
+    process = started(make_job(resolution=1600, error=1e-4))
     process.wait(1.0)
     os.kill(process._process.pid, 11)
     wait(process)
@@ -136,7 +136,7 @@ def test_process_ends_when_blender_is_gone(make_job, own_folder):
     """Blender killed: standard input ends, the process goes and takes its folder along."""
     folder = own_folder / "orphan"
     folder.mkdir()
-    payload.write_payload(folder / worker.JOB, make_job(resolution=640, error=1e-4))
+    payload.write_payload(folder / worker.JOB, make_job(resolution=1600, error=1e-4))
     process = subprocess.Popen(
         [sys.executable, "-s", worker.__file__, str(folder)],
         stdin=subprocess.PIPE,
