@@ -316,3 +316,13 @@ def test_vertex_colours_beside_finer_ones(blender):
     (row,) = measure(lit_by_a_lamp_panel(), [0.03], [0], 0.01, said.append)
     assert len(said) == 2 and row.most.error <= row.found.error <= row.asked
     assert row.found.error < 2 * row.said
+
+
+def test_shares_of_a_bake(blender):
+    """Every work takes a part, none more than all; a function that got another name would be 0."""
+    from benchmarks.scenes import lit_by_a_lamp_panel
+    from benchmarks.shares import WORKS, shares
+
+    seconds, found = shares(lit_by_a_lamp_panel(), 64, 0.1, 1)
+    assert seconds > 0 and len(found) == 1 + len(WORKS)
+    assert all(0 < share < 1 for share in found.values())
