@@ -1,6 +1,6 @@
 """Direct light: irradiance from explicit lights, shadows included.
 
-Depends on ``context``, ``blockers``, ``chosen``, ``lights``, ``passage``, ``points``, ``parallel``. Each light's
+Depends on ``context``, ``blockers``, ``chosen``, ``passage``, ``points``, ``parallel``. Each light's
 irradiance is its unoccluded value, exact by Lambert's formula for polygons, times the visible share,
 sampled. So a wall that touches a lamp is right, and a receiver that sees the whole light has no
 noise. Of many lights every point looks at a few (``chosen``).
@@ -13,10 +13,9 @@ import numpy as np
 from .blockers import Blockers
 from .chosen import chosen_light
 from .context import Context
-from .lights import masked, owned
 from .parallel import map_chunks
 from .passage import visibility, visible_samples
-from .points import Middles, Points, grouped_chunks, light_places
+from .points import Middles, Points, grouped_chunks, light_places, masked, owned
 from .sampling import GROUPS
 
 POINTS_PER_CHUNK = 1 << 14

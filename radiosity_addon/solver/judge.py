@@ -1,7 +1,7 @@
 """Judge: from two independent halves of the light to a result, its error, and what to add.
 
-Depends on ``smooth``, ``lighting``, ``parallel``, ``vectors``. The error is the local relative RMS error of
-docs/theory.md: each receiver is judged against its own brightness or the mean brightness,
+Depends on ``smooth``, ``lighting``, ``parallel``, ``vectors``. The error is the local relative RMS
+error of docs/theory.md: each receiver is judged against its own brightness or the mean brightness,
 whichever is larger.
 """
 

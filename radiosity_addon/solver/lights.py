@@ -49,8 +49,8 @@ class Whole:
 
     ``segments(owners, position, s, t)`` gives what runs to its places (s, t) (per, k) in the unit
     square from ``position`` (per, k, 3) float32 of the ``owners``, (k,) or a slice: (per, k, 3)
-    float32, which ``length`` limits; ``weight(owners, segments)`` is the integrand there, (per, k), up to a
-    factor, and None where it is the same everywhere.
+    float32, which ``length`` limits; ``weight(owners, segments)`` is the integrand there, (per, k),
+    up to a factor, and None where it is the same everywhere.
     """
 
     irradiance: np.ndarray  # (R,) float64, unoccluded, per unit of the light's colour
@@ -77,16 +77,6 @@ def combined(place, axes: tuple, steps: tuple, position=None) -> np.ndarray:
         along += place[k].astype(np.float32)
         np.subtract(along, 0 if position is None else position[..., k], out=found[..., k])
     return found
-
-
-def masked(chosen: np.ndarray):
-    """What indexes those that are ``chosen`` (R,) bool: a slice where all are."""
-    return slice(None) if chosen.all() else np.flatnonzero(chosen)
-
-
-def owned(array: np.ndarray, some) -> np.ndarray:
-    """(a, k, ...) what the owners ``some``, (k,) int or a slice of them, have of (a, R, ...)."""
-    return array[:, some] if isinstance(some, slice) else np.take(array, some, axis=1)
 
 
 def length(vectors: np.ndarray) -> np.ndarray:

@@ -42,10 +42,8 @@ class Points:
 
     def take(self, chosen: np.ndarray) -> Points:
         """The points of some owners."""
-        return Points(
-            self.position[:, chosen], self.normal[:, chosen], self.triangle[:, chosen],
-            lambda: self.uv[:, chosen], self.turn[chosen],
-        )
+        arrays = (owned(array, chosen) for array in (self.position, self.normal, self.triangle))
+        return Points(*arrays, lambda: owned(self.uv, chosen), self.turn[chosen])
 
     def single(self) -> Points:
         """Every point an owner of its own, in the order of (per, R) flattened."""
@@ -94,6 +92,16 @@ class Middles:
     def depth(self, axis: np.ndarray) -> np.ndarray:
         """(R,) no point is further from it along unit ``axis`` (3,) or (3, R)."""
         return dot(np.abs(axis), self.half)
+
+
+def masked(chosen: np.ndarray):
+    """What indexes those that are ``chosen`` (R,) bool: a slice where all are."""
+    return slice(None) if chosen.all() else np.flatnonzero(chosen)
+
+
+def owned(array: np.ndarray, some) -> np.ndarray:
+    """(a, k, ...) what the owners ``some``, (k,) int or a slice of them, have of (a, R, ...)."""
+    return array[:, some] if isinstance(some, slice) else np.take(array, some, axis=1)
 
 
 _POINT_ARRAYS = ("position", "normal", "triangle", "uv")

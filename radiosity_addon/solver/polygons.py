@@ -14,8 +14,8 @@ import numpy as np
 from .geometry import OFFSET
 from .lambert import polygon_form_factor
 from .light_tree import Emitters
-from .lights import Sample, Whole, combined, in_disc, masked, owned, partly_above
-from .points import Middles
+from .lights import Sample, Whole, combined, in_disc, partly_above
+from .points import Middles, masked, owned
 from .spherical import direction_within, solid_angle
 from .vectors import columns, dot
 from .vectors import size as distance
