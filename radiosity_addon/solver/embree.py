@@ -150,6 +150,6 @@ def _check(origins: np.ndarray, directions: np.ndarray) -> int:
 
 @np.errstate(over="ignore", invalid="ignore")
 def _finite(*arrays: np.ndarray) -> bool:
-    """Whether all numbers are: seen from the sum of their squares, at a tenth of looking at each."""
+    """Whether all numbers are: seen from sums of squares, at a tenth of looking at each."""
     flat = [array.reshape(-1) for array in arrays]
     return all(np.isfinite(np.dot(each, each)) or np.isfinite(each).all() for each in flat)

@@ -1,9 +1,9 @@
 """Lattice: the texels of an image as neighbours of each other on the surface.
 
-Depends on ``border``, ``parallel`` and ``vectors``. An à-trous kernel (Holschneider et al. 1989) averages texels
-at distances 1, 2, 4, ...; neighbours are used in opposite pairs, f(x+d) + f(x−d) − 2 f(x), so that
-light that varies linearly stays as it is, at the edge of a wall too. Only the nearest are used where
-there is no pair.
+Depends on ``border``, ``parallel`` and ``vectors``. An à-trous kernel (Holschneider et al. 1989)
+averages texels at distances 1, 2, 4, ...; neighbours are used in opposite pairs,
+f(x+d) + f(x−d) − 2 f(x), so that light that varies linearly stays as it is, at the edge of a wall
+too. Only the nearest are used where there is no pair.
 """
 
 from __future__ import annotations

@@ -64,8 +64,8 @@ class Points:
         flat = np.ones(len(place), bool)
         if self.normal.strides[0] != 0:
             flat = (np.abs(self.normal - self.normal[0]) < FLAT).all(axis=(0, 2))
-        half = np.broadcast_to(half, place.shape)
-        return Middles(*(columns(part.astype(float)) for part in (place, self.normal[0], half)), flat)
+        parts = place, self.normal[0], np.broadcast_to(half, place.shape)
+        return Middles(*(columns(part.astype(float)) for part in parts), flat)
 
     def axes(self, turn: np.ndarray | float = 0.0) -> np.ndarray:
         """(3, per or 1, R, 3) float32 tangents, bitangents and normals, an owner's all turned alike
@@ -191,9 +191,9 @@ def points_on(geometry: Geometry, triangle, u, v, front, turn) -> Points:
 def grouped_chunks(count: int, size: int, groups: int = GROUPS) -> list[tuple[int, slice]]:
     """(group, slice) pairs that cover ``range(count)``; neighbours fall into different groups.
 
-    Each group uses a Sobol set of its own, each chunk has at most ``size`` owners. The groups of one
-    stretch of owners follow each other, so that what is read of its footprints is in the cache. A
-    few owners are not worth many groups.
+    Each group uses a Sobol set of its own, each chunk has at most ``size`` owners. The groups of
+    one stretch of owners follow each other, so that what is read of its footprints is in the cache.
+    A few owners are not worth many groups.
     """
     groups = min(groups, 1 + count // LEAST)
     return [

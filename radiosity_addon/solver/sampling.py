@@ -1,7 +1,7 @@
 """Sampling: randomised quasi-Monte Carlo numbers, directions and tangent frames.
 
-Depends on ``vectors`` and SciPy's Sobol sequence. Every number follows from (seed, stream), never from
-threads or the clock.
+Depends on ``vectors`` and SciPy's Sobol sequence. Every number follows from (seed, stream), never
+from threads or the clock.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ GROUPS = 8  # neighbouring receivers use different point sets, so that their err
 
 @lru_cache(maxsize=256)
 def sobol(count: int, dimensions: int, *key: int) -> np.ndarray:
-    """(count, dimensions) float64 in [0, 1), read only: a Sobol set, shifted digitally for this key.
+    """(count, dimensions) float64 in [0, 1), read only: a Sobol set, shifted digitally by this key.
 
     What is sampled together must take different dimensions of sets of one length: the same ones
     have equal digits, whatever their shifts, and however many points there are they lie on a plane.
