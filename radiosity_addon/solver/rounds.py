@@ -26,6 +26,7 @@ LAST_RESTART = 6  # rounds: later, too much would be gathered anew
 GROWTH = 8  # times the samples so far, at most, in one round;
 LARGE_ROUND, LARGE_GROWTH = 1.5e7, 3  # with so many rays this: the elements may be too coarse
 DIRECT_RATE = 0.8  # points for shadows to lower their squared error by a factor: its power
+CLOSE = 0.95  # of what is enough: an error that stays so near to it leaves rays next to no room
 NEAR = 1.1  # times what more rays would not lower: they are not worth their time
 TELLING = 1.5  # times the rays, from which on two rounds tell what more rays would not lower
 
@@ -145,13 +146,13 @@ class Rounds:
 def _floor(told: list[tuple[float, float]], shadows: float, enough: float) -> float:
     """The error that stays however many rays there are, if the rest of its square falls as
     1 / rays, from (rays, squared error) of the last two rounds, and ``shadows``, the square that
-    is left to direct light; 0 where it is no more than ``enough``, or they cannot tell: the first
+    is left to direct light; 0 where it is well below ``enough``, or they cannot tell: the first
     round's rays are not aimed yet."""
     if len(told) < 3 or told[-1][0] < TELLING * told[-2][0]:
         return 0.0
     (few, high), (many, low) = told[-2:]
     floor = np.sqrt(max(many * low - few * high, 0.0) / (many - few) + shadows)
-    return floor if floor > enough else 0.0
+    return floor if floor > CLOSE * enough else 0.0
 
 
 def _samples(*rounds) -> int:
