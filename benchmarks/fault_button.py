@@ -20,7 +20,7 @@ def bake_and_kill(seconds: float) -> str:
     from radiosity_addon.ui import properties, session
 
     options = bpy.context.scene.radiosity
-    options.target, options.resolution, options.quality = "IMAGE", 256, "HIGH"
+    options.target, options.resolution, options.quality = "IMAGE", 1024, "HIGH"
     bake = session.BakeSession(bpy.context.scene.name, properties.settings_of(options))
     deadline = time.monotonic() + PATIENCE
     while bake.stage.name in ("START", "EXPORT") and time.monotonic() < deadline:
