@@ -1,8 +1,8 @@
 """Elements: the pieces of surface on which radiosity is constant, and the map from hits to them.
 
 Depends on ``geometry``, ``grids``. Each triangle carries a barycentric grid of *cells*, and a cell
-may carry a finer grid in turn. A cell without one belongs to an element; a large triangle has many cells,
-each an element of its own, while tiny triangles have one cell each and share an element. So
+may carry a finer grid in turn. A cell without one belongs to an element; a large triangle has many
+cells, each an element of its own, while tiny triangles have one cell each and share an element. So
 elements follow area and light, not tessellation, and a hit (triangle, u, v) finds its element by
 table lookups.
 

@@ -135,21 +135,21 @@ def _checked_mesh(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarr
     return np.ascontiguousarray(vertices, np.float32), np.ascontiguousarray(triangles, np.int32)
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def _check(origins: np.ndarray, directions: np.ndarray) -> int:
     for name, array in (("origins", origins), ("directions", directions)):
         if array.dtype != np.float32 or array.ndim != 2 or array.shape[1] != 3:
             raise ValueError(f"{name} are {array.dtype} {array.shape}; they must be float32 (n, 3)")
         if not array.flags.c_contiguous:
             raise ValueError(f"{name} are not contiguous; Embree would read the wrong numbers")
-    if not _finite(origins, directions):
-        raise ValueError("origins or directions are not finite; check what they were made from")
+        if not _finite(array):
+            raise ValueError(f"{name} are not finite; check what they were made from")
     if len(origins) != len(directions):
         raise ValueError(f"{len(origins)} origins but {len(directions)} directions")
     return len(origins)
 
 
-@np.errstate(over="ignore", invalid="ignore")
-def _finite(*arrays: np.ndarray) -> bool:
-    """Whether all numbers are: seen from sums of squares, at a tenth of looking at each."""
-    flat = [array.reshape(-1) for array in arrays]
-    return all(np.isfinite(np.dot(each, each)) or np.isfinite(each).all() for each in flat)
+def _finite(array: np.ndarray) -> bool:
+    """Whether all numbers are: seen from their sum's square, at a tenth of looking at each."""
+    flat = array.reshape(-1)
+    return bool(np.isfinite(np.dot(flat, flat)) or np.isfinite(flat).all())

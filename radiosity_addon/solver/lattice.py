@@ -124,7 +124,8 @@ class Lattice:
         ends = np.cumsum([len(some) for _, _, some, _ in pairs])[:-1]
         for (level, k, some, _), cut in zip(pairs, np.split(hidden, ends)):
             if cut.any():
-                weights[level][k] = weights[level][k].copy()
+                if weights[level][k] is self.weights[level][k]:
+                    weights[level][k] = weights[level][k].copy()
                 weights[level][k].ravel()[place[some[cut]]] = 0
         borders = tuple(_parted_border(each, number, dark, sees) for each in self.borders)
         return replace(self, weights=tuple(weights), borders=borders)
@@ -133,7 +134,6 @@ class Lattice:
         """A view of (..., height, width) without the padding, moved by (dy, dx)."""
         (height, width), pad = self.shape, self.pad
         return picture[..., pad + dy : height - pad + dy, pad + dx : width - pad + dx]
-
 
     def inner_cell(self, cell: np.ndarray) -> np.ndarray:
         """Cells (k,) of the padded rectangle in the rectangle without the padding."""

@@ -1,6 +1,6 @@
 """Lights: what the kinds of explicitly sampled light have in common.
 
-Depends on ``points``. The kinds are ``polygons``, ``spheres``, ``balls`` and
+Depends on ``points``, ``vectors``. The kinds are ``polygons``, ``spheres``, ``balls`` and
 ``suns``. A kind holds arrays, one entry a light. It gives, at points: the irradiance that would
 arrive without obstacles, and rays that test whether it does. Where that irradiance is the same at
 all of an owner's points it is found once, and only the rays are made for each.
@@ -18,6 +18,7 @@ from typing import Callable
 import numpy as np
 
 from .points import Middles
+from .vectors import row_squares
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ def combined(place, axes: tuple, steps: tuple, position=None) -> np.ndarray:
 
 def length(vectors: np.ndarray) -> np.ndarray:
     """(n,) Euclidean lengths of (n, 3), never 0."""
-    return np.sqrt(np.maximum(np.einsum("ij,ij->i", vectors, vectors), 1e-30))
+    return np.sqrt(np.maximum(row_squares(vectors), 1e-30))
 
 
 def partly_above(cosine: np.ndarray, slack: np.ndarray) -> np.ndarray:

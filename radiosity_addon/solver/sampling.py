@@ -17,7 +17,7 @@ SCRAMBLES = 4
 GROUPS = 8  # neighbouring receivers use different point sets, so that their errors are independent
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=128)  # those of thousands of rays are large
 def sobol(count: int, dimensions: int, *key: int) -> np.ndarray:
     """(count, dimensions) float64 in [0, 1), read only: a Sobol set, shifted digitally by this key.
 
