@@ -5,6 +5,6 @@ Run from the project's folder: ``python -m benchmarks.cornell``, ``python -m ben
 
 import os
 
-from radiosity_addon.solver.parallel import BLAS_ENVIRONMENT
+from radiosity_addon.solver.workers.parallel import BLAS_ENVIRONMENT
 
 os.environ.update(BLAS_ENVIRONMENT)

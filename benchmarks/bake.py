@@ -11,7 +11,7 @@ import numpy as np
 
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.solution import Statistics
-from radiosity_addon.twin import Twin, start_twin
+from radiosity_addon.replicate_process import ReplicateProcess, start_twin
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ def warm_up() -> None:
 
 
 @cache
-def _twin() -> Twin | None:
+def _twin() -> ReplicateProcess | None:
     twin = start_twin(0)
     if twin is not None:
         atexit.register(twin.close)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 import json
 
-from radiosity_addon.solver.parallel import thread_count
+from radiosity_addon.solver.workers.parallel import thread_count
 
 from .bake import our_bake, warm_up
 from .error import comparable_texels, reference_noise, triangle_uvs

@@ -12,12 +12,12 @@ import os
 STAGES = {  # in order; what is called when one begins
     "start": "radiosity_addon.command:_import_bpy",
     "open": "radiosity_addon.command:_open",
-    "export": "radiosity_addon.job:prepare",
+    "export": "radiosity_addon.stages:prepare",
     "elements": "radiosity_addon.solver.sequence:build_context",
-    "transport": "radiosity_addon.solver.radiosity:trace_transport",
-    "solve": "radiosity_addon.solver.radiosity:solve_second_kind",
-    "gather": "radiosity_addon.solver.half:add_gathered",
-    "write": "radiosity_addon.job:apply",
+    "transport": "radiosity_addon.solver.transport.radiosity:trace_transport",
+    "solve": "radiosity_addon.solver.transport.radiosity:solve_second_kind",
+    "gather": "radiosity_addon.solver.adaptive.replicate:add_gathered",
+    "write": "radiosity_addon.stages:apply",
     "save": "radiosity_addon.command:_save",
 }
 

@@ -148,7 +148,7 @@ class Bake:
         number = self._process.pid
         children = Path(f"/proc/{number}/task/{number}/children").read_text().split()
         words = {int(child): Path(f"/proc/{child}/cmdline").read_bytes() for child in children}
-        [twin] = [child for child, line in words.items() if b"radiosity_addon.twin" in line]
+        [twin] = [child for child, line in words.items() if b"radiosity_addon.replicate_process" in line]
         os.kill(twin, signal.SIGKILL)
         return time.monotonic()
 

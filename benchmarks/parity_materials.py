@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from .materials import matte, sky
+from .materials import sky
 from .parity_stage import (
     Case, add_node, ceiling, glow, new_material, panel, picture, stage, stored, surface,
 )  # fmt: skip

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from radiosity_addon.solver.second_kind import SecondKindSolution, solve_second_kind
+from radiosity_addon.solver.transport.second_kind import SecondKindSolution, solve_second_kind
 
 FIGURE = Path(__file__).resolve().parent.parent / "docs" / "figures" / "second_kind.png"
 SIZES = (4, 8, 16, 32, 64, 128, 256)

@@ -12,9 +12,9 @@ import numpy as np
 from benchmarks import stability_scenes as scenes
 from benchmarks.stability_scenes import ALL, only, part_means, radiosity, walls, worst
 from radiosity_addon.settings import Settings
-from radiosity_addon.solver.form_factors import patch_form_factors
+from radiosity_addon.solver.transport.form_factors import patch_form_factors
 from radiosity_addon.solver.scene import PointLamp, Scene
-from radiosity_addon.solver.second_kind import solve_second_kind
+from radiosity_addon.solver.transport.second_kind import solve_second_kind
 from radiosity_addon.solver.sequence import solve
 from radiosity_addon.solver.solution import compose
 from tests.solver import exact, meshes

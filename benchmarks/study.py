@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from radiosity_addon.solver.parallel import thread_count
+from radiosity_addon.solver.workers.parallel import thread_count
 
 from .bake import our_bake, warm_up
 from .error import (

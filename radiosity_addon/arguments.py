@@ -1,4 +1,4 @@
-"""The command line's words: argparse on one side, a Request on the other. Depends on settings."""
+"""The command line's words: argparse on one side, a Request on the other."""
 
 from __future__ import annotations
 

@@ -15,9 +15,9 @@ from . import arguments, files, memory
 from .interrupt import INTERRUPTED, Interrupts
 from .meter import Meter
 from .scratch import Scratch
-from .solver.parallel import BLAS_ENVIRONMENT
+from .solver.workers.parallel import BLAS_ENVIRONMENT
 from .terminal import Terminal, debugging
-from .twin import peak_memory, start_twin
+from .replicate_process import peak_memory, start_twin
 
 DONE, FAILED = 0, 1
 PLAIN, ZSTANDARD, GZIP = BLEND_MAGIC = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")
@@ -110,7 +110,7 @@ def _bake(bpy, request, progress, publication, twin) -> str:
 
     Raises what EXPECTED lists, or KeyboardInterrupt.
     """
-    from . import job as work
+    from . import stages as work
     from .report import build_report, summarise, write_report
 
     started = time.perf_counter()

@@ -7,7 +7,7 @@ import os
 import sys
 from pathlib import Path
 
-from .solver.parallel import BLAS_ENVIRONMENT
+from .solver.workers.parallel import BLAS_ENVIRONMENT
 
 NAMES = ("numpy", "scipy", "embreex")
 

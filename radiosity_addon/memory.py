@@ -1,4 +1,4 @@
-"""Memory: how much this process used at most, and how much it may still take. No dependencies."""
+"""Memory: how much this process used at most, and how much it may still take."""
 
 from __future__ import annotations
 

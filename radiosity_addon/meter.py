@@ -1,4 +1,4 @@
-"""One fraction for the whole of a solve, from stages that come again. No dependencies.
+"""One fraction for the whole of a solve, from stages that come again.
 
 The solver tells the fraction of a stage, and repeats stages until the error is met: nobody knows
 beforehand how often. So each run of a stage takes a share of what is left, and the whole grows

@@ -1,4 +1,4 @@
-"""Settings: the one source of every default. No dependencies."""
+"""Settings: the one source of every default."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The colour attribute on the user's mesh. Depends on bpy types handed in, not on the context."""
+"""The colour attribute on the user's mesh."""
 
 from __future__ import annotations
 

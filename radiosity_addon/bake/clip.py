@@ -1,4 +1,4 @@
-"""Clipping unit squares by triangles, many at once. Depends on NumPy only.
+"""Clipping unit squares by triangles, many at once.
 
 Places are complex numbers x + iy. A batch of convex polygons is a pair ``points (k, m) complex128,
 count (m,)``: of column i the first ``count[i]`` points are its vertices in order, the rest is

@@ -1,4 +1,4 @@
-"""UV maps that a bake made: held outside of the file until they are wanted in it. Depends on bpy.
+"""UV maps that a bake made: held outside of the file until they are wanted in it.
 
 While a bake runs the user goes on working: what is not written yet must neither be saved nor
 become part of another undo step.

@@ -1,6 +1,6 @@
 """Export: from a Blender scene to the solver's Scene, leaving the file as it was.
 
-Depends on bpy (inside functions), NumPy and the solver's types. ``export_scene`` is the way in.
+``export_scene`` is the way in.
 """
 
 from __future__ import annotations

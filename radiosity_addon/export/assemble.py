@@ -1,4 +1,4 @@
-"""Assemble: parts and materials into the solver's arrays. Depends on NumPy and the solver's types.
+"""Assemble: parts and materials into the solver's arrays.
 
 Vertices that faces share stay shared, so that Embree sees no cracks. Faces with unfinite vertices
 or without area are left out, and the warnings say how many of which object.

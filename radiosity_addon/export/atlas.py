@@ -1,4 +1,4 @@
-"""Atlas: a private place in one square image for every triangle. Depends on NumPy.
+"""Atlas: a private place in one square image for every triangle.
 
 Each triangle gets a square cell whose edge is a power of two. Sorted by falling size and laid
 along the Z curve (Morton 1966) such cells fill a square without gaps or overlap.

@@ -1,7 +1,7 @@
 """Colours: what a colour socket of a node tree gives, as numbers, an image or a colour attribute.
 
-Depends on NumPy and the solver's fields. Images that share one mapping can be added and
-multiplied texel by texel; anything else raises NotSimple, and the material is left to Cycles.
+Images that share one mapping can be added and multiplied texel by texel; anything else raises
+NotSimple, and the material is left to Cycles.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Demo scenes, built into the current Blender file. Depends on bpy and NumPy.
+"""Demo scenes, built into the current Blender file.
 
 ``cornell`` is the Cornell box (Goral et al. 1984): open to the front (-y), 2 m along each edge.
 It is one mesh, so that one image holds all of it. The blocks have no bottom faces: those would

@@ -1,4 +1,4 @@
-"""Evaluated materials: Cycles bakes what a node tree shows. Depends on bpy and NumPy.
+"""Evaluated materials: Cycles bakes what a node tree shows.
 
 For node trees that ``shaders`` cannot read. Everything happens on temporary copies in a temporary
 scene. An instanced mesh is evaluated once, where it first stands.

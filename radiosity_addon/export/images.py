@@ -1,4 +1,4 @@
-"""Images: pixels in the linear working space. Depends on bpy images given to it and NumPy.
+"""Images: pixels in the linear working space.
 
 ``Image.pixels`` converts nothing: an 8-bit image hands out its encoded bytes, a float image is
 linear already. Cycles multiplies an 8-bit image's colour by its alpha unless the node's Alpha

@@ -1,4 +1,4 @@
-"""Lamps: Blender's lights in the solver's units. Depends on bpy objects given to it and NumPy.
+"""Lamps: Blender's lights in the solver's units.
 
 Blender's own conventions (measured against Cycles in tests/export/test_lamps.py): a point or spot
 of P watts has intensity P/4π, an area lamp of P watts and area A has radiance P/(πA),

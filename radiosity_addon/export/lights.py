@@ -1,7 +1,7 @@
 """Lights: every light object that the render sees, whom it lights, and what shades it.
 
-Depends on bpy and NumPy. A light hidden from diffuse rays lights nothing that is baked, as in
-Cycles; a portal gives no light of its own.
+A light hidden from diffuse rays lights nothing that is baked, as in Cycles; a portal gives no light
+of its own.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Materials: from the parts' slots to the scene's materials. Depends on bpy and NumPy.
+"""Materials: from the parts' slots to the scene's materials.
 
 A material that can be read gives one scene material for all parts; one that Cycles has to
 evaluate gives one per part, because its colour may depend on the object.

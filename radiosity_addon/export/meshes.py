@@ -1,4 +1,4 @@
-"""Meshes: evaluated geometry as arrays. Depends on NumPy; reads bpy meshes given to it."""
+"""Meshes: evaluated geometry as arrays."""
 
 from __future__ import annotations
 

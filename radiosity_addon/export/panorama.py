@@ -1,4 +1,4 @@
-"""Panorama: Cycles renders what surrounds the scene. Depends on bpy and NumPy.
+"""Panorama: Cycles renders what surrounds the scene.
 
 For worlds that are more than a constant. Call inside ``traceless()``. The picture is what
 diffuse rays see, so Light Path nodes in the copied world answer as for a diffuse ray.

@@ -1,4 +1,4 @@
-"""Parts: every mesh that the render sees, placed in the world. Depends on bpy and NumPy."""
+"""Parts: every mesh that the render sees, placed in the world."""
 
 from __future__ import annotations
 

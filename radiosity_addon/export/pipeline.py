@@ -1,4 +1,4 @@
-"""Pipeline: the steps of an export in order. Depends on bpy and the other files of this room.
+"""Pipeline: the steps of an export in order.
 
 Between two steps names and arrays are held, nothing of Blender's: see ``steps``.
 """
@@ -13,9 +13,9 @@ import numpy as np
 from ..solver.scene import Scene
 from .assemble import (Geometry, Placed, assemble, corner_loops, material_indices,
                        scatter_atlas, scatter_colors, scatter_uvs)  # fmt: skip
-from .corners import one_hot, traced
+from .corner_weights import one_hot, traced
 from .evaluated import ATLAS, evaluate_steps
-from .evaluate import with_render_depsgraph
+from .render_depsgraph import with_render_depsgraph
 from .exported import Exported, ExportedObject
 from .images import working_space_is_rec709
 from .lights import (Light, glow_remarks, lit_objects, read_lights, shading_objects,
@@ -23,7 +23,7 @@ from .lights import (Light, glow_remarks, lit_objects, read_lights, shading_obje
 from .materials import read_materials, scene_materials
 from .meshes import read_loop_vertices
 from .parts import Part, read_parts
-from .smooth import smooth_groups
+from .smooth_groups import smooth_groups
 from .sockets import Reader
 from .targets import NO_FACES, UNTRACED, choose_objects, sort_out, uv_map_name
 from .traceless import traceless

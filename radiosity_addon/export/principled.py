@@ -1,4 +1,4 @@
-"""Principled BSDF: what share of its base colour is diffuse. Depends on NumPy.
+"""Principled BSDF: what share of its base colour is diffuse.
 
 Cycles dims the diffuse layer below the dielectric coating by the coating's albedo for the viewing
 direction; a bake looks along the normal. That albedo is F0 · g(F0, roughness), where F0 =

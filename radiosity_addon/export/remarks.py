@@ -1,6 +1,6 @@
 """Remarks: what is odd about materials, lamps and worlds, a sentence each that names them.
 
-Depends on bpy data-blocks given to it. The bake goes on with what Cycles would show.
+The bake goes on with what Cycles would show.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Shaders: reflectance, emission and transmittance of a node tree. Depends on bpy nodes given.
+"""Shaders: reflectance, emission and transmittance of a node tree.
 
 Reads the trees people build most: Principled, Diffuse, Emission, Transparent, Glass, Refraction,
 Glossy, Metallic, and Mix and Add of them. Everything else raises NotSimple and is evaluated by

@@ -1,7 +1,7 @@
 """Sides: node trees that show another surface from behind, by the Backfacing output.
 
-Depends on bpy nodes given to it. A bake looks at fronts only; so the tree of a temporary material
-is turned around by giving it what that output has on backs.
+A bake looks at fronts only; so the tree of a temporary material is turned around by giving it what
+that output has on backs.
 """
 
 from __future__ import annotations

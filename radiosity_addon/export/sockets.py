@@ -1,4 +1,4 @@
-"""Sockets: the colour that arrives at an input of a node. Depends on bpy nodes given to it."""
+"""Sockets: the colour that arrives at an input of a node."""
 
 from __future__ import annotations
 

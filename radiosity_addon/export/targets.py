@@ -1,4 +1,4 @@
-"""Targets: which objects get colours, and why others do not. Depends on bpy objects given."""
+"""Targets: which objects get colours, and why others do not."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Traceless: temporary data-blocks and scenes that are gone afterwards, whatever happens.
 
-Depends on bpy. Every data-block made inside ``traceless()`` is removed when it ends, so that the
+Every data-block made inside ``traceless()`` is removed when it ends, so that the
 user's file holds what it held before.
 """
 

@@ -1,4 +1,4 @@
-"""Tracing: which of the user's faces an evaluated face came from. Depends on bpy and NumPy.
+"""Tracing: which of the user's faces an evaluated face came from.
 
 A temporary copy of an object carries three attributes through its modifiers: the face a face came
 from (plus one, so that 0 means none), the place of a corner before them, and the corner's place

@@ -1,8 +1,8 @@
 """Transparency: what a temporary material lets through, as a node tree of its own.
 
-Depends on bpy nodes given to it. Cycles can bake colours but not transmittance; so the tree of a
-temporary material is extended by nodes that compute it from the same inputs, fed to an Emission.
-Shaders inside node groups count as opaque.
+Cycles can bake colours but not transmittance; so the tree of a temporary material is extended by
+nodes that compute it from the same inputs, fed to an Emission. Shaders inside node groups count as
+opaque.
 """
 
 from __future__ import annotations

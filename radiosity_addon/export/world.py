@@ -1,4 +1,4 @@
-"""World: what lights the scene from infinitely far. Depends on bpy worlds given and NumPy.
+"""World: what lights the scene from infinitely far.
 
 A constant becomes one pixel. Everything else is rendered by Cycles to a panorama. The disc of a
 sky texture's sun is far smaller than a pixel of it: it is left out there and becomes a sun lamp

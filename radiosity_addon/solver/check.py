@@ -1,7 +1,6 @@
 """Check: what the solver is given, at its border. Inside, everything is trusted.
 
-Depends on ``scene``, ``fields``, ``receivers``. Vertices are checked where they are normalised
-(``geometry``).
+Vertices are checked where they are normalised (``geometry``).
 """
 
 from __future__ import annotations

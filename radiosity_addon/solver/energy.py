@@ -1,9 +1,8 @@
 """Energy: where the light of a scene ends, followed from its lights.
 
-Depends on ``context``, ``points`` and the kinds of light; on no element and no linear system: it
-tells of the scene, whatever is baked and however finely. Particles start at the lights in
-proportion to their power and are reflected until nearly nothing is left (Shirley, Wade, Hubbard,
-Zareski, Walter, Greenberg 1995, Global illumination via density estimation).
+Particles start at the lights in proportion to their power and are reflected until nearly nothing is
+left (Shirley, Wade, Hubbard, Zareski, Walter, Greenberg 1995, Global illumination via density
+estimation).
 """
 
 from __future__ import annotations
@@ -12,16 +11,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .cells import join_cells, whole_triangles
-from .context import Context
-from .emitters import as_polygons, emits_apart
-from .geometry import OFFSET
-from .points import points_on
-from .polygons import Polygons, spread_falloff
-from .sampling import cosine_directions, sobol, tangent_frames, uniform
-from .skylight import pixel_directions, solid_angles
-from .spheres import Spheres
-from .suns import Suns
+from .geometry.triangles import OFFSET
+from .lights.context import Context
+from .lights.emissive_faces import as_polygons, emits_apart
+from .lights.facing_discs import FacingDiscs
+from .lights.polygons import Polygons, spread_falloff
+from .lights.sky import pixel_directions, solid_angles
+from .lights.suns import Suns
+from .materials.texture_cells import join_cells, whole_triangles
+from .sampling.points import points_on
+from .sampling.sobol import cosine_directions, sobol, tangent_frames, uniform
 
 PARTICLES = 2048
 MAX_BOUNCES = 64
@@ -110,7 +109,7 @@ def _from_lights(context: Context) -> Particles:
     for kind, power in zip(kinds, powers):
         mine = (chosen >= first) & (chosen < first + len(power))
         which = chosen[mine] - first
-        leave = _leave_sphere if isinstance(kind, Spheres) else _leave_polygon
+        leave = _leave_sphere if isinstance(kind, FacingDiscs) else _leave_polygon
         origin, direction, beam = leave(kind, which, xi[mine])
         parts.append(_particles(origin, direction, power[which] * (beam / share[mine])[:, None]))
         first += len(power)
@@ -184,7 +183,7 @@ def _leave_polygon(kind: Polygons, which, xi):
     return origin + 2 * OFFSET * normal, direction, beam
 
 
-def _leave_sphere(kind: Spheres, which, xi):
+def _leave_sphere(kind: FacingDiscs, which, xi):
     """The same for point and spot lamps."""
     edge = np.maximum(kind.edge[which], -1)
     z = 1 - (1 - edge) * xi[:, 3]

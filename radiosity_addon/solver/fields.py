@@ -1,7 +1,7 @@
 """Fields: colours that vary over the surface (an image texture, corner colours, a constant).
 
-Depends on NumPy only. A field is evaluated at points named by (triangle, barycentric u, v),
-where a point is ``(1-u-v)·p0 + u·p1 + v·p2``: Embree's convention, used throughout.
+A field is evaluated at points named by (triangle, barycentric u, v), where a point is ``(1-u-v)·p0
++ u·p1 + v·p2``: Embree's convention, used throughout.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Progress of long work, and the way to stop it. No dependencies."""
+"""Progress of long work, and the way to stop it."""
 
 from __future__ import annotations
 

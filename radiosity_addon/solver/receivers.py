@@ -1,6 +1,6 @@
 """Receivers: what gets a colour. A texel and a piece of a face are the same thing here.
 
-Depends on NumPy only. A receiver is the mean over its *footprint*: one or more cells, each a
+A receiver is the mean over its *footprint*: one or more cells, each a
 parallelogram or a triangle lying flat in one scene triangle. Receivers are seen from the front.
 """
 

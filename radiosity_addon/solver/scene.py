@@ -1,8 +1,8 @@
 """Scene: what the solver is given. Triangles, materials, lamps and sky, free of Blender.
 
-Depends on NumPy and ``fields``. Lengths are in any one unit; the solver normalises. Colours are
-linear, in whatever RGB working space the caller uses; ``emission`` is a radiance [W/m²/sr] (an
-Emission shader of strength 1 has radiance 1), and exitance is π times that.
+Lengths are in any one unit; the solver normalises. Colours are linear, in whatever RGB working
+space the caller uses; ``emission`` is a radiance [W/m²/sr] (an Emission shader of strength 1 has
+radiance 1), and exitance is π times that.
 """
 
 from __future__ import annotations

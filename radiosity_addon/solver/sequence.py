@@ -1,7 +1,5 @@
 """The sequence: Scene and receivers in, Solution out. The algorithm, in order.
 
-Depends on the rest of the solver; nothing in the solver depends on it.
-
 Everything that is random is done twice, in two independent halves (``half``) whose mean is the
 result: their difference tells the error. They work in ``rounds`` until the error asked for is met.
 """
@@ -12,26 +10,26 @@ from dataclasses import replace
 
 import numpy as np
 
+from .adaptive.error_estimator import ErrorEstimator, Estimate, Surface
+from .adaptive.plan import make_plan
+from .adaptive.replicate import LocalReplicate, Replicate, ReplicateLost, SolveFigures
+from .adaptive.requirements import requirements_of
+from .adaptive.rounds import MAX_ROUNDS, Clock, Rounds
+from .adaptive.solve_cache import SolveCache
 from .check import check_scene
-from .context import Context, build_context
+from .direct.line_of_sight import LineOfSight
 from .energy import energy_balance
-from .footprints import Footprints, build_footprints
-from .geometry import rounding_warning
-from .graph import build_graph
-from .half import Gone, Half, Here, Solved
-from .judge import Judge, Surface, Verdict
-from .keep import Kept
-from .lattice import build_lattices
-from .needs import needs_of
-from .parallel import thread_count
-from .plan import make_plan
-from .points import footprint_points
+from .filtering.graph import build_graph
+from .filtering.lattice import build_lattices
+from .geometry.footprints import Footprints, build_footprints
+from .geometry.triangles import rounding_warning
+from .lights.context import Context, build_context
 from .progress import Progress, silent
 from .receivers import Receivers
-from .rounds import MAX_ROUNDS, Clock, Rounds
+from .sampling.points import footprint_points
 from .scene import Scene
 from .solution import Solution, Statistics
-from .ways import Sight
+from .workers.parallel import thread_count
 
 SURFACE_POINTS = 8  # a receiver's reflectance and emission are means over these
 
@@ -39,7 +37,7 @@ SURFACE_POINTS = 8  # a receiver's reflectance and emission are means over these
 @np.errstate(under="ignore")  # light that vanishes beside the brightest is nothing
 def solve(
     scene: Scene, receivers: Receivers, settings, progress: Progress | None = None, project=None,
-    kept: Kept | None = None, beside=None,
+    kept: SolveCache | None = None, beside=None,
 ) -> Solution:
     """Light at the receivers, to the relative error ``settings.target_error``.
 
@@ -66,8 +64,8 @@ def solve(
         kept.expect(scene, receivers, settings.seed)
     clock.lap("elements")
     deadline = None if settings.time_limit is None else clock.start + settings.time_limit
-    needs = needs_of(context, settings.passes)
-    first = Half(0, context, footprints, needs, settings.target_error)
+    needs = requirements_of(context, settings.passes)
+    first = Replicate(0, context, footprints, needs, settings.target_error)
     beside, lost = _opened(beside, first)
     rounds = Rounds(first, beside, judge, deadline, clock, kept)
     verdict, solved = rounds.run(plan)
@@ -92,16 +90,16 @@ def solve(
     )
 
 
-def _opened(beside, first: Half):
+def _opened(beside, first: Replicate):
     """What does the second half, and warnings: this process where the other is not there."""
     lost = ()
     if beside is not None:
         try:
             beside.answers()
             return beside, lost
-        except Gone as error:
+        except ReplicateLost as error:
             lost = (f"{error}; the bake was done by one process, which takes longer",)
-    return Here(replace(first, number=1)), lost
+    return LocalReplicate(replace(first, number=1)), lost
 
 
 def _three(values: np.ndarray) -> np.ndarray:
@@ -115,8 +113,8 @@ def _judge(context: Context, footprints, receivers: Receivers, passes, project, 
         lattices = build_lattices(receivers.grid, position, normal, threads)
     else:
         lattices = build_graph(position, normal, footprints.area, threads)
-    sees = Sight(context, footprints, position, normal).sees_whole
-    return Judge(_surface(context, footprints), lattices, passes, threads, sees, project)
+    sees = LineOfSight(context, footprints, position, normal).sees_whole
+    return ErrorEstimator(_surface(context, footprints), lattices, passes, threads, sees, project)
 
 
 def _surface(context: Context, footprints: Footprints) -> Surface:
@@ -138,7 +136,7 @@ def _surface(context: Context, footprints: Footprints) -> Surface:
     )
 
 
-def _warnings(context: Context, verdict: Verdict, settings, solved: list[Solved]):
+def _warnings(context: Context, verdict: Estimate, settings, solved: list[SolveFigures]):
     """What the user should know of the numbers."""
     rounded = rounding_warning(context.scene.vertices, context.geometry)
     if rounded:

@@ -1,4 +1,4 @@
-"""Apply: write the colours into the open file, all of them or none. Depends on bpy."""
+"""Apply: write the colours into the open file, all of them or none."""
 
 from __future__ import annotations
 

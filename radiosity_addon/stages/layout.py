@@ -11,7 +11,7 @@ import numpy as np
 
 from ..bake.faces import face_receivers, receiver_budget, triangle_areas
 from ..bake.texels import overlapping_texels, texel_receivers
-from ..solver.parallel import map_chunks
+from ..solver.workers.parallel import map_chunks
 from ..solver.progress import Progress
 from ..solver.receivers import Receivers, concatenate
 from .job import Job

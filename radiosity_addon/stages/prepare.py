@@ -1,4 +1,4 @@
-"""Prepare: from the open file to a Job. Depends on bpy where it is called."""
+"""Prepare: from the open file to a Job."""
 
 from __future__ import annotations
 

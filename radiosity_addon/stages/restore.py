@@ -1,4 +1,4 @@
-"""What a bake is about to change in Blender, kept so that it can be put back. Depends on bpy.
+"""What a bake is about to change in Blender, kept so that it can be put back.
 
 Each function looks before the change and returns a function that undoes it. Colours are undone by
 name, so it does no harm to undo a change that never came.

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..bake.corners import CornerFit, corner_fit
+from ..bake.corner_fit import CornerFit, corner_fit
 from ..bake.dilate import extend_islands
 from ..bake.faces import receiver_areas
 from ..solver.progress import Progress, silent
@@ -19,7 +19,7 @@ from .layout import Layout, lay_out
 def run(job: Job, progress: Progress = silent, kept=None, beside=None) -> Result:
     """Solve the scene and turn the light into each target's colours. Imports no bpy.
 
-    ``kept`` (solver.keep.Kept) has solves of an earlier bake to use again, and takes this one's.
+    ``kept`` (solver.adaptive.solve_cache.Kept) has solves of an earlier bake to use again, and takes this one's.
     ``beside`` (twin.Twin) does half of the work in another process.
     Raises solver.progress.Cancelled (or whatever else ``progress`` raises) when told to stop.
     """

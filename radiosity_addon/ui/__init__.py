@@ -11,12 +11,12 @@ def register() -> None:
     """Add every class and property to Blender."""
     import bpy
 
-    from . import lifetime, presets, progress, properties
+    from . import lifetime, presets, progress_bar, properties
 
     for cls in _classes():
         bpy.utils.register_class(cls)
     properties.register_properties()
-    bpy.types.STATUSBAR_HT_header.append(progress.draw_status)
+    bpy.types.STATUSBAR_HT_header.append(progress_bar.draw_status)
     for moment, handler in lifetime.HANDLERS:
         getattr(bpy.app.handlers, moment).append(handler)
     bpy.utils.register_preset_path(presets.SHIPPED)
@@ -26,14 +26,14 @@ def unregister() -> None:
     """End a bake that runs, and take back everything ``register`` added."""
     import bpy
 
-    from . import lifetime, presets, progress, properties, session, view
+    from . import lifetime, presets, progress_bar, properties, session, view
 
     session.forget()
     view.forget()
     bpy.utils.unregister_preset_path(presets.SHIPPED)
     for moment, handler in lifetime.HANDLERS:
         getattr(bpy.app.handlers, moment).remove(handler)
-    bpy.types.STATUSBAR_HT_header.remove(progress.draw_status)
+    bpy.types.STATUSBAR_HT_header.remove(progress_bar.draw_status)
     properties.unregister_properties()
     for cls in reversed(_classes()):
         bpy.utils.unregister_class(cls)

@@ -1,4 +1,4 @@
-"""Which objects are baked, and why the Bake button is grey. Depends on bpy."""
+"""Which objects are baked, and why the Bake button is grey."""
 
 import bpy
 from bpy.app.translations import pgettext_tip as tip_

@@ -1,7 +1,7 @@
 """The file that keeps solves between the bakes of one Blender session. No bpy.
 
 It lies in Blender's own temporary folder, never beside the user's file, and holds what
-``solver.keep.Kept`` holds. Only the solver's process reads and writes it.
+``solver.adaptive.solve_cache.Kept`` holds. Only the solver's process reads and writes it.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ UNREADABLE = (OSError, EOFError, pickle.UnpicklingError, AttributeError, ImportE
 
 def read_kept(path: Path | None):
     """What an earlier bake kept; nothing where there is no file that can be read."""
-    from ..solver.keep import Kept
+    from ..solver.adaptive.solve_cache import SolveCache
 
     try:
         kept = read_payload(path) if path is not None else None
     except UNREADABLE:
         kept = None
-    return kept if isinstance(kept, Kept) else Kept()
+    return kept if isinstance(kept, SolveCache) else SolveCache()
 
 
 def write_kept(path: Path | None, kept, most: int = MOST) -> None:

@@ -1,4 +1,4 @@
-"""The last bake's report, kept with the scene as JSON. Depends on bpy."""
+"""The last bake's report, kept with the scene as JSON."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""What a bake left in the file: which objects carry it, under which names. Depends on bpy."""
+"""What a bake left in the file: which objects carry it, under which names."""
 
 from __future__ import annotations
 

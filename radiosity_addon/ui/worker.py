@@ -42,7 +42,7 @@ def main(folder: Path, keep: Path | None = None) -> int:
 def _work(folder: Path, keep: Path | None, given: threading.Event, progress: ProgressFile) -> int:
     """Import, wait until the job is ``given``, run it with what the file ``keep`` keeps."""
     package = _load_package(Path(__file__).resolve().parents[1])
-    twins = importlib.import_module(f"{package}.twin")
+    twins = importlib.import_module(f"{package}.replicate_process")
     twin = twins.start_twin(0)
     numpy = importlib.import_module("numpy")
     payload, keep_file, meter, work, _ = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radiosity_addon.solver.evaluate import evaluate_material
+from radiosity_addon.solver.materials.evaluate import evaluate_material
 from radiosity_addon.solver.fields import srgb_to_linear
 from radiosity_addon.export.principled import diffuse_share
 from tests.export.stage import (

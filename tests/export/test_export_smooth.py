@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radiosity_addon.export.smooth import smooth_groups
+from radiosity_addon.export.smooth_groups import smooth_groups
 from tests.export.stage import add_object
 
 

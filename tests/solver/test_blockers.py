@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from radiosity_addon.settings import Settings
-from radiosity_addon.solver.choose import FEW
-from radiosity_addon.solver.context import build_context
+from radiosity_addon.solver.lights.light_choice import FEW
+from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import Material, Scene, SunLamp

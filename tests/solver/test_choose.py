@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from benchmarks import stability_scenes as scenes
-from radiosity_addon.solver.cells import whole_triangles
-from radiosity_addon.solver.choose import BLOCK, TOP, choose_lights, make_pool
-from radiosity_addon.solver.coincident import uncovered
-from radiosity_addon.solver.context import build_context
-from radiosity_addon.solver.light_tree import Emitters, build_tree, pick
+from radiosity_addon.solver.materials.texture_cells import whole_triangles
+from radiosity_addon.solver.lights.light_choice import BLOCK, TOP, choose_lights, make_light_pool
+from radiosity_addon.solver.tracing.coincident import uncovered
+from radiosity_addon.solver.lights.context import build_context
+from radiosity_addon.solver.lights.light_tree import Emitters, build_tree, pick
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import AreaLamp, PointLamp
 from tests.solver import meshes
@@ -97,7 +97,7 @@ def test_work_grows_with_the_logarithm():
     for count in (1000, 10_000, 100_000):
         zero = np.zeros(count)
         center = np.random.default_rng(0).random((count, 3))
-        pool = make_pool(np.arange(count), Emitters(center, zero, center, zero + 1, zero, zero > 0))
+        pool = make_light_pool(np.arange(count), Emitters(center, zero, center, zero + 1, zero, zero > 0))
         depth[count] = len(pool.tree.levels)
         assert pool.blocks.shape[1] == BLOCK and pool.tree.levels[0].count <= TOP
     assert depth[10_000] - depth[1000] <= 4 and depth[100_000] - depth[10_000] <= 4

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from radiosity_addon.solver.context import build_context
-from radiosity_addon.solver.apart import set_apart
-from radiosity_addon.solver.coincident import COPIES, copied_often
-from radiosity_addon.solver.crossings import REACH, find_crossings
-from radiosity_addon.solver.elements import build_elements
-from radiosity_addon.solver.embree import Tracer
-from radiosity_addon.solver.geometry import build_geometry
+from radiosity_addon.solver.lights.context import build_context
+from radiosity_addon.solver.elements.discontinuities import set_apart
+from radiosity_addon.solver.tracing.coincident import COPIES, copied_often
+from radiosity_addon.solver.tracing.crossings import REACH, find_crossings
+from radiosity_addon.solver.elements.elements import build_elements
+from radiosity_addon.solver.tracing.embree import Tracer
+from radiosity_addon.solver.geometry.triangles import build_geometry
 from radiosity_addon.solver.progress import silent
 from tests.solver import meshes
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from embreex import rtcore
 
-from radiosity_addon.solver import embree
-from radiosity_addon.solver.embree import Tracer
+from radiosity_addon.solver.tracing import embree
+from radiosity_addon.solver.tracing.embree import Tracer
 
 CORNERS = np.array([[0, 0, 0], [0.5, 0, 0], [0, 0.5, 0]])
 TRIANGLE = np.array([[0, 1, 2]])

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from radiosity_addon.settings import Settings
-from radiosity_addon.solver import cells
-from radiosity_addon.solver.context import build_context
-from radiosity_addon.solver.elements import build_elements
-from radiosity_addon.solver.emitters import as_polygons
+from radiosity_addon.solver.materials import texture_cells as cells
+from radiosity_addon.solver.lights.context import build_context
+from radiosity_addon.solver.elements.elements import build_elements
+from radiosity_addon.solver.lights.emissive_faces import as_polygons
 from radiosity_addon.solver.fields import Constant, CornerColors, Texture
 from radiosity_addon.solver.progress import silent
-from radiosity_addon.solver.sampling import sobol
+from radiosity_addon.solver.sampling.sobol import sobol
 from radiosity_addon.solver.scene import Material, Scene
 from radiosity_addon.solver.sequence import solve
 from tests.solver import exact, meshes
@@ -165,7 +165,7 @@ def test_one_cell_of_a_varying_picture(height):
 def test_no_emission_is_counted_twice():
     """A textured panel is wholly explicit: rays must bring nothing of it, so its light on the
     floor is all in the shadow rays' part, and the table of gathered emission is not made."""
-    from radiosity_addon.solver.radiosity import _gathered_emission
+    from radiosity_addon.solver.transport.radiosity import _gathered_emission
 
     context = build_context(panel_over_floor(textured(HALF)), 0, 1, silent)
     assert context.explicit[-2:].all() and not context.explicit[:-2].any()

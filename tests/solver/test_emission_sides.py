@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from radiosity_addon.solver.context import build_context
+from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.energy import energy_balance
 from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.progress import silent

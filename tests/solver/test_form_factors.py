@@ -7,7 +7,7 @@ degrees of freedom); seeds are fixed, so a test either passes for ever or never.
 import numpy as np
 import pytest
 
-from radiosity_addon.solver.form_factors import patch_form_factors
+from radiosity_addon.solver.transport.form_factors import patch_form_factors
 from tests.solver import exact, meshes
 
 RAYS = 1 << 15

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from radiosity_addon.settings import Settings
-from radiosity_addon.solver import guide as guides
-from radiosity_addon.solver.guide import (
+from radiosity_addon.solver.sampling import guide as guides
+from radiosity_addon.solver.sampling.guide import (
     CELLS, COLUMNS, ROWS, SLOTS, clusters_of, make_guide, start_learning,
 )
 from radiosity_addon.solver.sequence import solve

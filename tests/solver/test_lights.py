@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from benchmarks import stability_scenes as scenes
-from radiosity_addon.solver import sources as sources_module
-from radiosity_addon.solver.balls import Balls
-from radiosity_addon.solver.context import build_context
+from radiosity_addon.solver.lights import sources as sources_module
+from radiosity_addon.solver.lights.spheres import SphereLights
+from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import AreaLamp, PointLamp, SunLamp
-from radiosity_addon.solver.spherical import direction_within, solid_angle
+from radiosity_addon.solver.geometry.spherical import direction_within, solid_angle
 
 DOWN, UP = np.array([0, 0, -1.0]), np.array([0, 0, 1.0])
 X, Y = np.array([0.2, 0, 0]), np.array([0, 0.2, 0])
@@ -128,7 +128,7 @@ def test_directions_fill_their_spherical_triangle(size):
 def ball_samples(x, normal, radius: float, exact: bool, n: int = 1 << 14):
     """The Sample of a ball of intensity 1 about the origin at n copies of a point."""
     one = np.ones(1)
-    light = Balls(np.ones((1, 3)), np.zeros((1, 3)), radius * one, DOWN[None], -2 * one, one)
+    light = SphereLights(np.ones((1, 3)), np.zeros((1, 3)), radius * one, DOWN[None], -2 * one, one)
     xi = np.random.default_rng(2).random((n, 2))
     many = np.tile(np.asarray(x, float), (n, 1)), np.tile(np.asarray(normal, float), (n, 1))
     return light.sample(0 if exact else np.zeros(n, int), *many, xi)

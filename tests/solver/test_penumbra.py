@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from radiosity_addon.solver.context import build_context
-from radiosity_addon.solver.direct import direct_light
+from radiosity_addon.solver.lights.context import build_context
+from radiosity_addon.solver.direct.irradiance import direct_light
 from radiosity_addon.solver.fields import Constant
-from radiosity_addon.solver.footprints import build_footprints
-from radiosity_addon.solver.lighting import place_on
+from radiosity_addon.solver.geometry.footprints import build_footprints
+from radiosity_addon.solver.gather.lighting import place_on
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.receivers import Receivers
 from radiosity_addon.solver.scene import AreaLamp, Material, Scene

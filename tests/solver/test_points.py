@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radiosity_addon.solver.footprints import build_footprints
-from radiosity_addon.solver.geometry import build_geometry
-from radiosity_addon.solver.points import footprint_points, grouped_chunks, masked, owned
+from radiosity_addon.solver.geometry.footprints import build_footprints
+from radiosity_addon.solver.geometry.triangles import build_geometry
+from radiosity_addon.solver.sampling.points import footprint_points, grouped_chunks, masked, owned
 from radiosity_addon.solver.receivers import Receivers
-from radiosity_addon.solver.sampling import GROUPS, tangent_axes, tangent_frames
+from radiosity_addon.solver.sampling.sobol import GROUPS, tangent_axes, tangent_frames
 
 CORNER = np.array([[[0.0, 0], [0.5, 0], [0, 0.5]]])  # a quarter of a triangle, or half as a square
 

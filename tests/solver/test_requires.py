@@ -9,19 +9,19 @@ import numpy as np
 import pytest
 
 from radiosity_addon.settings import Settings
-from radiosity_addon.solver import context as context_module
-from radiosity_addon.solver import radiosity as radiosity_module
+from radiosity_addon.solver.lights import context as context_module
+from radiosity_addon.solver.transport import radiosity as radiosity_module
 from radiosity_addon.solver import sequence
-from radiosity_addon.solver.channels import channels_of
-from radiosity_addon.solver.context import build_context
+from radiosity_addon.solver.materials.channels import channels_of
+from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.fields import Constant, CornerColors, Texture
-from radiosity_addon.solver.judge import Judge, Surface
-from radiosity_addon.solver.lighting import Lighting
-from radiosity_addon.solver.needs import Needs
+from radiosity_addon.solver.adaptive.error_estimator import ErrorEstimator, Surface
+from radiosity_addon.solver.gather.lighting import Lighting
+from radiosity_addon.solver.adaptive.requirements import Requirements
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import AreaLamp, Material, PointLamp, Sky, SunLamp
 from radiosity_addon.solver.solution import compose
-from radiosity_addon.solver.transport import Places, join_places
+from radiosity_addon.solver.transport.rows import Places, join_places
 from tests.solver.meshes import box_polygons, box_scene, grid, triangle_receivers
 from tests.solver.meshes import scene as make_scene
 
@@ -29,7 +29,7 @@ ALL = Settings().passes
 BULB = PointLamp("Bulb", np.array([0.3, 0.4, 0.8]), np.ones(3), 0.1)
 SUN = SunLamp("Sun", np.array([0.0, 0.6, -0.8]), np.full(3, 2.0), 0.01)
 GREY_SKY = Sky(np.ones((1, 1, 3), np.float32))
-EVERYTHING = Needs(True, True, True)
+EVERYTHING = Requirements(True, True, True)
 TRIES = 5  # of what is timed; the shortest counts
 
 
@@ -100,7 +100,7 @@ def test_colours_of_what_is_not_there_do_not_count():
 
 def test_one_channel_gives_what_three_give_in_less_time(monkeypatch):
     """Rays cost the same; the sums over neighbours, a third as wide, are timed alone, by turns."""
-    weigh, seconds = Judge.weigh, ([], [])
+    weigh, seconds = ErrorEstimator.weigh, ([], [])
 
     def timed(self, halves):
         grey = Surface(self.surface.reflectance[:, :1], self.surface.emission[:, :1])
@@ -120,7 +120,7 @@ def test_one_channel_gives_what_three_give_in_less_time(monkeypatch):
     scene = furnished(sky=GREY_SKY)
     one, _ = solve(scene, divisions=24)
     monkeypatch.setattr(context_module, "channels_of", lambda scene: 3)
-    monkeypatch.setattr(Judge, "weigh", timed)
+    monkeypatch.setattr(ErrorEstimator, "weigh", timed)
     three, _ = solve(scene, divisions=24)
     assert apart(one, three) < 1e-3  # rounding may tip what gets another sample
     assert min(seconds[0]) < 0.9 * min(seconds[1])
@@ -175,9 +175,9 @@ def test_no_shadow_rays_in_an_empty_room(monkeypatch, lamp):
 def test_light_that_is_not_asked_for_or_cannot_be_costs_nothing(monkeypatch, scene, passes, needs):
     """The same colours, within the errors asked for, as with everything; fewer rays."""
     context = build_context(scene, 0, 1, silent)
-    assert sequence.needs_of(context, passes) == Needs(*needs)
+    assert sequence.requirements_of(context, passes) == Requirements(*needs)
     less, statistics = solve(scene, passes)
-    monkeypatch.setattr(sequence, "needs_of", lambda *_: EVERYTHING)
+    monkeypatch.setattr(sequence, "requirements_of", lambda *_: EVERYTHING)
     more, with_all = solve(scene, passes)
     assert apart(less, more) < 0.03 * np.sqrt(2)
     assert statistics.rays < with_all.rays

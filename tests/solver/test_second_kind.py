@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radiosity_addon.solver.second_kind import solve_second_kind
+from radiosity_addon.solver.transport.second_kind import solve_second_kind
 
 
 def room(n=300, seed=0):

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from radiosity_addon.solver.judge import Judge, Surface
-from radiosity_addon.solver.lattice import build_lattices
-from radiosity_addon.solver.smooth import smooth
+from radiosity_addon.solver.adaptive.error_estimator import ErrorEstimator, Surface
+from radiosity_addon.solver.filtering.lattice import build_lattices
+from radiosity_addon.solver.filtering.smooth import smooth
 
 SIZE = 96  # texels along an edge of a square
 GRID = np.stack([np.zeros(SIZE**2), *np.divmod(np.arange(SIZE**2), SIZE)], 1).astype(np.int32)
@@ -76,7 +76,7 @@ def test_the_error_is_what_is_said(waves, deviation):
     for seed in range(4):
         a, b = noisy_halves(light, deviation, seed)
         surface = Surface(np.ones_like(a), np.zeros_like(a))
-        judge = Judge(surface, [LATTICE], ("direct",), 1, None)
+        judge = ErrorEstimator(surface, [LATTICE], ("direct",), 1, None)
         part = judge._smoothed([LATTICE], a, b, np.ones_like(a))
         said.append(part.square.mean())
         true.append((((part.a + part.b)[:, 0] / 2 - light) ** 2).mean())

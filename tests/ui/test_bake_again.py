@@ -92,11 +92,11 @@ def test_unreadable_file_is_ignored(tmp_path, content):
 
 
 def test_nothing_is_kept_beyond_the_limit_or_on_a_full_disk(tmp_path, monkeypatch):
-    from radiosity_addon.solver.keep import Kept
+    from radiosity_addon.solver.adaptive.solve_cache import SolveCache
     from radiosity_addon.ui import keep_file
 
     path = tmp_path / "kept"
-    kept = Kept([np.zeros(100)], changed=True)  # 800 bytes
+    kept = SolveCache([np.zeros(100)], changed=True)  # 800 bytes
     keep_file.write_kept(path, kept, most=800)
     assert len(keep_file.read_kept(path).solves) == 1
     keep_file.write_kept(path, kept, most=799)

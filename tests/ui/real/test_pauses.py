@@ -11,7 +11,6 @@ selected and an undo step is made; a bake may add a tenth of a second to that.
 from __future__ import annotations
 
 import os
-import sys
 import time
 from pathlib import Path
 

@@ -1,0 +1,68 @@
+"""Smooth groups: which loops of a mesh are one unknown.
+
+Loops at a vertex belong together when one gets from face to face around the vertex over edges
+that are flatter than SMOOTH_ANGLE, not marked sharp, shared by just two faces and wound alike.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..components import connected_components
+from .meshes import bulk, read_loop_vertices
+
+SMOOTH_ANGLE = np.radians(30.0)
+
+
+def smooth_groups(mesh) -> np.ndarray:
+    """(n_loops,) int32 group of each loop of a bpy mesh, numbered from 0."""
+    loop_vertex = read_loop_vertices(mesh)
+    loop_edge = bulk(mesh.loops, "edge_index", np.int32)
+    start = bulk(mesh.polygons, "loop_start", np.int32)
+    count = bulk(mesh.polygons, "loop_total", np.int32)
+    vertices = bulk(mesh.vertices, "co", np.float32, 3).astype(np.float64)
+    normals = polygon_normals(vertices, loop_vertex, start, count)
+    sharp = bulk(mesh.edges, "use_edge_sharp", bool) if len(mesh.edges) else np.zeros(0, bool)
+    return group_loops(loop_vertex, loop_edge, start, count, normals, sharp)
+
+
+def polygon_normals(vertices, loop_vertex, start, count) -> np.ndarray:
+    """(n_polygons, 3) unit normals, 0 where there is no area (Newell 1972)."""
+    polygon = np.repeat(np.arange(len(start)), count)
+    follow = _next_loop(start, count)
+    vertices = np.where(np.isfinite(vertices), vertices, 0.0)
+    first = vertices[loop_vertex[start]][polygon]
+    here, there = vertices[loop_vertex] - first, vertices[loop_vertex[follow]] - first
+    total = np.zeros((len(start), 3))
+    np.add.at(total, polygon, np.cross(here, there))
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    return np.divide(total, length, out=np.zeros_like(total), where=length > 0.0)
+
+
+def group_loops(loop_vertex, loop_edge, start, count, normals, sharp) -> np.ndarray:
+    """The groups from plain arrays; ``loop_edge`` is the edge from a loop to the next one."""
+    n_loops = len(loop_vertex)
+    polygon = np.repeat(np.arange(len(start)), count)
+    follow = _next_loop(start, count)
+    first, second = _pairs(loop_edge)
+    opposite = loop_vertex[first] == loop_vertex[follow[second]]
+    cosine = np.einsum("ij,ij->i", normals[polygon[first]], normals[polygon[second]])
+    flat = opposite & (cosine > np.cos(SMOOTH_ANGLE)) & ~sharp[loop_edge[first]]
+    first, second = first[flat], second[flat]
+    rows = np.concatenate([first, follow[first]])
+    columns = np.concatenate([follow[second], second])
+    return connected_components(n_loops, rows, columns).astype(np.int32)
+
+
+def _next_loop(start: np.ndarray, count: np.ndarray) -> np.ndarray:
+    follow = np.arange(1, int(count.sum()) + 1)
+    follow[start + count - 1] = start
+    return follow
+
+
+def _pairs(loop_edge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The two loops of every edge that has exactly two."""
+    order = np.argsort(loop_edge, kind="stable")
+    edges, first, uses = np.unique(loop_edge[order], return_index=True, return_counts=True)
+    pair = first[uses == 2]
+    return order[pair], order[pair + 1]

@@ -1,0 +1,164 @@
+"""Twin: a process beside this one that does a bake's second half. No bpy.
+
+NumPy lets other threads go on only inside its loops, and these are short: two threads of one Python
+get no more done than one and a half, two processes twice as much (docs/cost.md has the figures).
+The twin is started before Blender is, as it takes as long to import SciPy. It reads what it is
+asked from its standard input and answers on its standard output; when its input ends, so does it.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import queue
+import subprocess
+import sys
+import threading
+import traceback
+from contextlib import suppress
+from pathlib import Path
+
+from . import memory
+from .libraries import environment
+from .solver.workers.parallel import thread_count
+
+PROTOCOL = 5
+PIPE_SIZE = 1 << 20  # bytes: light is megabytes
+ANSWER, FAILURE = "answer", "failure"
+
+
+class ReplicateProcess:
+    """The second half of bakes, one after the other, in a process of its own (see
+    ``solver.adaptive.replicate.Here``). ``close()`` ends it, and what it is doing."""
+
+    def __init__(self) -> None:
+        """Start it; returns at once. Raises OSError or ImportError when it cannot be started."""
+        options = {"start_new_session": True}  # Ctrl-C is for us; we end it
+        if os.name == "nt":
+            flags = subprocess.CREATE_NO_WINDOW | subprocess.CREATE_NEW_PROCESS_GROUP
+            options = {"creationflags": flags}
+        self._process = subprocess.Popen(
+            [sys.executable, "-s", "-P", "-m", __name__],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            pipesize=PIPE_SIZE,
+            env=environment(Path(__file__).resolve().parents[1]),
+            **options,
+        )
+        self.rays, self.embree_seconds, self.peak_memory = 0, 0.0, 0
+        self._asked = 0
+
+    def __enter__(self) -> ReplicateProcess:
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.close()
+
+    def ask(self, name: str, *words) -> None:
+        """Call a method of its half; "open" makes the half."""
+        self._asked += 1
+        with suppress(OSError):  # it has ended: the answers tell
+            pickle.dump((name, words), self._process.stdin, PROTOCOL)
+            self._process.stdin.flush()
+
+    def answers(self) -> list:
+        """What the methods returned that were asked for since the last answers, when they do;
+        raises what one raised, Gone if the process has ended."""
+        asked, self._asked = self._asked, 0
+        found = [self._answer() for _ in range(asked)]
+        for kind, value in found:
+            if kind == FAILURE:
+                raise value
+        return [value for _, value in found]
+
+    def _answer(self) -> tuple:
+        try:
+            kind, value, *figures = pickle.load(self._process.stdout)
+        except (EOFError, OSError, pickle.UnpicklingError) as error:
+            raise self._ended() from error
+        self.rays, self.embree_seconds, self.peak_memory = figures
+        return kind, value
+
+    def close(self) -> None:
+        """End the process."""
+        self._process.kill()
+        with suppress(OSError):
+            self._process.stdin.close()
+        self._process.stdout.close()
+        self._process.wait()
+
+    def _ended(self) -> Exception:
+        from .solver.adaptive.replicate import ReplicateLost  # which imports NumPy
+
+        status = self._process.wait()
+        return ReplicateLost(
+            f"the solver's second process ended (status {status}); memory may have run out: lower "
+            "the resolution, or use one thread, for which there is only one process"
+        )
+
+
+def start_twin(threads: int) -> ReplicateProcess | None:
+    """A Twin, or None where ``threads`` leave nothing for one, or none can be started."""
+    if thread_count(threads) < 2:
+        return None
+    try:
+        return ReplicateProcess()
+    except (OSError, ImportError):
+        return None
+
+
+def peak_memory(twin: ReplicateProcess | None) -> int:
+    """The largest resident size of this process, and of its twin if it has one [bytes]."""
+    return memory.peak_memory() + (twin.peak_memory if twin is not None else 0)
+
+
+def serve() -> None:
+    """Answer what is asked until the input ends; the twin's own program."""
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # whatever libraries print must not get among the answers
+    asked: queue.SimpleQueue = queue.SimpleQueue()
+    threading.Thread(target=_listen, args=(asked,), daemon=True).start()
+    from .solver import sequence  # noqa: F401  all a bake needs, before it is asked for
+    from .solver.adaptive.replicate import build_replicate
+
+    half, before = None, (0, 0.0)
+    while True:
+        name, words = asked.get()
+        try:
+            if name == "open":
+                half = None  # frees the one before
+                half, value = build_replicate(*words), None
+                before = half.context.rays, half.context.embree_seconds  # as many as the first took
+            else:
+                value = getattr(half, name)(*words)
+            kind = ANSWER
+        except Exception as error:  # noqa: BLE001  raised again where it was asked
+            kind, value = FAILURE, _portable(error)
+        now = (half.context.rays, half.context.embree_seconds) if half else before
+        figures = (now[0] - before[0], now[1] - before[1], memory.peak_memory())
+        pickle.dump((kind, value, *figures), answers, PROTOCOL)
+        answers.flush()
+        del value, words
+
+
+def _portable(error: Exception) -> Exception:
+    """The error as it can be told to another process."""
+    error.add_note("".join(traceback.format_exception(error)))
+    try:
+        return pickle.loads(pickle.dumps(error))
+    except Exception:  # noqa: BLE001  whatever its own class does
+        return RuntimeError(f"{type(error).__name__}: {error}")
+
+
+def _listen(asked: queue.SimpleQueue) -> None:
+    """Pass on what is asked; at the end of the input end this process, whatever it is doing."""
+    source = os.fdopen(0, "rb", closefd=False)
+    while True:
+        try:
+            asked.put(pickle.load(source))
+        except Exception:  # noqa: BLE001  whoever asks is gone, in the midst of a word perhaps
+            os._exit(0)
+
+
+if __name__ == "__main__":
+    serve()

@@ -1,0 +1,75 @@
+"""Plan: how much of everything to spend for an asked error.
+
+The constants were measured on the study's scenes (docs/trade.md); the loop in ``sequence``
+corrects what they get wrong, so they decide on speed, not on truth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+MANY_RECEIVERS = 400_000
+# Of all receivers together in the first round, at least: fewer would make a bake a tenth quicker,
+# as the rest of it takes its time, and half as far off again. A draft is content with half of them.
+FIRST_RAYS, FIRST_POINTS = 720_000, 360_000
+DRAFT = 0.06  # error
+# Receivers for which to gather again costs more than elements do; how many an element may serve.
+VERY_MANY_RECEIVERS, RECEIVERS_PER_ELEMENT = 1_200_000, 200
+# At 3 %. A corner counts as much as any other, however small its faces, and many small faces lie
+# where one element of a room's size gets their light wrong, alike in both halves.
+ELEMENTS, CORNER_ELEMENTS = 1000.0, 8000.0
+MOST_ROW_RAYS = 10_000_000  # of all elements together: they are kept in memory
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Numbers are per half; rays and points are 2^k or 3·2^k, as Sobol sets want."""
+
+    goal: float  # estimated relative error that more samples are sized for
+    enough: float  # estimated relative error at which to stop
+    elements: int
+    row_rays: int
+    row_points: int
+    points: int  # of each receiver, for direct light
+    rays: int  # of each receiver, for gathered light
+
+    def refined(self, excess: float) -> Plan:
+        """More elements, whose error is ``excess`` times what it may be (error² ~ 1 / elements)."""
+        elements = int(self.elements * min(max(excess**2, 2), 16))
+        rays = 2 * self.row_rays if 2 * self.row_rays * elements <= MOST_ROW_RAYS else self.row_rays
+        return replace(self, elements=elements, row_rays=rays)
+
+
+def make_plan(error: float, receivers: int, smoothing: bool, corners: bool = False) -> Plan:
+    """The first round for a relative ``error`` at ``receivers``; ``smoothing``: texels share;
+    ``corners``: the error is that of colours fitted to them."""
+    elements = CORNER_ELEMENTS if corners else ELEMENTS
+    if receivers > VERY_MANY_RECEIVERS:
+        elements = max(elements, receivers / RECEIVERS_PER_ELEMENT)
+    elements = max(elements * (0.03 / error) ** 1.3, 200)
+    rays = 16 if error < 0.015 or not smoothing else 8 if error < 0.025 else 4
+    if receivers > MANY_RECEIVERS:
+        rays = max(rays // 2, 4)
+    points = 4 if error < DRAFT else 2
+    # Few receivers cost next to nothing, and few samples of few receivers agree by chance.
+    each = (1.0 if error < DRAFT else 0.5) / max(receivers, 1)
+    rays = max(rays, round_up(FIRST_RAYS * each, 4, 256))
+    points = max(points, round_up(FIRST_POINTS * each, 2, 16))
+    return Plan(
+        goal=0.75 * error,
+        enough=0.85 * error,
+        elements=int(min(elements, 60_000)),
+        row_rays=64,
+        row_points=8,
+        points=points,
+        rays=rays,
+    )
+
+
+def round_up(number: float, low: int, high: int) -> int:
+    """The next above ``number`` of 2^k and 3·2^k, which Sobol sets like; between ``low``, a power
+    of two, and ``high``."""
+    size = low
+    while size < min(number, high):
+        size = size * 3 // 2 if size & (size - 1) == 0 else size * 4 // 3
+    return size

@@ -1,0 +1,34 @@
+"""Needs: which light a bake has to find. The rest costs neither rays nor unknowns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..fields import is_black
+from ..lights.context import Context
+from ..scene import used_sides
+
+
+@dataclass(frozen=True)
+class Requirements:
+    """Light from sources that are sampled ``explicit``-ly; light that rays meet ``first``-hand,
+    from the sky and from what glows; and light that was ``reflected`` on its way."""
+
+    explicit: bool
+    first: bool
+    reflected: bool
+
+    @property
+    def rays(self) -> bool:
+        """Whether receivers need any."""
+        return self.first or self.reflected
+
+
+def requirements_of(context: Context, passes: tuple[str, ...]) -> Requirements:
+    """What the ``passes`` ask for and the scene can give."""
+    reflects = not all(is_black(side.reflectance) for side in used_sides(context.scene))
+    return Requirements(
+        explicit="direct" in passes,
+        first="direct" in passes and (context.glows or context.sky is not None),
+        reflected="indirect" in passes and reflects,
+    )

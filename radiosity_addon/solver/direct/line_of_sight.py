@@ -1,0 +1,68 @@
+"""Ways: whether one place on the surface sees another."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..geometry.footprints import Footprints
+from ..geometry.triangles import OFFSET
+from ..lights.context import Context
+
+LIFT = 4 * OFFSET  # lines of sight run above the surface
+RISE = 0.5  # of their distance: how far above two places the way may lead
+
+
+def is_way_free(context: Context, start, start_up, end, end_up) -> np.ndarray:
+    """(k,) bool: from ``start`` (k, 3) there is a free way to ``end`` (k, 3): straight, or, as a
+    surface may be curved, through places above the two; ``_up`` (k, 3) are their unit normals, on
+    the side that is asked about."""
+    low, goal = start + LIFT * start_up, end + LIFT * end_up
+    free = is_clear(context, low, goal)
+    some = np.flatnonzero(~free)
+    way = RISE * np.linalg.norm(start[some] - end[some], axis=1)[:, None]
+    high, above = low[some] + way * start_up[some], goal[some] + way * end_up[some]
+    over = is_clear(context, high, above)
+    for one, other in ((low[some], high), (goal[some], above)):
+        over[over] = is_clear(context, one[over], other[over])
+    free[some] = over
+    return free
+
+
+def is_clear(context: Context, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """(k,) bool: nothing lies between places (k, 3)."""
+    shadow = context.blockers[0].shadow
+    return shadow.clear(start.astype(np.float32), (end - start).astype(np.float32))
+
+
+@dataclass(frozen=True)
+class LineOfSight:
+    """What receivers see of each other."""
+
+    context: Context
+    footprints: Footprints
+    position: np.ndarray  # (count, 3) their middles, and
+    normal: np.ndarray  # (count, 3) normals there, not unit
+
+    def sees_whole(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """(k,) bool: from the middle of the receivers ``one`` (k,) int there are free ways to every
+        corner of the footprints ``other`` (k,) int."""
+        sees = np.ones(len(one), bool)
+        if self.context.blockers[0].shadow is None or len(one) == 0:
+            return sees
+        footprints = self.footprints
+        first, cells = footprints.start[other], np.diff(footprints.start)[other]
+        pair = np.repeat(np.arange(len(one)), cells)
+        cell = np.arange(len(pair)) + np.repeat(first - np.cumsum(cells) + cells, cells)
+        for u, v in ((0, 0), (1, 0), (0, 1), (1, 1)):
+            left = np.flatnonzero(sees[pair] & ((u + v < 2) | footprints.square[cell]))
+            start, end = one[pair[left]], cell[left]
+            corner = footprints.origin[end] + u * footprints.u[end] + v * footprints.v[end]
+            up = self.normal[start]
+            up /= np.maximum(np.linalg.norm(up, axis=1, keepdims=True), 1e-30)
+            free = is_way_free(
+                self.context, self.position[start], up, corner, footprints.normal[end]
+            )
+            sees[pair[left[~free]]] = False
+        return sees

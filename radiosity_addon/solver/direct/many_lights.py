@@ -1,0 +1,103 @@
+"""Chosen light: direct light where there are many lights, of which every point looks at a few."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..lights.context import Context
+from ..lights.light_choice import PER_POINT, choose_lights
+from ..sampling.points import Middles, Points, light_places, shifted
+from ..sampling.sobol import sobol
+from .transmission import visible_samples
+
+
+def chosen_light(context: Context, points: Points, middles: Middles, key):
+    """(R, channels) irradiance from the lights in pools, and the variance (R,) of its channels' mean
+    that the choice leaves. Owners that are flat choose for all of their points at once; points of
+    others each for themselves."""
+    if middles.flat.all():
+        return _from_chosen(context, points, middles, key)
+    count = points.shape[1]
+    irradiance, variance = np.zeros((count, context.channels)), np.zeros(count)
+    for flat in (True, False):
+        some = np.flatnonzero(middles.flat == flat)
+        if len(some) == 0:
+            continue
+        part = points.take(some) if flat else points.take(some).single()
+        light, spread = _from_chosen(context, part, part.middles(), (*key, 4 + flat))
+        repeats = part.shape[1] // len(some)  # points that are owners of their own
+        irradiance[some] = light.reshape(-1, len(some), context.channels).mean(axis=0)
+        variance[some] = spread.reshape(-1, len(some)).mean(axis=0) / repeats
+    return irradiance, variance
+
+
+def _from_chosen(context: Context, points: Points, middles: Middles, key):
+    """The same for owners that are flat."""
+    per, count = points.shape
+    position, normal = (array.reshape(-1, 3) for array in (points.position, points.normal))
+    position, normal = position.astype(float), normal.astype(float)
+    irradiance, choices = np.zeros((count, context.channels)), 0
+    total, square = np.zeros((2, count))
+    mean = np.full(context.channels, 1 / context.channels)
+    for light, factor in _choices(context, points, middles, key):
+        places = light_places(points, *key, choices, 3)
+        xi = np.stack([axis.ravel() for axis in places], 1)
+        choices += 1
+        arriving = np.zeros((per * count, context.channels))
+        for sample, color, rows in _samples(context, light, position, normal, xi):
+            triangle = points.triangle.ravel()[rows]
+            dark = context.sources.unlinked(light[rows], context.scene, triangle)
+            if dark is not None:
+                sample.darken(dark)
+            origins = points.position.reshape(-1, 3)[rows]
+            found = visible_samples(context, context.blockers[0], origins, sample)  # all block
+            found *= sample.irradiance[:, None]
+            arriving[rows] = found * factor[rows, None] * color
+        irradiance += arriving.reshape(per, count, -1).mean(axis=0)
+        level = (arriving @ mean).reshape(per, count)
+        total += level.sum(axis=0)
+        square += (level * level).sum(axis=0)
+    return irradiance, _variance(total, square, choices, per)
+
+
+def _variance(total: np.ndarray, square: np.ndarray, choices: int, per: int) -> np.ndarray:
+    """(R,) variance of sums over ``choices`` of means over ``per`` points, from the ``total`` and
+    the ``square`` sum (R,) of all these numbers."""
+    many = choices * per
+    if many < 2:
+        return np.zeros(len(total))
+    return np.maximum(square - total**2 / many, 0) / (many - 1) * choices / per
+
+
+def _choices(context: Context, points: Points, middles: Middles, key):
+    """Yield (light, factor) pairs (n,): what was chosen for each point, and one over its
+    probability and the number of choices."""
+    per, count = points.shape
+    for number, pool in enumerate(context.sources.pools):
+        table = sobol(per, 6, *key, 2, number)[:, 5:]
+        xi = shifted(table, points.turn[:, 0].astype(float))
+        xi = (xi + np.arange(PER_POINT)[:, None, None]) / PER_POINT  # a point's choices lie apart
+        lights, factors = choose_lights(
+            context.sources, pool, middles.place.T, middles.normal.T, middles.reach,
+            xi.reshape(-1, count),
+        )
+        for pair in zip(*(array.reshape(PER_POINT, -1) for array in (lights, factors / PER_POINT))):
+            yield pair
+
+
+def _samples(context: Context, light: np.ndarray, position, normal, xi):
+    """Yield (sample, colour, rows): of each kind at the points, (k,) or a slice of all, whose
+    ``light`` (n,) is of that kind."""
+    sources = context.sources
+    kinds = sources.kind[light]
+    for number, kind in enumerate(sources.kinds):
+        rows = np.flatnonzero(kinds == number)
+        if len(rows):
+            rows = slice(None) if len(rows) == len(light) else rows
+            place = sources.place[light[rows]]
+            sample = kind.sample(place, position[rows], normal[rows], xi[rows])
+            color = np.take(kind.color, place, axis=0)
+            if sample.surface is not None:
+                varied, triangle, uv = sample.surface
+                color[varied] = context.emission(triangle, uv)
+            yield sample, color, rows

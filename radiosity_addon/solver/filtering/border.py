@@ -1,0 +1,76 @@
+"""Border: texels at an island's edge, which have neighbours to one side only.
+
+Opposite pairs of neighbours leave light that varies linearly as it is,
+but along an edge that runs at an angle there are none, and its noise would stay as a dotted line.
+Near neighbours on one side stand in for them: over a texel or two light hardly varies.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+LEVELS = 2  # neighbours up to two texels away
+PLANE = 0.1  # height of a neighbour over a texel's plane, of its distance, at most
+FACING = 0.99  # cosine between their normals, at least
+STRETCH = 2.0  # times the distance of the nearest neighbour, for each texel between
+
+
+@dataclass(frozen=True)
+class Border:
+    """``weight`` of the texels in the cells ``other``, for those in ``cell`` (k,) each."""
+
+    cell: np.ndarray
+    other: np.ndarray
+    weight: np.ndarray  # (k,) float32
+
+    def prepared(self, size: int):
+        """Cells (r,), and (r, size) CSR: how much they change by, from pictures of ``size``."""
+        cells, row = np.unique(self.cell, return_inverse=True)
+        rows = np.concatenate([row, np.arange(len(cells))])
+        total = np.bincount(row, self.weight, len(cells))
+        values = np.concatenate([self.weight, -total]).astype(np.float32)
+        columns = np.concatenate([self.other, cells])
+        return cells, csr_matrix((values, (rows, columns)), shape=(len(cells), size))
+
+    def take(self, kept: np.ndarray) -> Border:
+        """Some of the neighbours."""
+        return Border(self.cell[kept], self.other[kept], self.weight[kept])
+
+
+def find_border(cell, number, missing, position, normal, level: int) -> Border:
+    """Neighbours to one side of texels in ``cell`` (n,), whose ``position`` and ``normal`` are
+    (n, 3). ``number`` is the picture of the texels' places in these arrays, −1 where there is none;
+    ``missing`` has for each direction its offset in the picture, its length, its weight, and (n,)
+    bool where there is no pair along it."""
+    lacking = np.flatnonzero(np.logical_or.reduce([none for *_, none in missing]))
+    nearest, found = np.full(len(cell), np.inf), []
+    for offset, length, weight, none in missing:
+        for side in (offset, -offset):
+            near = _plane_neighbors(lacking, cell, number, side, position, normal)
+            one, _, distance = near
+            nearest[one] = np.minimum(nearest[one], distance / length)  # one of each
+            if level:
+                near = _plane_neighbors(lacking, cell, number, side << level, position, normal)
+            one, other, distance = near
+            kept = none[one]
+            found.append((one[kept], other[kept], distance[kept] / (length * (1 << level)),
+                          np.full(kept.sum(), weight, np.float32)))  # fmt: skip
+    one, other, width, weight = (np.concatenate(part) for part in zip(*found))
+    kept = width <= STRETCH * nearest[one]
+    return Border(cell[one[kept]], cell[other[kept]], weight[kept])
+
+
+def _plane_neighbors(some, cell, number, offset: int, position, normal):
+    """Of the texels ``some`` (k,) those with a neighbour at an ``offset`` in their plane, that
+    neighbour, and its distance."""
+    other = number[cell[some] + offset]
+    some, other = some[other >= 0], other[other >= 0]
+    step = position[other] - position[some]
+    distance = np.sqrt(np.einsum("ij,ij->i", step, step))
+    height = np.abs(np.einsum("ij,ij->i", step, normal[some]))
+    facing = np.einsum("ij,ij->i", normal[some], normal[other])
+    flat = (height <= PLANE * distance) & (facing > FACING)
+    return some[flat], other[flat], distance[flat]

@@ -1,0 +1,105 @@
+"""Graph: receivers anywhere as neighbours of each other, for meshes without an image.
+
+A receiver's neighbours are the nearest that face the same way and lie
+in its plane, or nearly; a kernel averages over them by area, and kernels of growing width are that
+one applied 1, 2, 4, ... times.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_matrix, diags_array
+
+LEVELS = 5  # kernels are applied 1, 2, 4, 8, 16 times
+NEAREST = 9  # with the receiver itself
+LEAST = 512  # receivers; fewer agree by chance, and have rays enough of their own
+FACING = 0.8  # cosine between the normals of neighbours, at least
+SLOPE = 0.4  # height of a neighbour over the receiver's plane, of its distance, at most
+
+
+@dataclass(frozen=True)
+class Graph:
+    """``kernel`` (n, n) CSR float32: rows >= 0 that add up to 1. Same words as a Lattice's."""
+
+    kernel: csr_matrix
+    levels: int = LEVELS
+
+    @property
+    def index(self) -> slice:
+        """All receivers."""
+        return slice(None)
+
+    def spread(self, values: np.ndarray, chosen=None, factor: float = 1.0) -> np.ndarray:
+        """(c, n) float32."""
+        values = values if chosen is None else values[:, chosen]
+        return np.ascontiguousarray((values * factor).T, np.float32)
+
+    def read(self, picture: np.ndarray) -> np.ndarray:
+        """(n,)."""
+        return picture
+
+    def left(self, level: int) -> float:
+        """The share of independent noise's variance that the kernel of ``level`` leaves: it is
+        spread over NEAREST receivers, and over as many more each time."""
+        return 1 / (NEAREST << level)
+
+    def around(self, level: int) -> int:
+        """Levels of kernels that average what decides whether to go to ``level``."""
+        return min(level + 2, 3)
+
+    def beside(self, picture: np.ndarray) -> np.ndarray:
+        """Of (n,) >= 0, above 0 at the receivers that have a neighbour above 0."""
+        return self.step(picture, level=0)[0]
+
+    def step(self, *pictures: np.ndarray, level: int, into=None) -> list[np.ndarray]:
+        """The kernel of a level applied to pictures (n,); ``into`` is left alone."""
+        values = np.stack(pictures, 1)
+        for _ in range(1 << level):
+            values = self.kernel @ values
+        return list(np.ascontiguousarray(values.T))
+
+    def parted(self, dark: np.ndarray, sees) -> Graph:
+        """Without the links by which receivers that are ``dark`` (n,) bool would get light from
+        others that are not and that they do not see: ``sees(one, other)`` (k,) bool."""
+        row = np.repeat(np.arange(len(dark)), np.diff(self.kernel.indptr))
+        link = np.flatnonzero(dark[row] & ~dark[self.kernel.indices])
+        cut = link[~sees(row[link], self.kernel.indices[link])]
+        data = self.kernel.data.copy()
+        data[cut] = 0
+        kept = csr_matrix((data, self.kernel.indices, self.kernel.indptr), self.kernel.shape)
+        lost = np.bincount(row[cut], self.kernel.data[cut], len(dark)).astype(np.float32)
+        return Graph(kept + diags_array(lost))
+
+
+def build_graph(position, normal, area, threads: int) -> list[Graph]:
+    """One graph of all receivers: ``position``, ``normal`` (n, 3), ``area`` (n,); [] for a few."""
+    if len(position) < LEAST:
+        return []
+    from scipy.spatial import cKDTree
+
+    place = _distinct(position)
+    distance, near = cKDTree(place).query(place, NEAREST, workers=threads or -1)
+    step = position[near] - position[:, None]
+    length = np.linalg.norm(normal, axis=1)
+    unit = normal / np.where(length > 0, length, 1)[:, None]
+    facing = np.einsum("nkc,nc->nk", unit[near], unit)
+    height = np.abs(np.einsum("nkc,nc->nk", step, unit))
+    weight = np.where((facing > FACING) & (height <= SLOPE * distance), area[near], 0.0)
+    weight[:, 0] = np.maximum(area[near[:, 0]], 1e-300)
+    weight /= weight.sum(axis=1, keepdims=True)
+    n = len(position)
+    starts = np.arange(0, n * NEAREST + 1, NEAREST)
+    kernel = csr_matrix((weight.ravel().astype(np.float32), near.ravel(), starts), shape=(n, n))
+    kernel.eliminate_zeros()
+    return [Graph(kernel)]
+
+
+def _distinct(position: np.ndarray) -> np.ndarray:
+    """(n, 3) positions; those of many faces on one another moved by next to nothing, as a tree
+    cannot part them and would compare each with all."""
+    line = position @ np.array([0.6, 0.48, 0.64])
+    if len(np.unique(line)) > len(line) / 4:
+        return position
+    return position + 1e-9 * np.random.default_rng(0).random(position.shape)

@@ -1,0 +1,167 @@
+"""Smooth: share sampled light among neighbours, as far as the light itself allows.
+
+Light varies slowly over most of a surface, its sampling noise does not, so neighbours are averaged
+by kernels of growing width. How far to go is chosen at every receiver by cross-validation: two
+independent halves a, b of the samples give E[(f_a − b)²] = MSE(f_a) + var(b), bias included, so the
+level of least error shows, and so does the error that is left.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from ..geometry.vectors import row_squares
+from ..workers.parallel import map_chunks, ranges
+
+WINDOW = 33  # receivers
+BAND = 1 << 16  # numbers that are looked at together
+LARGEST = 1e9  # in pictures: they are float32, which holds fourth powers up to here
+MARGIN = 0.2  # of the noise that a wider kernel takes away must not come back as blur
+
+
+@dataclass(frozen=True)
+class Smoothed:
+    """Two smoothed halves (count, c), and the squared relative error (count,) expected of one of
+    them, summed over columns."""
+
+    a: np.ndarray
+    b: np.ndarray
+    square: np.ndarray
+    touched: np.ndarray  # (count,) bool: neighbours had a share
+
+
+def smooth(lattices: list, a: np.ndarray, b: np.ndarray, weight: np.ndarray, threads=1) -> Smoothed:
+    """Smooth two independent halves a, b (count, c) alike.
+
+    ``weight`` (count, c) takes them to relative errors, by which levels are chosen. Columns
+    without light cost nothing.
+    """
+    lit = [channel for channel in range(a.shape[1]) if a[:, channel].any() or b[:, channel].any()]
+    out_a, out_b = a.copy(), b.copy()
+    touched = np.zeros(len(a), bool)
+    square = row_squares(weight * (a - b)) / 2
+    if len(lit) == 0:
+        return Smoothed(out_a, out_b, square, touched)
+    peak = float(max(a.max(), -a.min(), b.max(), -b.min()))
+    scale = min(float(weight[:, lit].max()) or 1.0, LARGEST / peak)
+
+    def pictures(lattice):
+        halves = [lattice.spread(half, lit, scale) for half in (a, b)]
+        relative = lattice.spread(weight, lit, 1 / scale)
+        np.minimum(relative, LARGEST, out=relative)
+        relative *= relative
+        return _smooth_picture(lattice, *halves, relative)
+
+    for lattice, (one, two, saved, shared) in zip(
+        lattices, map_chunks(pictures, lattices, threads, lambda fraction: None)
+    ):
+        for column, channel in enumerate(lit):
+            out_a[lattice.index, channel] = lattice.read(one[column]) / scale
+            out_b[lattice.index, channel] = lattice.read(two[column]) / scale
+        square[lattice.index] += lattice.read(saved)
+        touched[lattice.index] = lattice.read(shared)
+    return Smoothed(out_a, out_b, square, touched)
+
+
+def smooth_map(lattices: list, values: np.ndarray, levels: int = 3) -> np.ndarray:
+    """(count,) values averaged over the texels around, or, where there is no lattice, over
+    receivers of near numbers: those of a face and its neighbours."""
+    if not lattices:
+        return uniform_filter1d(values, min(WINDOW, len(values)), mode="nearest")
+    result = values.copy()
+    for lattice in lattices:
+        (picture,) = lattice.spread(values[:, None])
+        for level in range(levels):
+            (picture,) = lattice.step(picture, level=level)
+        result[lattice.index] = lattice.read(picture)
+    return result
+
+
+def dilate(lattices: list, chosen: np.ndarray) -> np.ndarray:
+    """(count,) bool: ``chosen`` (count,) bool and those beside them."""
+    result = chosen.copy()
+    for lattice in lattices:
+        picture = lattice.beside(lattice.spread(chosen[:, None])[0])
+        result[lattice.index] = lattice.read(picture) > 0
+    return result
+
+
+def widest(lattices: list, values: np.ndarray) -> np.ndarray:
+    """(count, c) values averaged as widely as the kernels reach; their mean without neighbours."""
+    if not lattices:
+        return np.broadcast_to(values.mean(axis=0), values.shape)
+    result = np.empty_like(values)
+    for lattice in lattices:
+        pictures = lattice.spread(values)
+        for level in range(lattice.levels):
+            pictures = lattice.step(*pictures, level=level)
+        for channel, picture in enumerate(pictures):
+            result[lattice.index, channel] = lattice.read(picture)
+    return result
+
+
+def _smooth_picture(lattice, raw_a, raw_b, square):
+    """Pictures (c, ...) of the halves smoothed, how the squared relative error changed by that
+    (...), summed, and (...) bool where neighbours had a share. ``square`` (c, ...) makes errors
+    relative.
+
+    Each level is weighed against the one chosen so far, the change of the squared error averaged
+    over a window that is wider than the kernel, and is taken where enough of what it should take
+    away of the noise is gone: what is missing is blur.
+    """
+    count, shape = len(raw_a), raw_a.shape[1:]
+    now, other = [*raw_a, *raw_b], [*raw_b, *raw_a]
+    best = [picture.copy() for picture in now]
+    noise, left = _noise(raw_a, raw_b, square), np.ones(shape, np.float32)
+    gain, total, change, *two = np.zeros((5, *shape), np.float32)
+    # Fresh memory costs more than what is done in it: what was ``now`` is written anew.
+    spare, averaged = [np.zeros_like(picture) for picture in (*now, noise)], 0
+    for level in range(lattice.levels):
+        after = []
+        for k, (old, apart) in enumerate(zip(now, other)):
+            after += lattice.step(old, level=level, into=[spare.pop()])
+            for rows in ranges(len(left), max(BAND * len(left) // left.size, 1)):
+                saved = _saved(after[k][rows], old[rows], apart[rows])
+                saved *= square[k % count][rows]
+                total[rows] += saved
+            if level:
+                spare.append(old)
+        np.subtract(total, gain, out=change)
+        change *= 1 / count
+        mean = change
+        for k in range(lattice.around(level)):
+            (mean,) = lattice.step(mean, level=k, into=[two[k % 2]])
+        while averaged < lattice.around(level):
+            (noise,), averaged = lattice.step(noise, level=averaged), averaged + 1
+        remains = np.float32(lattice.left(level))
+        better = mean < MARGIN * noise * (remains - left)
+        for chosen, new in zip([*best, gain], [*after, total]):
+            np.copyto(chosen, new, where=better)
+        np.copyto(left, remains, where=better)
+        now = after
+    return best[:count], best[count:], gain, left < 1
+
+
+def _noise(a: np.ndarray, b: np.ndarray, square: np.ndarray) -> np.ndarray:
+    """(...) the halves' squared relative noise, mean of pictures (c, ...)."""
+    noise = np.zeros(a.shape[1:], np.float32)
+    for one, two, weight in zip(a, b, square):
+        apart = one - two
+        apart *= apart
+        apart *= weight
+        noise += apart
+    noise *= 0.5 / len(a)
+    return noise
+
+
+def _saved(after: np.ndarray, before: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """(...) half the change of (f − other)², when f goes from ``before`` to ``after``: other is
+    independent of both, so that its noise cancels in the mean."""
+    result = after + before
+    result -= 2 * other
+    result *= after - before
+    result *= 0.5
+    return result

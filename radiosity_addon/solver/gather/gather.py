@@ -1,0 +1,174 @@
+"""Gather: cosine-distributed rays from points, and the light they bring back.
+
+One ray of n carries 1/n of the irradiance: rows built from rays have entries >= 0 and sums <= 1,
+whatever the geometry.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from ..lights.context import Context
+from ..sampling.guide import Guide, Learning
+from ..sampling.points import grouped_chunks
+from ..sampling.sobol import sobol
+from ..transport.rays import (
+    RAYS_PER_CHUNK,
+    Met,
+    find_lost,
+    mean_of_rays,
+    of_first,
+    shoot,
+    shoot_guided,
+    sides_hit,
+)
+from ..workers.parallel import map_chunks
+
+
+@dataclass(frozen=True)
+class LateHits:
+    """k places met of which nothing is known: cell side, triangle, barycentric u and v, which
+    owner's ray met it, and ``weight`` (k, channels): its share in the owner's mean."""
+
+    side: np.ndarray
+    triangle: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+    owner: np.ndarray
+    weight: np.ndarray
+
+
+@dataclass(frozen=True)
+class Gathered:
+    """Mean over each owner's rays, (count, channels) float64: reflected light, and light
+    first-hand, from the sky and from emission that is not sampled explicitly. ``lessons`` are what
+    ``Learning.add`` takes, or make it of the Learning."""
+
+    bounced: np.ndarray
+    first: np.ndarray
+    unseen: LateHits | None
+    lessons: list
+
+
+def gather(
+    context: Context, radiosity, count: int, rays: int, place, key, stage: str,
+    owners: np.ndarray, learns: bool = False, guide: Guide | None = None,
+) -> Gathered:
+    """Light that ``rays`` from each of ``count`` owners bring; ``place(chosen, group)`` gives the
+    owners' Points. ``radiosity`` has ``elements`` and, by cell side, ``reflected`` and ``emitted``
+    (2 n_cells + 2, channels) float32, and bool whether it is ``unknown``. ``owners`` (count,) are
+    the receivers' numbers; where somebody ``learns``, lessons are given; ``guide`` aims the rays;
+    None: nobody."""
+    totals, unseen, lessons = np.zeros((2, count, context.channels)), [], []
+    elements = radiosity.elements
+    emitted = _met_first(context, radiosity)
+
+    def work(chunk):
+        group, chosen = chunk
+        whose = owners[chosen]
+        points = place(chosen, group)
+        key_, weight = (*key, group, 3), None
+        if guide is None:
+            met, directions = shoot(context, points, rays, *key_)
+        else:
+            met, directions, cells = shoot_guided(context, points, rays, guide, whose, *key_)
+            weight = np.take(guide.weight, cells.ravel())[:, None]
+        bounced, first, brought = 0.0, 0.0, None
+        unseen = []
+        for part in met:
+            sides = sides_hit(elements, part.hits)
+            unknown = np.flatnonzero(np.take(radiosity.unknown, sides))
+            if len(unknown):
+                share = 1 if part.weight is None else part.weight[unknown]
+                share = share * (1 if weight is None else of_first(weight, part)[unknown])
+                share = np.broadcast_to(share / rays, (len(unknown), context.channels))
+                numbers = np.arange(count)[chosen]
+                unseen.append(_unseen(sides, part, unknown, numbers, share))
+            if part.rays is None:
+                find_lost(sides, elements, len(whose))
+            light = np.take(radiosity.reflected, sides, axis=0)
+            bounced = bounced + mean_of_rays(light, part, rays, len(whose), weight)
+            direct = _first_hand(context, emitted, sides, part, directions)
+            if direct is not None:
+                first = first + mean_of_rays(direct, part, rays, len(whose), weight)
+                light = light + direct
+            if learns:
+                brought = _brought(light, part, brought)
+        if not learns:
+            lesson = None
+        elif guide is None:  # most bakes end with their first round: nobody asks
+            lesson = partial(_lesson, sobol(rays, 2, *key_), points.turn[:, 2], whose, brought)
+        else:
+            lesson = Learning.sums(cells, brought)
+        return chosen, bounced, first, unseen, lesson
+
+    chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // rays))
+    for chosen, bounced, first, places, lesson in map_chunks(
+        work, chunks, context.threads, context.tick(stage)
+    ):
+        totals[0, chosen] = bounced
+        totals[1, chosen] = first
+        unseen += places
+        if learns:
+            lessons.append(lesson)
+    return Gathered(*totals, _join_unseen(unseen), lessons)
+
+
+def _unseen(sides: np.ndarray, met: Met, index: np.ndarray, chosen, weight) -> LateHits:
+    """The hits ``index`` (k,) of rays from owners ``chosen`` (R,)."""
+    number, hits = index if met.rays is None else met.rays[index], met.hits
+    return LateHits(
+        sides[index], hits.triangle[index], hits.u[index], hits.v[index],
+        chosen[number % len(chosen)], weight,
+    )
+
+
+def _join_unseen(parts: list[LateHits]) -> LateHits | None:
+    names = ("side", "triangle", "u", "v", "owner", "weight")
+    if not parts:
+        return None
+    return LateHits(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+
+def _lesson(xi, turn, owners, brought, learning: Learning):
+    """What ``learning`` adds of rays at ``xi`` (rays, 2) with azimuths turned by ``turn`` (R,)."""
+    return learning.sums(learning.cells(xi, turn, owners), brought)
+
+
+def _brought(light: np.ndarray, met: Met, before: np.ndarray | None) -> np.ndarray:
+    """(n,) mean of the channels of light (k, channels), as much of it as comes through, added to
+    what the rays brought ``before``."""
+    if met.weight is not None:
+        light = light * met.weight
+    mean = light @ np.full(light.shape[1], 1 / light.shape[1], np.float32)
+    if met.rays is None:
+        return mean
+    before[met.rays] += mean
+    return before
+
+
+def _met_first(context: Context, radiosity) -> np.ndarray | None:
+    """(2 n_cells + 2, channels) float32 light first-hand from what rays meet, by cell side: emission
+    that is not sampled explicitly, and of the miss a constant sky's; None where there is neither."""
+    emitted, sky = radiosity.emitted, context.sky
+    if sky is None or not sky.constant:
+        return emitted
+    table = np.zeros_like(radiosity.reflected) if emitted is None else emitted.copy()
+    table[radiosity.elements.miss] = sky.pixels[0, 0]
+    return table
+
+
+def _first_hand(context: Context, emitted, sides: np.ndarray, met: Met, directions: np.ndarray):
+    """(k, channels) float32 light from the sky, and emission met; None where there is neither."""
+    light = None if emitted is None else np.take(emitted, sides, axis=0)
+    if context.sky is None or context.sky.constant:
+        return light
+    if light is None:
+        light = np.zeros((len(sides), context.channels), np.float32)
+    missed = np.flatnonzero(met.hits.triangle < 0)
+    numbers = missed if met.rays is None else met.rays[missed]
+    light[missed] += context.sky(directions.reshape(-1, 3)[numbers])
+    return light

@@ -1,0 +1,32 @@
+"""Unseen: light that rays bring from sides that nothing was known of when the system was solved.
+
+Elements are known where rays of a sample of the receivers met them, or rays of known ones. One of
+later rays in a few hundred meets another, as in a pocket of its own: the system is solved again
+with rows for that one too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..lights.context import Context
+from ..transport.radiosity import Radiosity, extended
+from ..transport.rows import Places
+from .gather import Gathered
+
+
+def with_late_rows(
+    context: Context, radiosity: Radiosity, found: Gathered, key
+) -> tuple[Gathered, Radiosity]:
+    """What rays brought, and what is reflected from the ``unseen`` places that they met; with the
+    radiosity of these, too."""
+    unseen = found.unseen
+    if unseen is None:
+        return found, radiosity
+    places = Places(unseen.side, unseen.triangle, unseen.u, unseen.v)
+    radiosity = extended(context, radiosity, places, key)
+    light = unseen.weight * radiosity.reflected[unseen.side]
+    more = [np.bincount(unseen.owner, column, len(found.bounced)) for column in light.T]
+    return replace(found, bounced=found.bounced + np.stack(more, 1)), radiosity

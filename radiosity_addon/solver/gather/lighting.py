@@ -1,0 +1,112 @@
+"""Lighting: sums of light over a half's points and rays, at each receiver."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import gcd
+
+import numpy as np
+
+from ..direct.irradiance import direct_light
+from ..geometry.footprints import Footprints
+from ..lights.context import Context
+from ..sampling.guide import Guide
+from ..sampling.points import footprint_points
+from ..sampling.sobol import uniform
+from ..transport.radiosity import Radiosity
+from .gather import gather
+from .late_rows import with_late_rows
+
+MOST_POINTS = 256  # of a receiver that share its rays in one round
+
+
+@dataclass(frozen=True)
+class Lighting:
+    """Sums (count, channels) and their numbers of samples (count, 1), filled in place."""
+
+    direct: np.ndarray
+    points: np.ndarray
+    bounced: np.ndarray
+    first: np.ndarray
+    rays: np.ndarray
+
+    def means(self, unit: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Irradiances (count, channels) float32 in ``unit``: from explicit lights, bounced, and
+        gathered first-hand."""
+        points, rays = (1 / (unit * np.maximum(n, 1)) for n in (self.points, self.rays))
+        sums = (self.direct, points), (self.bounced, rays), (self.first, rays)
+        return tuple(
+            np.multiply(total, share, out=np.empty(total.shape, np.float32), casting="same_kind")
+            for total, share in sums
+        )
+
+    def typical(self) -> float:
+        """About the mean irradiance."""
+        points, rays = (max(float(n.sum()), 1.0) for n in (self.points, self.rays))
+        channels = self.direct.shape[1]
+        gathered = float(self.bounced.sum() + self.first.sum()) / rays
+        return (float(self.direct.sum()) / points + gathered) / channels
+
+    def forget_gathered(self) -> None:
+        """Start the sums over rays anew: the radiosities they read have changed."""
+        for sums in (self.bounced, self.first, self.rays):
+            sums[:] = 0
+
+
+def no_light(count: int, channels: int) -> Lighting:
+    """Nothing summed yet."""
+    widths = (channels, 1, channels, channels, 1)
+    return Lighting(*(np.zeros((count, width)) for width in widths))
+
+
+def place_on(footprints: Footprints, owners: np.ndarray, per: int, *key: int):
+    """``place(chosen, group)``: ``per`` points on ``owners[chosen]``."""
+    turn = uniform((len(owners), 3), *key)
+
+    def place(chosen, group):
+        return footprint_points(footprints, owners[chosen], turn[chosen], per, *key, group)
+
+    return place
+
+
+def _simple_first(footprints: Footprints, owners: np.ndarray) -> np.ndarray:
+    """Owners of one cell before those of several: a chunk of the first kind costs less."""
+    return owners[np.argsort(np.diff(footprints.start)[owners] > 1, kind="stable")]
+
+
+def _add(sums: np.ndarray, owners: np.ndarray, values: np.ndarray) -> None:
+    """Add values (k, c) to sums (count, c) of different ``owners`` (k,), a column at a time."""
+    for channel in range(sums.shape[1]):
+        sums[owners, channel] += values[:, channel]
+
+
+def add_direct(context: Context, footprints, lighting: Lighting, owners, per: int, *key) -> None:
+    """Add ``per`` points of explicit light to each of ``owners`` (k,) int."""
+    key = (context.seed, 20, *key)
+    owners = _simple_first(footprints, owners)
+    place = place_on(footprints, owners, per, *key)
+    irradiance, _ = direct_light(context, len(owners), per, place, key, "gather")
+    _add(lighting.direct, owners, per * irradiance)
+    lighting.points[owners] += per
+
+
+def add_gathered(
+    context: Context, footprints, lighting: Lighting, radiosity: Radiosity, owners, rays: int, *key,
+    learns: bool = False, guide: Guide | None = None,
+) -> tuple[Radiosity, list]:
+    """Add ``rays`` gathered rays to each of ``owners`` (k,) int. A ray that a guide aimed counts
+    as many as it is worth. Returns the radiosity, with that of all that the rays met, and lessons
+    where somebody ``learns``."""
+    key = (context.seed, 21, *key)
+    owners = _simple_first(footprints, owners)
+    per = gcd(rays, int(np.clip(rays // 4, 4, MOST_POINTS)))  # every point has as many rays
+    place = place_on(footprints, owners, per, *key)
+    found = gather(
+        context, radiosity, len(owners), rays, place, key, "gather", owners, learns, guide
+    )
+    found, radiosity = with_late_rows(context, radiosity, found, (*key, 9))
+    worth = rays if guide is None else rays * guide.worth[guide.cluster[owners]][:, None]
+    _add(lighting.bounced, owners, worth * found.bounced)
+    _add(lighting.first, owners, worth * found.first)
+    lighting.rays[owners] += worth
+    return radiosity, found.lessons

@@ -1,0 +1,84 @@
+"""Footprints: receivers placed in space."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..receivers import Receivers
+from ..workers.parallel import ranges
+from .triangles import OFFSET, Geometry
+
+BAND = 1 << 15  # cells that are placed together
+
+
+@dataclass(frozen=True)
+class Footprints:
+    """Cells in space: origin + a·u + b·v. Cell ``start[i]:start[i+1]`` belong to footprint i."""
+
+    origin: np.ndarray  # (n_cells, 3) float32 normalised, lifted off the surface
+    u: np.ndarray  # (n_cells, 3)
+    v: np.ndarray  # (n_cells, 3)
+    normal: np.ndarray  # (n_cells, 3) float32 unit
+    triangle: np.ndarray  # (n_cells,) int32
+    corners: np.ndarray  # (n_cells, 3, 2) float32 barycentric: origin, step along u, along v
+    square: np.ndarray  # (n_cells,) bool
+    start: np.ndarray  # (count + 1,) int64
+    cumulative: np.ndarray  # (n_cells + 1,) float64: areas of the cells before
+
+    @property
+    def count(self) -> int:
+        return len(self.start) - 1
+
+    @property
+    def area(self) -> np.ndarray:
+        """(count,) float64 normalised."""
+        return np.diff(self.cumulative[self.start])
+
+    def mean_of_cells(self, values: np.ndarray) -> np.ndarray:
+        """(count, c) means over each footprint, by area, of values (n_cells, c) of its cells."""
+        if self.count == len(values):
+            return values
+        number = np.diff(self.start)
+        result = values[self.start[:-1]]
+        several = np.flatnonzero(number > 1)
+        cells = np.flatnonzero(np.repeat(number > 1, number))
+        starts = np.cumsum(number[several]) - number[several]
+        weight = np.diff(self.cumulative)[cells]
+        sums = np.add.reduceat(weight[:, None] * values[cells], starts, axis=0)
+        result[several] = sums / np.add.reduceat(weight, starts)[:, None]
+        return result
+
+    def middle(self) -> tuple[np.ndarray, np.ndarray]:
+        """(count, 3) mean position and (count, 3) mean normal (not unit) over each footprint;
+        float32."""
+        half = np.where(self.square, np.float32(0.5), np.float32(1 / 3))[:, None]
+        center = self.origin + half * (self.u + self.v)
+        return self.mean_of_cells(center), self.mean_of_cells(self.normal)
+
+
+def build_footprints(geometry: Geometry, receivers: Receivers) -> Footprints:
+    """Place receivers in space."""
+    n = len(receivers.triangle)
+    origin, u, v, normal = (np.empty((n, 3), np.float32) for _ in range(4))
+    corners, area = np.empty((n, 3, 2), np.float32), np.empty(n)
+    for band in ranges(n, BAND):  # in float64, which of all together would be a lot
+        triangle, place = receivers.triangle[band], receivers.corners[band]
+        shrink = geometry.shrink[triangle][:, None, None]
+        place = place * (1 - shrink) + shrink / 3
+        e1, e2 = geometry.e1[triangle], geometry.e2[triangle]
+        first, edge_u, edge_v = place[:, 0], place[:, 1] - place[:, 0], place[:, 2] - place[:, 0]
+        normal[band] = up = geometry.normal[triangle]
+        origin[band] = geometry.at(triangle, first) + OFFSET * up
+        u[band] = edge_u[:, :1] * e1 + edge_u[:, 1:] * e2
+        v[band] = edge_v[:, :1] * e1 + edge_v[:, 1:] * e2
+        corners[band] = np.stack([first, edge_u, edge_v], 1)
+        share = np.abs(edge_u[:, 0] * edge_v[:, 1] - edge_u[:, 1] * edge_v[:, 0])
+        share *= np.where(receivers.square[band], 2.0, 1.0)
+        area[band] = share * geometry.area[triangle]
+    start = np.searchsorted(receivers.receiver, np.arange(receivers.count + 1))
+    cumulative = np.concatenate([[0.0], np.cumsum(area)])
+    return Footprints(
+        origin, u, v, normal, receivers.triangle, corners, receivers.square, start, cumulative
+    )

@@ -1,0 +1,147 @@
+"""Context: one scene made ready for rays, shared by everything that traces them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..fields import Constant, is_black
+from ..geometry.triangles import Geometry, build_geometry
+from ..materials.channels import channels_of
+from ..materials.evaluate import evaluate_material
+from ..progress import Progress
+from ..scene import Scene, sides, used_sides
+from ..tracing.blockers import Blockers, build_blockers, trace_visible
+from ..tracing.crossings import Crossings, find_crossings
+from ..tracing.embree import Tracer
+from .convex import is_unobstructed
+from .sky import Skylight, split_sky
+from .sources import Sources, build_sources
+
+
+@dataclass(frozen=True)
+class Context:
+    """Light inside is divided by ``unit``, so that float32 holds scenes of any brightness."""
+
+    scene: Scene
+    geometry: Geometry
+    tracer: Tracer  # what diffuse rays meet
+    blockers: tuple[Blockers, ...]  # of shadow rays; the first are all that block light at all
+    transmits: np.ndarray  # (n_triangles,) bool
+    sources: Sources  # lights that are sampled explicitly
+    explicit: np.ndarray  # (n_triangles,) bool: emission is sampled, so rays must not count it
+    sky: Skylight | None
+    unit: float
+    channels: int  # of all light and reflectances: 1 where nothing is coloured, else 3
+    seed: int
+    threads: int
+    progress: Progress
+
+    @property
+    def varies(self) -> bool:
+        """Reflectance or emission varies within a triangle somewhere."""
+        return not all(
+            isinstance(material.reflectance, Constant) and isinstance(material.emission, Constant)
+            for material in sides(self.scene.materials)
+        )
+
+    @cached_property
+    def glows(self) -> bool:
+        """Some surface may emit light that is not sampled explicitly."""
+        met = used_sides(self.scene, ~self.explicit)
+        return not all(is_black(side.emission) for side in met)
+
+    @property
+    def rays(self) -> int:
+        """Traced so far."""
+        return sum(tracer.rays for tracer in self._distinct())
+
+    @property
+    def embree_seconds(self) -> float:
+        """Spent inside Embree so far, summed over threads."""
+        return sum(tracer.seconds for tracer in self._distinct())
+
+    @cached_property
+    def crossings(self) -> Crossings | None:
+        """Where triangles are cut by others that block light; None where nothing blocks any."""
+        shadow = self.blockers[0].shadow
+        if shadow is None:
+            return None
+        return find_crossings(self.geometry, shadow, self.threads, self.tick("elements"))
+
+    def _distinct(self) -> list[Tracer]:
+        tracers = [self.tracer, *(t for b in self.blockers for t in (b.shadow, b.veil) if t)]
+        return list({id(tracer): tracer for tracer in tracers}.values())
+
+    def tick(self, stage: str):
+        """A function of the fraction done that reports it for ``stage``."""
+        return lambda fraction: self.progress(stage, fraction)
+
+    def reflectance(self, triangle: np.ndarray, uv: np.ndarray, front=None) -> np.ndarray:
+        """(n, channels) float64 at barycentric uv (n, 2) of triangles (n,), of the side that
+        ``front`` (n,) bool tells; None: of the fronts."""
+        return np.clip(self._evaluate("reflectance", triangle, uv, front), 0, 1)
+
+    def transmittance(self, triangle: np.ndarray, uv: np.ndarray, front) -> np.ndarray:
+        """(n, channels) float64 at barycentric uv (n, 2) of triangles (n,) for light that arrives
+        where they are seen from the side that ``front`` (n,) bool tells."""
+        return np.clip(self._evaluate("transmittance", triangle, uv, front), 0, 1)
+
+    def emission(self, triangle: np.ndarray, uv: np.ndarray, front=None) -> np.ndarray:
+        """(n, channels) float64 radiance in the context's unit, of the side that ``front`` (n,)
+        bool tells; None: of the fronts."""
+        return np.maximum(self._evaluate("emission", triangle, uv, front), 0) / self.unit
+
+    def _evaluate(self, quantity: str, triangle, uv, front=None) -> np.ndarray:
+        found = evaluate_material(self.scene, quantity, triangle, uv, front)
+        return found[:, : self.channels]
+
+
+def build_context(scene: Scene, seed: int, threads: int, progress: Progress) -> Context:
+    """Normalise the scene, build Embree's tree, list the lights.
+
+    Raises ValueError where vertices are not finite or indices out of range.
+    """
+    geometry = build_geometry(scene.vertices, scene.triangles)
+    tracer, transmits = trace_visible(scene, geometry), _transmitting(scene)
+    sky, suns = None, []
+    if scene.sky is not None and np.any(scene.sky.pixels > 0):
+        pixels, suns = split_sky(scene.sky)
+        sky = Skylight(pixels)
+    sources, explicit = build_sources(scene, geometry, tracer, suns)
+    if is_unobstructed(geometry, sources):
+        blockers = (Blockers(None, None),) * len(sources.blocking)
+    else:
+        blockers = build_blockers(scene, geometry, transmits, tracer, sources.blocking)
+    unit, channels = _brightest(scene, sources, sky), channels_of(scene)
+    sources = sources.scaled(1 / unit).narrowed(channels)
+    if sky is not None:
+        sky = Skylight((np.pi / unit * sky.pixels[..., :channels]).astype(np.float32))
+    return Context(
+        scene, geometry, tracer, blockers, transmits, sources, explicit, sky, unit, channels, seed,
+        threads, progress,
+    )
+
+
+def _transmitting(scene: Scene) -> np.ndarray:
+    """(n_triangles,) bool: triangles that let light through on one side at least."""
+    clear = np.array(
+        [not all(is_black(side.transmittance) for side in sides((m,))) for m in scene.materials],
+        bool,
+    )
+    return clear[scene.material] if len(scene.triangles) else np.zeros(0, bool)
+
+
+def _brightest(scene: Scene, sources: Sources, sky: Skylight | None) -> float:
+    """A brightness to divide by: the largest colour of any source; 1 where nothing shines."""
+    count = len(scene.triangles)
+    middle = np.full((count, 2), 1 / 3)
+    peaks = [sources.brightest()]
+    for front in (True, False):
+        side = np.full(count, front)
+        emission = evaluate_material(scene, "emission", np.arange(count), middle, side)
+        peaks += [float(emission.max())] if emission.size else []
+    peaks += [float(sky.pixels.max())] if sky is not None else []
+    return max(peaks, default=0.0) or 1.0

@@ -1,0 +1,183 @@
+"""Emitters: which emissive faces are sampled as lights, and the flat lights that they become.
+
+Faces are where they are small beside the scene; large ones (a glowing wall, a furnace) are met by
+enough rays anyway. Emission that varies is cut into cells. Where the back of a face emits otherwise
+than its front, the two sides are lights of their own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..fields import Constant, is_black, same_field
+from ..geometry.triangles import OFFSET, Geometry
+from ..materials.evaluate import evaluate_material
+from ..materials.texture_cells import Cells, cut, join_cells, whole_triangles
+from ..sampling.sobol import cosine_directions, sobol, tangent_frames
+from ..scene import Scene
+from ..tracing.coincident import uncovered
+from ..tracing.embree import Tracer
+from .polygons import RECTANGLE, TRIANGLE, Polygons
+
+LARGEST_SHARE = 0.1  # of the scene's area: an object's glowing faces above it are left to rays
+BRIGHT = 4.0  # times the scene's mean radiance: what is less bright is left to rays, too
+MOST = 1 << 20  # lights; a scene with more emissive faces leaves them to rays
+PROBES = 1 << 20  # rays, of all sides together, that look where their light goes
+MOST_PROBES = 32  # of a side
+HIDDEN = 0.02  # of a light's importance remains where no probe came out
+
+
+def emissive_faces(scene: Scene, geometry: Geometry, tracer: Tracer) -> tuple[Polygons, np.ndarray]:
+    """Lights of the emissive triangles to be sampled, and (n_triangles,) bool: which those are."""
+    cells, share = _cells_of_sides(scene, geometry)
+    glowing = np.flatnonzero(share)
+    explicit = np.zeros(len(scene.triangles), bool)
+    chosen = _small(scene, geometry, glowing, share[glowing]) & _bright(geometry, cells)[glowing]
+    explicit[glowing[chosen]] = True
+    cells = cells.take(np.flatnonzero(explicit[cells.triangle]))
+    if len(cells.triangle) > MOST:
+        explicit[:] = False
+    cells, left = uncovered(geometry, tracer, cells)
+    explicit &= ~left
+    cells = cells.take(np.flatnonzero(explicit[cells.triangle]))
+    return _with_open_sides(tracer, as_polygons(geometry, cells), explicit), explicit
+
+
+def from_behind(scene: Scene) -> Scene:
+    """The same scene with what its materials show on their backs."""
+    return replace(scene, materials=tuple(m.back or m for m in scene.materials))
+
+
+def emits_apart(scene: Scene) -> np.ndarray:
+    """(n_triangles,) bool: the back emits otherwise than the front."""
+    apart = [m.back is not None and not same_field(m.emission, m.back.emission)
+             for m in scene.materials]  # fmt: skip
+    return np.array(apart, bool)[scene.material] if apart else np.zeros(0, bool)
+
+
+def _cells_of_sides(scene: Scene, geometry: Geometry) -> tuple[Cells, np.ndarray]:
+    """Cells of all that glows, and the share (n_triangles,) of each triangle that does, on that of
+    its sides where it is larger."""
+    share, parts = np.zeros(len(scene.triangles)), []
+    apart = emits_apart(scene)
+    fronts, backs = _glowing(scene, geometry), apart
+    if apart.any():
+        backs = apart & _glowing(from_behind(scene), geometry)
+    for side, seen, some in ((1, scene, fronts), (-1, from_behind(scene), backs)):
+        some = np.flatnonzero(some)
+        cells, found = _cells(seen, geometry, some)
+        share[some] = np.maximum(share[some], found)
+        parts.append(replace(cells, side=np.where(apart[cells.triangle], side, 0)))
+    return join_cells(parts), share
+
+
+def _glowing(scene: Scene, geometry: Geometry) -> np.ndarray:
+    """(n_triangles,) bool: triangles that may emit, and that rays may meet."""
+    shining = np.array([not is_black(material.emission) for material in scene.materials], bool)
+    chosen = shining[scene.material] if len(scene.material) else np.zeros(0, bool)
+    if scene.visible is not None:
+        chosen &= scene.visible[scene.object]
+    return chosen & (geometry.area > 0)
+
+
+def _cells(scene: Scene, geometry: Geometry, triangle: np.ndarray) -> tuple[Cells, np.ndarray]:
+    """Cells of triangles (n,), and the share (n,) of each that glows."""
+    varying = np.array([not isinstance(m.emission, Constant) for m in scene.materials], bool)
+    varies = varying[scene.material[triangle]]
+    constant = triangle[~varies]
+    middle = np.full((len(constant), 2), 1 / 3)
+    radiance = np.maximum(evaluate_material(scene, "emission", constant, middle), 0)
+    share = np.ones(len(triangle))
+    if not varies.any():
+        return whole_triangles(constant, radiance), share
+    cells, share[varies] = cut(scene, triangle[varies], geometry.area[triangle[varies]])
+    return join_cells([whole_triangles(constant, radiance), cells]), share
+
+
+def _small(scene: Scene, geometry: Geometry, triangle: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """(n,) bool: triangles of objects and materials that glow on little of the scene's area."""
+    pair = scene.object[triangle].astype(np.int64) * len(scene.materials) + scene.material[triangle]
+    _, group = np.unique(pair, return_inverse=True)
+    group = group.reshape(-1)
+    area = np.bincount(group, geometry.area[triangle] * share)
+    return area[group] <= LARGEST_SHARE * geometry.area.sum()
+
+
+def _bright(geometry: Geometry, cells: Cells) -> np.ndarray:
+    """(n_triangles,) bool: triangles much brighter than the scene on average. Where everything
+    glows alike (a furnace), rays find the light without noise, and choosing lights has some."""
+    area = geometry.area[cells.triangle] * cells.share
+    light = np.bincount(cells.triangle, area * cells.radiance.mean(axis=1), len(geometry.area))
+    glowing = np.bincount(cells.triangle, area, len(geometry.area))
+    return light * geometry.area.sum() > BRIGHT * light.sum() * glowing
+
+
+def as_polygons(geometry: Geometry, cells: Cells) -> Polygons:
+    """Lights, of both sides or of one; two triangles that form a parallelogram become one
+    rectangle. A back's light is that of a face turned around."""
+    t = cells.triangle
+    corners = np.stack([geometry.at(t, cells.corners[:, k]) for k in range(3)], 1)
+    first, turn = _pairs(cells, corners)
+    corners[first] = corners[first[:, None], (turn[:, None] + np.arange(3)) % 3]
+    shape = np.full(len(t), TRIANGLE)
+    shape[first] = RECTANGLE
+    kept = np.setdiff1d(np.arange(len(t)), first + 1)
+    t, corners, side, n = t[kept], corners[kept], cells.side[kept], len(kept)
+    turned = side < 0
+    corners[turned] = corners[turned][:, [0, 2, 1]]
+    normal = np.where(turned[:, None], -geometry.normal[t], geometry.normal[t])
+    varied = (cells.deviation[kept] > 0) & ~turned  # a picture on a back is known by its cells
+    return Polygons(
+        cells.radiance[kept], shape[kept], corners[:, 0], corners[:, 1] - corners[:, 0],
+        corners[:, 2] - corners[:, 0], normal, side == 0, np.full(n, np.pi), np.ones(n),
+        (side == 0) * 1.0, np.where(varied, t, -1), cells.corners[kept],
+    )  # fmt: skip
+
+
+def _pairs(cells: Cells, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Cells that form a parallelogram with the next one, and at which of their corners (n, 3, 3)
+    lies the angle opposite the shared edge."""
+    whole = (cells.share == 1) & (cells.deviation == 0)
+    follows = (np.diff(cells.triangle) == 1) & (np.diff(cells.side) == 0) & whole[1:] & whole[:-1]
+    follows &= np.isclose(cells.radiance[1:], cells.radiance[:-1], rtol=1e-6, atol=0).all(axis=1)
+    size = np.abs(corners - corners[:, :1]).max(axis=(1, 2))
+    turns = np.full(len(follows), -1)
+    for turn in range(3):
+        apex, b, c = (corners[:-1, (turn + k) % 3] for k in range(3))
+        gap = [np.abs(corners[1:] - corner[:, None]).max(axis=2).min(axis=1)
+               for corner in (b, c, b + c - apex)]  # fmt: skip
+        turns[follows & (np.max(gap, axis=0) <= 1e-9 * size[:-1])] = turn
+    able = np.flatnonzero(turns >= 0)
+    # Of a run in which each could be joined with the next, every other one is.
+    start = np.concatenate([[True], np.diff(able) > 1])[: len(able)]
+    rank = np.arange(len(able)) - np.maximum.accumulate(np.where(start, np.arange(len(able)), 0))
+    first = able[rank % 2 == 0]
+    return first, turns[first]
+
+
+def _with_open_sides(tracer: Tracer, lights: Polygons, explicit: np.ndarray) -> Polygons:
+    """The lights with ``front`` and ``back`` lowered where their light only meets other lights.
+
+    The inside of a glowing tube lights nothing. That is guessed from rays, for the choice of
+    lights only: the best chance of one that is seen with probability V is in proportion to √V.
+    """
+    count = len(lights.color)
+    rays = int(min(PROBES // max(2 * count, 1), MOST_PROBES))
+    if rays < 2:
+        return lights
+    xi = np.tile(sobol(rays, 4, 50), (count, 1))
+    which = np.repeat(np.arange(count), rays)
+    s, t = lights.place(which, xi[:, 0], xi[:, 1])
+    target = lights.origin[which] + s[:, None] * lights.u[which] + t[:, None] * lights.v[which]
+    local = cosine_directions(xi[:, 2:])
+    shares = []
+    for side in (1, -1):
+        normal = side * lights.normal[which]
+        direction = np.einsum("ni,nij->nj", local, tangent_frames(normal))
+        hits = tracer.intersect((target + 2 * OFFSET * normal).astype(np.float32),
+                                np.ascontiguousarray(direction, np.float32))  # fmt: skip
+        out = (hits.triangle < 0) | ~explicit[hits.triangle]
+        shares.append(np.maximum(np.sqrt(out.reshape(count, rays).mean(axis=1)), HIDDEN))
+    return replace(lights, front=shares[0], back=shares[1] * lights.two_sided)

@@ -1,0 +1,99 @@
+"""Lights: what the kinds of explicitly sampled light have in common.
+
+The kinds are ``polygons``, ``spheres``, ``balls`` and ``suns``. A kind holds arrays, one entry a
+light. It gives, at points: the irradiance that would arrive without obstacles, and rays that test
+whether it does. Where that irradiance is the same at all of an owner's points it is found once, and
+only the rays are made for each.
+
+``strength(which, place, normal, reach)`` is the rough irradiance of lights ``which`` (...) at
+owners' ``place`` (3, ...), facing as ``normal`` (3, ...) tells: above 0 wherever any may arrive
+within ``reach`` (...) of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Callable
+
+import numpy as np
+
+from ..geometry.vectors import row_squares
+from ..sampling.points import Middles
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One sampled place of one light for each of n points.
+
+    ``segment`` (n, 3) float32 runs to it, ``length`` (n,) or one number limits it (inf: a sun).
+    Where ``exact``, ``irradiance`` is the whole light's, without noise, and is to be multiplied by
+    the visible share of ``weight`` over an owner's points; else it is this sample's alone.
+    """
+
+    irradiance: np.ndarray  # (n,) float64, unoccluded, per unit of the light's colour
+    weight: np.ndarray  # (n,) float64, the integrand at the sample
+    segment: np.ndarray
+    length: float
+    exact: bool
+    surface: tuple | None = None  # (k,) which of the n, (k,) triangles, (k, 2) barycentric: places
+    # whose own emission takes the place of the light's colour
+
+    def darken(self, dark: np.ndarray) -> None:
+        """Nothing arrives at the points that are ``dark`` (n,) bool."""
+        self.irradiance[dark] = 0
+        self.weight[dark] = 0
+
+
+@dataclass(frozen=True)
+class Unoccluded:
+    """One light over all of an owner's points, for R owners, where that is ``known``.
+
+    ``segments(owners, position, s, t)`` gives what runs to its places (s, t) (per, k) in the unit
+    square from ``position`` (per, k, 3) float32 of the ``owners``, (k,) or a slice: (per, k, 3)
+    float32, which ``length`` limits; ``weight(owners, segments)`` is the integrand there, (per, k),
+    up to a factor, and None where it is the same everywhere.
+    """
+
+    irradiance: np.ndarray  # (R,) float64, unoccluded, per unit of the light's colour
+    known: np.ndarray  # (R,) bool
+    segments: Callable
+    weight: Callable | None
+    length: float = 1.0
+
+
+def unknown(middles: Middles) -> Unoccluded:
+    """Of a light that is to be looked at from every point."""
+    count = len(middles.flat)
+    return Unoccluded(np.zeros(count), np.zeros(count, bool), None, None)
+
+
+def combined(place, axes: tuple, steps: tuple, position=None) -> np.ndarray:
+    """(per, k, 3) float32: from ``position`` (per, k, 3), or nowhere, to two ``steps`` (per, k)
+    from ``place`` along two ``axes``, each (3,) or (3, k)."""
+    found = np.empty(steps[0].shape + (3,), np.float32)
+    for k in range(3):  # inner loops over points, not over three numbers
+        (one, other), (s, t) = (axis[k].astype(np.float32) for axis in axes), steps
+        along = s * one
+        along += t * other
+        along += place[k].astype(np.float32)
+        np.subtract(along, 0 if position is None else position[..., k], out=found[..., k])
+    return found
+
+
+def length(vectors: np.ndarray) -> np.ndarray:
+    """(n,) Euclidean lengths of (n, 3), never 0."""
+    return np.sqrt(np.maximum(row_squares(vectors), 1e-30))
+
+
+def partly_above(cosine: np.ndarray, slack: np.ndarray) -> np.ndarray:
+    """About the mean of max(cosine, 0) over a light whose cosines spread by ``slack`` both ways:
+    above 0 wherever a part of the light is above the horizon."""
+    part = np.maximum(cosine + slack, 0) ** 2 / (4 * np.maximum(slack, 1e-9))
+    least = (cosine > -slack) * cosine.dtype.type(1e-4)
+    return np.where(cosine > slack, cosine, part + least)
+
+
+def in_disc(s: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(x, y) uniform in the unit disc from (s, t) in the unit square."""
+    radius, turn = np.sqrt(s), 2 * np.pi * t
+    return radius * np.cos(turn), radius * np.sin(turn)

@@ -1,0 +1,82 @@
+"""Choose: which lights to sample at which points, where there are many.
+
+Every point takes a few lights with probability proportional to the light they would bring its
+receiver without obstacles, so that what is left to chance is only whether they are seen (Shirley,
+Wang & Zimmerman 1996, section 4). Among thousands, a tree leads to a handful. Distant lights are
+chosen apart from near ones: no distance compares them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..geometry.vectors import columns
+from .light_tree import Emitters, LightTree, build_tree, pick
+
+FEW = 6  # lights up to here are all sampled at every point
+PER_POINT = 3  # lights sampled at a point where there are more
+ALL = 64  # lights up to here are all compared at every place
+TOP = 64  # nodes of the tree that are all compared at every place, where there are more
+BLOCK = 8  # lights that are compared where a way down the tree ends
+
+
+@dataclass(frozen=True)
+class LightPool:
+    """Lights to choose from. ``blocks`` (m, size) their numbers, filled up with −1; ``tree`` leads
+    to one of several blocks."""
+
+    blocks: np.ndarray
+    tree: LightTree | None
+
+
+def make_light_pool(lights: np.ndarray, emitters: Emitters) -> LightPool:
+    """A pool of ``lights`` (n,) int, which shine as ``emitters``."""
+    if len(lights) <= ALL:
+        return LightPool(lights[None], None)
+    tree = build_tree(emitters, TOP, BLOCK)
+    return LightPool(np.where(tree.blocks >= 0, lights[tree.blocks], -1), tree)
+
+
+def choose_lights(sources, pool: LightPool, place, normal, reach, xi: np.ndarray):
+    """Lights (k, n) of a pool of ``sources`` for n places (n, 3), each of points within ``reach``
+    (n,) of it that face as ``normal`` (n, 3) tells, one for each of the numbers ``xi`` (k, n) in
+    [0, 1); and one over the probability with which each was taken (k, n)."""
+    narrow = [columns(array).astype(np.float32) for array in (place, normal)]
+    narrow.append(reach.astype(np.float32))
+    if pool.tree is None:
+        members, before = pool.blocks[0], 1.0
+        strength = _strengths(sources, members[:, None], *narrow)
+    else:
+        block, before, xi = pool.tree.descend(place, normal, reach, xi)
+        members = np.moveaxis(pool.blocks[block], -1, 0)
+        strength = _strengths(sources, members, *narrow)
+    which, share, _ = pick(strength, xi)
+    if pool.tree is None:
+        light = members[which]
+    else:
+        light = np.take_along_axis(members, which[None], axis=0)[0]
+    share = share * before
+    factor = np.where(share > 0, 1 / np.where(share > 0, share, 1), 0)
+    return np.maximum(light, 0), factor
+
+
+def _strengths(sources, light: np.ndarray, place, normal, reach) -> np.ndarray:
+    """Rough irradiance of lights (c, 1) or (c, k, n) at places (3, n): (c, n) or (c, k, n); 0
+    where a light is −1."""
+    kinds = np.where(light >= 0, sources.kind[light], -1)
+    alone = np.unique(kinds[kinds >= 0])
+    if len(alone) == 1:
+        kind = sources.kinds[alone[0]]
+        found = kind.strength(sources.place[light], place, normal, reach)
+        return np.where(light >= 0, found, 0.0)
+    strength = np.zeros(np.broadcast_shapes(light.shape, reach.shape))
+    wide = np.broadcast_to(light, strength.shape)
+    for number in alone:
+        some = np.nonzero(np.broadcast_to(kinds == number, strength.shape))
+        at = some[-1]
+        strength[some] = sources.kinds[number].strength(
+            sources.place[wide[some]], place[:, at], normal[:, at], reach[at]
+        )
+    return strength

@@ -1,0 +1,232 @@
+"""Light tree: which of many lights to sample at a point, found by going down a tree of them.
+
+Lights that lie near one another share a node, which knows their power, where
+they are, and how they face. A point goes down from node to node, each time with probability
+proportional to the light it may get from there (Conty Estevez & Kulla 2018, "Importance Sampling
+of Many Lights with Adaptive Tree Splitting"): its cost grows with the logarithm of their number.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+LEAST = 0.02  # of a node's power that is always thought to leave toward a point
+SLACK = 0.25  # times a node's apparent size: light that leaves although its mean faces away
+NEAREST = 1e-6  # squared distance; float32 knows none that are smaller
+BITS = 10  # of each coordinate in the order along which lights are neighbours
+
+
+@dataclass(frozen=True)
+class Emitters:
+    """How n lights shine, roughly. ``front`` and ``back`` [W/sr]: radiant intensity along the
+    normal and against it; from there it falls with the cosine, unless ``round``: then both are
+    half of what goes into every direction."""
+
+    center: np.ndarray  # (n, 3)
+    radius: np.ndarray  # (n,)
+    normal: np.ndarray  # (n, 3) unit
+    front: np.ndarray  # (n,)
+    back: np.ndarray  # (n,)
+    round: np.ndarray  # (n,) bool
+
+    def take(self, chosen: np.ndarray) -> Emitters:
+        """Some of them."""
+        return Emitters(*(getattr(self, field.name)[chosen] for field in fields(self)))
+
+
+def join_emitters(parts: list[Emitters]) -> Emitters:
+    """The lights of all parts, of which there is at least one."""
+    names = [field.name for field in fields(Emitters)]
+    return Emitters(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """One level of the tree, n nodes: sums over their lights, which lie in a sphere."""
+
+    power: np.ndarray  # (n,) Σ p, front and back together
+    center: np.ndarray  # (n, 3) mean, weighted by power
+    radius: np.ndarray  # (n,) of a sphere around all of them
+    square: np.ndarray  # (n,) mean squared distance from the centre
+    first: np.ndarray  # (n, 3) Σ (front − back) normal
+    second: np.ndarray  # (n, 3, 3) Σ p normal normalᵀ
+
+    @property
+    def count(self) -> int:
+        return len(self.power)
+
+
+@dataclass(frozen=True)
+class LightTree:
+    """``levels`` from coarse to fine, each of twice as many nodes; ``blocks`` (n, size) lights of
+    each node of the last, filled up with −1."""
+
+    levels: tuple[Nodes, ...]
+    blocks: np.ndarray
+
+    def descend(self, place: np.ndarray, normal: np.ndarray, reach: np.ndarray, xi: np.ndarray):
+        """For n places (n, 3), each of points within ``reach`` (n,), and k numbers each, ``xi``
+        (k, n) in [0, 1): the block each ends in (k, n), the probability of that, and a number in
+        [0, 1) to go on with."""
+        node, chance, rest = pick(_among_all(self.levels[0], place, normal, reach).T, xi)
+        for level in self.levels[1:]:
+            for k in range(len(xi)):
+                children = 2 * node[k, :, None] + np.arange(2)
+                strength = _of_own(level, children, place, normal, reach)
+                side, share, rest[k] = (found[0] for found in pick(strength.T, rest[k : k + 1]))
+                node[k] = 2 * node[k] + side
+                chance[k] *= share
+        return node, chance, rest
+
+
+def pick(strength: np.ndarray, xi: np.ndarray):
+    """One of c for each of n columns of ``strength`` (c, n) or (c, k, n), in proportion to it, for
+    each of k numbers ``xi`` (k, n) in [0, 1): which (k, n), its probability (0 where a column has
+    none), and ``xi`` made anew from what is left."""
+    cumulative = strength.astype(float)
+    for before, row in zip(cumulative, cumulative[1:]):
+        row += before
+    total = cumulative[-1]
+    level = xi * total
+    level *= 1 - 1e-12
+    which = np.zeros(level.shape, np.uint8)  # c < 256
+    for row in cumulative[:-1]:
+        which += row <= level
+    which = which.astype(np.intp)
+    index = (which, np.arange(level.shape[1]))
+    if strength.ndim == 3:
+        index = (which, np.arange(level.shape[0])[:, None], index[1])
+    taken = strength[index].astype(float)
+    some = np.where(taken > 0, taken, 1)
+    rest = np.clip((level - cumulative[index] + taken) / some, 0, 1 - 1e-12)
+    return which, taken / np.where(total > 0, total, 1), rest
+
+
+def build_tree(emitters: Emitters, top: int, size: int) -> LightTree:
+    """A tree whose first level has at most ``top`` nodes and whose last has ``size`` lights in
+    each."""
+    count = len(emitters.front)
+    brightest = max(float((emitters.front + emitters.back).max()), 1e-300)  # float32 takes no 1e39
+    emitters = replace(emitters, front=emitters.front / brightest, back=emitters.back / brightest)
+    order = along_a_curve(emitters.center)
+    blocks = 1
+    while blocks * size < count:
+        blocks *= 2
+    lights = np.full(blocks * size, -1)
+    # Spread evenly, so that no node is nearly empty.
+    lights[(np.arange(count) * (blocks * size)) // count] = order
+    lights = lights.reshape(blocks, size)
+    levels = [_nodes(emitters, lights)]
+    while levels[0].count > top:
+        levels.insert(0, _halved(levels[0]))
+    return LightTree(tuple(levels), lights)
+
+
+def along_a_curve(center: np.ndarray) -> np.ndarray:
+    """(n,) the lights' order along Morton's curve, on which neighbours are near in space."""
+    low, high = center.min(axis=0), center.max(axis=0)
+    extent = max(float((high - low).max()), 1e-300)
+    cell = ((center - low) / extent * (2**BITS - 1)).astype(np.int64)
+    code = np.zeros(len(center), np.int64)
+    for bit in range(BITS):
+        for axis in range(3):
+            code |= ((cell[:, axis] >> bit) & 1) << (3 * bit + axis)
+    return np.argsort(code, kind="stable")
+
+
+def _nodes(emitters: Emitters, lights: np.ndarray) -> Nodes:
+    """The last level: a node for each row of ``lights`` (n, size)."""
+    there = lights >= 0
+    number = np.maximum(lights, 0)
+    power = np.where(there, (emitters.front + emitters.back)[number], 0)
+    leaning = np.where(there, (emitters.front - emitters.back)[number], 0)
+    normal = emitters.normal[number]
+    round_ = emitters.round[number]
+    first = np.einsum("ns,nsi->ni", np.where(round_, 0, leaning), normal)
+    second = np.einsum("ns,nsi,nsj->nij", np.where(round_, 0, power), normal, normal)
+    second += np.where(round_, power, 0).sum(axis=1)[:, None, None] * np.eye(3)
+    place = emitters.center[number]
+    return _joined(power, place, np.where(there, emitters.radius[number], -np.inf),
+                   np.zeros(power.shape), first, second)  # fmt: skip
+
+
+def _halved(nodes: Nodes) -> Nodes:
+    """The level above: every two nodes become one."""
+    def pairs(array: np.ndarray) -> np.ndarray:
+        return array.reshape(-1, 2, *array.shape[1:])
+
+    return _joined(pairs(nodes.power), pairs(nodes.center), pairs(nodes.radius),
+                   pairs(nodes.square), pairs(nodes.first).sum(axis=1),
+                   pairs(nodes.second).sum(axis=1))  # fmt: skip
+
+
+def _joined(power, center, radius, square, first, second) -> Nodes:
+    """Nodes of n rows of s members; ``radius`` is −inf where there is no member."""
+    total = power.sum(axis=1)
+    some = np.where(total > 0, total, 1)
+    middle = np.einsum("ns,nsi->ni", power, center) / some[:, None]
+    apart = np.linalg.norm(center - middle[:, None], axis=2)
+    square = (power * (square + apart**2)).sum(axis=1) / some
+    return Nodes(total, middle, (apart + radius).max(axis=1), square, first, second)
+
+
+def _among_all(nodes: Nodes, position, normal, reach: np.ndarray) -> np.ndarray:
+    """(n, count) importance of all nodes to places (n, 3) of points within ``reach`` (n,), by
+    matrix products: every term is a polynomial of the place."""
+    c, n = nodes.center, len(position)
+    one = np.ones((n, 1))
+    at = (position[:, None, :] * position[:, :, None]).reshape(n, 9)
+    pulled = np.einsum("nij,nj->ni", nodes.second, c)
+    square = [np.ones((1, len(c))), -2 * c.T, (c**2).sum(axis=1)[None]]
+    leaning = [nodes.first.T, -np.einsum("ij,ij->i", nodes.first, c)[None]]
+    spread = [nodes.second.reshape(-1, 9).T, -2 * pulled.T, np.einsum("ij,ij->i", pulled, c)[None]]
+    facing = [c.T, -np.ones((1, len(c)))]
+    terms = [
+        (((position**2).sum(axis=1)[:, None], position, one), square),
+        ((normal, np.einsum("ij,ij->i", normal, position)[:, None]), facing),
+        ((position, one), leaning),
+        ((at, position, one), spread),
+    ]
+    products = (np.hstack(of_point).astype(np.float32) @ np.vstack(of_node).astype(np.float32)
+                for of_point, of_node in terms)  # fmt: skip
+    return _importance(*products, nodes.power, nodes.radius + reach[:, None], nodes.square)
+
+
+def _of_own(nodes: Nodes, number: np.ndarray, position, normal, reach) -> np.ndarray:
+    """(n, c) importance of nodes ``number`` (n, c) to places (n, 3), each its own."""
+    away = position[:, None] - nodes.center[number]
+    square = np.einsum("nci,nci->nc", away, away)
+    facing = -np.einsum("nci,ni->nc", away, normal)
+    leaning = np.einsum("nci,nci->nc", away, nodes.first[number])
+    spread = np.einsum("nci,ncij,ncj->nc", away, nodes.second[number], away)
+    return _importance(
+        square, facing, leaning, spread,
+        nodes.power[number], nodes.radius[number] + reach[:, None], nodes.square[number],
+    )  # fmt: skip
+
+
+def _importance(square, facing, leaning, spread, power, radius, within) -> np.ndarray:
+    """Rough irradiance of nodes, above 0 wherever any may arrive.
+
+    With w the unit vector to the point, light leaves as Σ front max(n·w, 0) + back max(−n·w, 0)
+    = ½ Σ (front − back) n·w + ½ Σ p |n·w|; the last sum is at most √(Σp · wᵀ(Σ p n nᵀ)w).
+    ``facing`` and ``leaning`` are still multiplied by the distance, ``spread`` by its square.
+    """
+    power = power.astype(np.float32)
+    square = np.maximum(square, NEAREST).astype(np.float32, copy=False)
+    inverse = 1 / np.sqrt(square)
+    size = np.minimum(radius.astype(np.float32) * inverse, 1)
+    leaving = np.sqrt(np.maximum(spread * power, 0))
+    leaving += leaning
+    leaving *= 0.5 * inverse
+    np.clip(leaving, 0, power, out=leaving)
+    leaving += (LEAST + SLACK * size) * power
+    arriving = facing * inverse
+    arriving += size + np.float32(1e-3)
+    np.clip(arriving, 0, 1, out=arriving)
+    square += within.astype(np.float32)
+    leaving *= arriving
+    leaving /= square
+    return leaving

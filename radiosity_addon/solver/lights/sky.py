@@ -1,0 +1,92 @@
+"""Skylight: radiance from infinitely far. Its small bright spots become suns.
+
+Cosine-distributed rays that escape bring the sky's radiance. A spot much smaller than the sky and
+much brighter than the rest (the sun in a photograph) would be met by few of them, so it is cut out
+and sampled explicitly as a distant disc.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..scene import Sky, SunLamp
+
+BRIGHT = 16.0  # times the mean radiance: a spot
+LARGEST = 0.02  # steradians: a larger bright region is gathered like the rest
+MOST_SPOTS = 16
+
+
+@dataclass(frozen=True)
+class Skylight:
+    """``pixels`` (height, width, channels) float32 radiosity π·radiance."""
+
+    pixels: np.ndarray
+
+    @property
+    def constant(self) -> bool:
+        """The same radiance everywhere."""
+        return self.pixels.shape[:2] == (1, 1)
+
+    def __call__(self, directions: np.ndarray) -> np.ndarray:
+        """(n, channels) float32 radiosity from unit ``directions`` (n, 3), nearest pixel."""
+        height, width = self.pixels.shape[:2]
+        if self.constant:
+            return np.broadcast_to(self.pixels[0, 0], (len(directions), self.pixels.shape[2]))
+        x, y, z = directions.T
+        u = 0.5 - np.arctan2(y, x) * np.float32(0.5 / np.pi)
+        v = 0.5 + np.arctan2(z, np.hypot(x, y)) * np.float32(1 / np.pi)
+        column = np.minimum((u * width).astype(np.int32), width - 1)
+        row = np.minimum((v * height).astype(np.int32), height - 1)
+        return self.pixels[row, column]
+
+
+def pixel_directions(height: int, width: int) -> np.ndarray:
+    """(height, width, 3) unit directions of the pixels' centres (see ``scene.Sky``)."""
+    v = (np.arange(height) + 0.5) / height
+    u = (np.arange(width) + 0.5) / width
+    theta, phi = np.pi * (v - 0.5)[:, None], 2 * np.pi * (0.5 - u)[None]
+    z = np.broadcast_to(np.sin(theta), (height, width))
+    return np.stack([np.cos(theta) * np.cos(phi), np.cos(theta) * np.sin(phi), z], 2)
+
+
+def solid_angles(height: int, width: int) -> np.ndarray:
+    """(height, 1) steradians of one pixel in each row; they add up to 4π over the image."""
+    edge = np.sin(np.pi * (np.arange(height + 1) / height - 0.5))
+    return (np.diff(edge) * 2 * np.pi / width)[:, None]
+
+
+def split_sky(sky: Sky) -> tuple[np.ndarray, list[SunLamp]]:
+    """(height, width, 3) radiance without its bright spots, and the spots as suns."""
+    from scipy import ndimage
+
+    pixels = np.asarray(sky.pixels, np.float64)
+    height, width = pixels.shape[:2]
+    if height * width < 64:
+        return pixels, []
+    angle = np.broadcast_to(solid_angles(height, width), (height, width))
+    level = pixels.mean(axis=2)
+    typical = np.median(level[level > 0]) if np.any(level > 0) else 0.0
+    mean = (level * angle).sum() / (4 * np.pi)
+    limit = BRIGHT * min(mean, max(typical, mean / 64))
+    labels, count = ndimage.label(level > max(limit, 1e-300))
+    if count == 0:
+        return pixels, []
+    numbers = np.arange(1, count + 1)
+    sizes = ndimage.sum_labels(angle, labels, numbers)
+    power = ndimage.sum_labels(level * angle, labels, numbers)
+    spots = [k for k in np.argsort(-power)[:MOST_SPOTS] if sizes[k] <= LARGEST]
+    directions = pixel_directions(height, width)
+    rest, suns = pixels.copy(), []
+    for k in spots:
+        inside = labels == numbers[k]
+        base = np.minimum(pixels[inside], limit)
+        flux = (pixels[inside] - base) * angle[inside][:, None]
+        toward = (directions[inside] * flux.mean(axis=1)[:, None]).sum(axis=0)
+        toward /= np.linalg.norm(toward)
+        suns.append(
+            SunLamp("sky", -toward, flux.sum(axis=0), 2 * np.sqrt(sizes[k] / np.pi))
+        )
+        rest[inside] = base
+    return rest, suns

@@ -1,0 +1,171 @@
+"""Sources: which of a scene's lights are sampled explicitly, gathered into kinds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..geometry.triangles import Geometry
+from ..scene import Lamp, PointLamp, Scene, SunLamp, lamp_color
+from ..tracing.embree import Tracer
+from .emissive_faces import emissive_faces
+from .facing_discs import FacingDiscs
+from .light_choice import FEW, make_light_pool
+from .light_range import lights_that_reach
+from .light_tree import join_emitters
+from .polygons import ELLIPSE, RECTANGLE, Polygons, join_polygons
+from .spheres import SphereLights
+from .suns import Suns
+
+
+@dataclass(frozen=True)
+class Sources:
+    """All explicit lights, numbered through their kinds."""
+
+    kinds: tuple  # of Polygons, Spheres, Balls, Suns
+    kind: np.ndarray  # (n,) int: which kind a light belongs to
+    place: np.ndarray  # (n,) int: its place in there
+    link: np.ndarray  # (n,) int: which row of ``allowed`` tells what it lights
+    allowed: np.ndarray | None  # (m, n_objects) bool: objects that are lit; None: always all
+    block: np.ndarray  # (n,) int: which row of ``blocking`` tells what shades its light
+    blocking: np.ndarray  # (m, n_objects) bool: objects that block; the first row: all
+    always: tuple  # of ints: lights that are sampled at every point
+    pools: tuple  # of Pool: lights of which points choose some; those in neither light nothing
+
+    @property
+    def count(self) -> int:
+        return len(self.kind)
+
+    def named(self, light: int) -> tuple:
+        """The kind of a light, and its place in there."""
+        return self.kinds[self.kind[light]], int(self.place[light])
+
+    def unlinked(self, light, scene: Scene, triangle: np.ndarray) -> np.ndarray | None:
+        """Bool for places on ``triangle`` (...), whether they lie on objects that their ``light``,
+        one or (...), is not linked to; None where all are lit."""
+        if self.allowed is None:
+            return None
+        if np.ndim(light) > 0:
+            return ~self.allowed[self.link[light], scene.object[triangle]]
+        allowed = self.allowed[self.link[light]]
+        return None if allowed.all() else ~allowed[scene.object[triangle]]
+
+    def scaled(self, factor: float) -> Sources:
+        """The same lights, ``factor`` times as bright."""
+        return replace(self, kinds=tuple(replace(k, color=k.color * factor) for k in self.kinds))
+
+    def narrowed(self, channels: int) -> Sources:
+        """The same lights with the first ``channels`` of their colours."""
+        return replace(
+            self, kinds=tuple(replace(k, color=k.color[:, :channels]) for k in self.kinds)
+        )
+
+    def brightest(self) -> float:
+        """The largest colour component of any light."""
+        return max((float(kind.color.max()) for kind in self.kinds), default=0.0)
+
+
+def build_sources(
+    scene: Scene, geometry: Geometry, tracer: Tracer, suns: list[SunLamp]
+) -> tuple[Sources, np.ndarray]:
+    """Every light to sample, and (n_triangles,) bool: whose emission that covers."""
+    faces, explicit = emissive_faces(scene, geometry, tracer)
+    rows = {Polygons: [], FacingDiscs: [], SphereLights: [], Suns: []}
+    linked = {kind: [(None, None)] * len(faces.color) * (kind is Polygons) for kind in rows}
+    free = (None,) * len(scene.lamps)
+    pairs = zip(scene.lamp_objects or free, scene.lamp_blockers or free)
+    for lamp, pair in (*zip(scene.lamps, pairs), *((sun, (None, None)) for sun in suns)):
+        if _shines(lamp):
+            kind, row = _lamp_row(lamp, geometry)
+            rows[kind].append(row)
+            linked[kind].append(pair)
+    made = {
+        kind: kind(*(np.array(column) for column in zip(*mine)))
+        for kind, mine in rows.items() if mine
+    }
+    if len(faces.color):
+        made[Polygons] = join_polygons([faces, made[Polygons]]) if Polygons in made else faces
+    present = [kind for kind in rows if kind in made]
+    kinds = tuple(made[kind] for kind in present)
+    sizes = [len(kind.color) for kind in kinds]
+    kind = np.repeat(np.arange(len(present)), sizes)
+    place = np.concatenate([np.arange(size) for size in sizes] or [np.zeros(0, int)])
+    pairs = [pair for kind in present for pair in linked[kind]]
+    (link, allowed), (block, blocking) = (
+        _links([pair[i] for pair in pairs], len(scene.objects)) for i in (0, 1)
+    )
+    useful = lights_that_reach(kinds, tuple(pair[0] for pair in pairs), scene, geometry)
+    always, pools = _pools(kinds, kind, useful, block > 0)
+    allowed = allowed if len(allowed) > 1 else None
+    sources = Sources(kinds, kind, place, link, allowed, block, blocking, always, pools)
+    return sources, explicit
+
+
+def _links(linked: list, objects: int) -> tuple[np.ndarray, np.ndarray]:
+    """For each light a row, and (rows, objects) bool, from arrays of object numbers or None for
+    all, which are the first row."""
+    rows: dict = {None: 0}
+    link = np.array([rows.setdefault(None if only is None else np.sort(only).tobytes(), len(rows))
+                     for only in linked], int)  # fmt: skip
+    table = np.ones((len(rows), objects), bool)
+    for row, only in {row: only for row, only in zip(link, linked) if only is not None}.items():
+        table[row] = False
+        table[row, only] = True
+    return link, table
+
+
+def _pools(kinds: tuple, kind: np.ndarray, useful: np.ndarray, apart: np.ndarray):
+    """Near and distant lights, apart: those sampled everywhere, and pools to choose others from.
+    Only those that are ``useful`` (n,) bool take part; those ``apart`` (n,) are never chosen
+    among others, so that a choice's shadow rays all meet the same objects."""
+    always, pools = np.flatnonzero(useful & apart).tolist(), []
+    useful = useful & ~apart
+    for distant in (False, True):
+        mine = [k for k, lights in enumerate(kinds) if isinstance(lights, Suns) == distant]
+        every = np.flatnonzero(np.isin(kind, mine))
+        lights = every[useful[every]]
+        if len(lights) <= FEW:
+            always += lights.tolist()
+        else:
+            emitters = join_emitters([kinds[k].emitters() for k in mine])
+            pools.append(make_light_pool(lights, emitters.take(useful[every])))
+    return tuple(always), tuple(pools)
+
+
+def _shines(lamp: Lamp) -> bool:
+    return bool(np.any(np.asarray(lamp_color(lamp)) > 0))
+
+
+def _lamp_row(lamp: Lamp, geometry: Geometry):
+    """The kind of a lamp and its row in there, in normalised lengths."""
+    if isinstance(lamp, SunLamp):
+        toward = -np.asarray(lamp.direction, float)
+        toward = toward / np.linalg.norm(toward)
+        return Suns, (np.asarray(lamp.irradiance, float), toward, np.tan(lamp.angle / 2))
+    if isinstance(lamp, PointLamp):
+        spot = lamp.axis is not None
+        edge = np.cos(min(lamp.cone, 2 * np.pi) / 2) if spot else -2.0
+        return SphereLights if lamp.ball and lamp.radius > 0 else FacingDiscs, (
+            np.asarray(lamp.intensity, float) / geometry.scale**2,
+            geometry.normalised(lamp.position),
+            lamp.radius / geometry.scale,
+            np.asarray(lamp.axis if spot else (0, 0, -1), float),
+            edge,
+            (1 - edge) * lamp.blend if spot else 1.0,
+        )
+    u, v = np.asarray(lamp.u, float) / geometry.scale, np.asarray(lamp.v, float) / geometry.scale
+    return Polygons, (
+        np.asarray(lamp.radiance, float),
+        ELLIPSE if lamp.ellipse else RECTANGLE,
+        geometry.normalised(lamp.center) - (u + v) / 2,
+        u,
+        v,
+        np.asarray(lamp.normal, float),
+        False,
+        min(lamp.spread, np.pi),
+        1.0,
+        0.0,
+        -1,
+        np.zeros((3, 2)),
+    )

@@ -1,0 +1,75 @@
+"""Suns: distant discs, that is sun lamps and the bright spots of a sky."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..geometry.vectors import columns, dot, size, tangents
+from ..sampling.points import Middles
+from .light_batch import Sample, Unoccluded, combined, in_disc
+from .light_tree import Emitters
+
+FAR = 1e3  # scenes away: where a tree of lights thinks suns are
+
+
+@dataclass(frozen=True)
+class Suns:
+    """Distant discs: ``color`` the irradiance on a surface that faces them."""
+
+    color: np.ndarray  # (k, 3)
+    toward: np.ndarray  # (k, 3) unit, to the sun
+    radius: np.ndarray  # (k,) tangent of the half angle
+
+    def sample(
+        self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
+    ) -> Sample:
+        """Sample a direction in the disc."""
+        toward = columns(np.broadcast_to(self.toward[which], position.shape))
+        one, other = tangents(toward)
+        x, y = (self.radius[which] * place for place in in_disc(xi[:, 0], xi[:, 1]))
+        direction = toward + x * one + y * other
+        cosine = np.maximum(dot(direction, columns(normal)) / size(direction), 0)
+        segment = np.ascontiguousarray(direction.T, np.float32)
+        return Sample(cosine, (cosine > 0) * 1.0, segment, np.inf, False)
+
+    def whole(self, which: int, middles: Middles) -> Unoccluded:
+        """One sun where all of its disc is above the horizon, or none.
+
+        Its directions (w + r d) / √(1 + r²d²), d uniform in the disc across w, have the mean
+        2 (√(1 + r²) − 1) / r² w.
+        """
+        toward, radius = self.toward[which], self.radius[which]
+        cosine = toward @ middles.normal
+        slack = radius * np.sqrt(np.maximum(1 - cosine**2, 0))
+        mean = 2 / (np.sqrt(1 + radius**2) + 1)
+        axes = [radius * axis for axis in tangents(toward)]
+
+        def segments(owners, position, s, t):
+            return combined(toward, axes, in_disc(s, t))
+
+        def weight(owners, segments):
+            along = np.einsum("pkj,jk->pk", segments, middles.normal[:, owners])
+            return np.maximum(along, 0) / np.linalg.norm(segments, axis=2)
+
+        return Unoccluded(
+            mean * np.maximum(cosine, 0), middles.flat & (np.abs(cosine) >= slack),
+            segments, weight, np.inf,
+        )
+
+    def strength(self, which, place: np.ndarray, normal: np.ndarray, reach) -> np.ndarray:
+        """See ``lights``."""
+        toward = self.toward.T.astype(place.dtype)[:, which]
+        cosine = dot(toward, normal) + self.radius[which] + 1e-3
+        return self.color.mean(axis=1)[which] * np.maximum(cosine, 0)
+
+    def reaches(self, center: np.ndarray, half: np.ndarray) -> np.ndarray:
+        """(k,) bool: always."""
+        return np.full(len(self.color), len(center) > 0)
+
+    def emitters(self) -> Emitters:
+        """How they shine, roughly: into all directions, from far away."""
+        power = self.color.mean(axis=1) * FAR**2
+        none = np.zeros(len(power))
+        return Emitters(self.toward * FAR, none, self.toward, power, power, none == 0)

@@ -1,0 +1,45 @@
+"""Channels: one where nothing in a scene is coloured, else three.
+
+Grey lamps on grey walls need a third of the arithmetic: all that the solver
+sums, solves and smooths is as wide as this says.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..fields import Constant, Field, Texture
+from ..scene import Scene, lamp_color, used_sides
+
+ALIKE = 1e-6  # of the largest channel: what conversions between colour spaces may leave
+SAMPLE = 4096  # values that are looked at before all are
+
+
+def channels_of(scene: Scene) -> int:
+    """1 where the channels of every colour in use are alike, else 3."""
+    used = used_sides(scene)
+    fields = [f for m in used for f in (m.reflectance, m.emission, m.transmittance)]
+    colors = [np.asarray(lamp_color(lamp)) for lamp in scene.lamps]
+    colors += [] if scene.sky is None else [scene.sky.pixels]
+    grey = all(map(_grey, colors)) and all(map(_grey_field, fields))
+    return 1 if grey else 3
+
+
+def _grey_field(field: Field) -> bool:
+    if isinstance(field, Constant):
+        return _grey(np.asarray(field.value))
+    if isinstance(field, Texture):
+        return _grey(np.asarray(field.factor, float) * np.ones(3)) and _grey(field.pixels)
+    return _grey(field.values)
+
+
+def _grey(colors: np.ndarray) -> bool:
+    """Whether the three numbers of each of (..., 3) are alike."""
+    colors = colors.reshape(-1, 3)
+    some = colors[:: max(1, len(colors) // SAMPLE)]
+    return _alike(some) and (len(some) == len(colors) or _alike(colors))
+
+
+def _alike(colors: np.ndarray) -> bool:
+    low, high = colors.min(axis=1), colors.max(axis=1)
+    return bool((high - low <= ALIKE * np.abs(high)).all())

@@ -1,0 +1,166 @@
+"""Guide: where on the hemisphere light comes from, learnt from rays already traced.
+
+A ray's cosine-distributed direction is a place in the unit square (``sampling``:
+the squared sine of its polar angle, and its azimuth). The square is cut into cells; in each of many
+clusters of neighbouring receivers every cell gets the share of the later rays that is best for what
+the earlier ones brought back through it: in proportion to the root of the mean square (Vorba et al.
+2014, "On-line Learning of Parametric Mixture Models", for the idea; Owen 2013, "Monte Carlo theory,
+methods and examples", section 9.1, for the optimum). A share remains for all cells alike, and
+weights make up for the choice, so that means stay what they are whatever was learnt.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+ROWS, COLUMNS = 8, 16  # of polar angle and azimuth
+CELLS = ROWS * COLUMNS
+CLUSTERS = 256  # about; more where there are many receivers
+RECEIVERS = 256  # of a cluster, at least, where there are many
+SLOTS = 4 * CELLS  # at least one a cell, so that no ray weighs more than 4
+MOST_GAIN = 6.0  # believed
+# Mean gain from which on a guide pays for itself, as it does where most light comes through a small
+# window. Below, rays in Sobol sets that all receivers share are as good, and cost less.
+USEFUL = 4.5
+
+
+def clusters_of(position: np.ndarray, normal: np.ndarray, area: np.ndarray) -> np.ndarray:
+    """(count,) int: the same number for receivers that share a cube and a facing.
+
+    ``position``, ``normal`` (count, 3), ``area`` (count,); normals need not be unit.
+    """
+    number = max(CLUSTERS, min(len(area) // RECEIVERS, 16 * CLUSTERS))
+    size = np.sqrt(area.sum() / number) or 1.0
+    cube = np.floor(position / size).astype(np.int64)
+    length = np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
+    facing = np.rint(1.5 * normal / length).astype(np.int64)
+    key = np.zeros(len(area), np.int64)
+    for column in (*(cube - cube.min(axis=0, initial=0)).T, *(facing + 2).T):
+        key = key * (int(column.max(initial=0)) + 1) + column
+    return np.unique(key, return_inverse=True)[1].reshape(-1)
+
+
+@dataclass
+class Learning:
+    """Sums over rays by cell, (n_clusters · CELLS,) each, filled in place. Rays spread evenly
+    inside a cell, whatever brings them there, so that all count alike."""
+
+    cluster: np.ndarray  # (count,) of each receiver
+    number: np.ndarray
+    light: np.ndarray
+    square: np.ndarray
+
+    def cells(self, xi: np.ndarray, turn: np.ndarray, owners: np.ndarray) -> np.ndarray:
+        """(rays, R) cells of rays at ``xi`` (rays, 2) of ``owners`` (R,), whose azimuths are
+        turned by ``turn`` (R,)."""
+        row = np.minimum((xi[:, :1] * ROWS).astype(np.int32), ROWS - 1)
+        column = (((xi[:, 1:] + turn) % 1) * COLUMNS).astype(np.int32) % COLUMNS
+        return (self.cluster[owners] * CELLS + row * COLUMNS) + column
+
+    @staticmethod
+    def sums(cells: np.ndarray, light: np.ndarray) -> tuple[np.ndarray, list]:
+        """Clusters (k,) of rays in ``cells`` (rays, R) that brought ``light`` (rays · R,), and what
+        these add to the three sums (k, CELLS): no more is kept of a chunk of receivers."""
+        clusters, column = np.unique(cells[0] // CELLS, return_inverse=True)
+        shift = (column - clusters[column]) * CELLS
+        cells = (cells + shift.astype(cells.dtype)).ravel()
+        weights = (None, light, light * light)
+        size = len(clusters) * CELLS
+        found = [np.bincount(cells, weight, size).reshape(-1, CELLS) for weight in weights]
+        return clusters, found
+
+    def add(self, sums: tuple[np.ndarray, list]) -> None:
+        """Add what ``sums`` gave."""
+        clusters, found = sums
+        for mine, more in zip((self.number, self.light, self.square), found):
+            mine.reshape(-1, CELLS)[clusters] += more
+
+
+def joined(before: Learning | None, *more: Learning) -> Learning:
+    """What all have learnt about the same clusters."""
+    parts = [part for part in (before, *more) if part is not None]
+    names = ("number", "light", "square")
+    return Learning(
+        parts[0].cluster, *(sum(getattr(part, name) for part in parts) for name in names)
+    )
+
+
+def start_learning(cluster: np.ndarray) -> Learning:
+    """Nothing learnt yet about ``cluster`` (count,)."""
+    size = (int(cluster.max(initial=-1)) + 1) * CELLS
+    return Learning(cluster, np.zeros(size), np.zeros(size), np.zeros(size))
+
+
+@dataclass(frozen=True)
+class Guide:
+    """Cells that rays go through, by cluster: SLOTS equally likely slots, some for each cell."""
+
+    cluster: np.ndarray  # (count,)
+    cell: np.ndarray  # (n_clusters · SLOTS,) int32: number of each slot's cell, among all clusters'
+    scale: np.ndarray  # (n_clusters · CELLS,) float32: height in the square of a slot of each cell,
+    start: np.ndarray  # and where its slots would begin if they had begun with the cluster's first
+    column: np.ndarray  # (n_clusters · CELLS,) float32: left edge of each cell
+    weight: np.ndarray  # (n_clusters · CELLS,) float32 of a ray through a cell
+    worth: np.ndarray  # (n_clusters,) how many rays without it one ray counts for
+
+    def aim(self, owners: np.ndarray, u: np.ndarray, v: np.ndarray):
+        """Places, (rays, R) float32 each, in the square for uniform ``u`` and ``v`` (rays, R)
+        float32 of ``owners`` (R,), and the cells (rays, R) they are in."""
+        height = u * np.float32(SLOTS)
+        slot = np.minimum(height.astype(np.int32), SLOTS - 1)
+        slot += (self.cluster[owners] * SLOTS).astype(np.int32)
+        cell = np.take(self.cell, slot)
+        height *= np.take(self.scale, cell)
+        height += np.take(self.start, cell)
+        np.clip(height, 0, np.float32(1 - 1e-6), out=height)
+        across = v * np.float32(1 / COLUMNS)
+        across += np.take(self.column, cell)
+        return height, across, cell
+
+
+def make_guide(learnt: Learning) -> Guide | None:
+    """The guide for what was learnt; None where it would not pay."""
+    number = np.maximum(learnt.number, 1).reshape(-1, ROWS, COLUMNS)
+    square = learnt.square.reshape(number.shape) / number
+    light = learnt.light.reshape(number.shape) / number
+    slots = _slots(np.sqrt(square).reshape(-1, CELLS))
+    gain = _gain(square, light, (slots / SLOTS).reshape(square.shape))
+    rays = learnt.number.reshape(-1, CELLS).sum(axis=1)
+    if rays.sum() == 0 or (rays @ gain) / rays.sum() < USEFUL:
+        return None
+    first = (np.cumsum(slots, axis=1) - slots).ravel()
+    number, count = np.arange(slots.size), slots.ravel()
+    scale = 1 / (ROWS * count)
+    row, column = number % CELLS // COLUMNS, number % COLUMNS
+    return Guide(
+        learnt.cluster,
+        np.repeat(number, count).astype(np.int32),
+        scale.astype(np.float32),
+        (row / ROWS - first * scale).astype(np.float32),
+        (column / COLUMNS).astype(np.float32),
+        (SLOTS / (CELLS * count)).astype(np.float32),
+        np.sqrt(gain),  # independent rays would gain so much; those in Sobol sets less, measured
+    )
+
+
+def _slots(share: np.ndarray) -> np.ndarray:
+    """(n, CELLS) int >= 1 that sum to SLOTS: one for every cell, the rest in proportion to
+    ``share`` (n, CELLS), rounded by largest remainders."""
+    total = share.sum(axis=1, keepdims=True)
+    share = np.where(total > 0, share / np.where(total > 0, total, 1), 1 / CELLS)
+    wanted = (SLOTS - CELLS) * share
+    slots = np.floor(wanted)
+    rank = np.argsort(np.argsort(slots - wanted, axis=1, kind="stable"), axis=1, kind="stable")
+    slots += rank < (SLOTS - CELLS) - slots.sum(axis=1, keepdims=True)
+    return slots.astype(np.int64) + 1
+
+
+def _gain(square: np.ndarray, light: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """(n_clusters,) variance of an independent ray without the guide over that of one with it."""
+    mean = light.mean(axis=(1, 2)) ** 2
+    plain = square.mean(axis=(1, 2)) - mean
+    guided = (square / share).mean(axis=(1, 2)) / CELLS - mean
+    small = 1e-3 * mean + 1e-30
+    return np.clip((plain + small) / (np.maximum(guided, 0) + small), 1, MOST_GAIN)

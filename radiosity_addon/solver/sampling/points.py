@@ -1,0 +1,199 @@
+"""Points: where rays start. On footprints, stratified by area; on elements, where rays met them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Callable
+
+import numpy as np
+
+from ..geometry.footprints import Footprints
+from ..geometry.triangles import OFFSET, Geometry
+from ..geometry.vectors import columns, dot
+from .sobol import GROUPS, sobol, tangent_axes
+
+FLAT = 1e-6  # normals nearer than this are the same
+LEAST = 64  # owners in a group
+
+
+@dataclass(frozen=True)
+class Points:
+    """``per`` points for each of R owners, point-major so that rays stay coherent."""
+
+    position: np.ndarray  # (per, R, 3) float32, lifted off the surface
+    normal: np.ndarray  # (per, R, 3) float32, on the side that is lit
+    triangle: np.ndarray  # (per, R) int32
+    barycentric: np.ndarray | Callable  # (per, R, 2) float32, or what makes it: few ask
+    turn: np.ndarray  # (R, 3) float32: the owners' random shifts
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(per, R)."""
+        return self.triangle.shape
+
+    @property
+    def uv(self) -> np.ndarray:
+        """(per, R, 2) float32 barycentric."""
+        return self.barycentric() if callable(self.barycentric) else self.barycentric
+
+    def take(self, chosen: np.ndarray) -> Points:
+        """The points of some owners."""
+        arrays = (owned(array, chosen) for array in (self.position, self.normal, self.triangle))
+        return Points(*arrays, lambda: owned(self.uv, chosen), self.turn[chosen])
+
+    def single(self) -> Points:
+        """Every point an owner of its own, in the order of (per, R) flattened."""
+        per, count = self.shape
+        stagger = (np.arange(per, dtype=np.float32) / per)[:, None, None]
+        turn = ((self.turn + stagger) % 1.0).reshape(-1, 3)
+        return Points(
+            self.position.reshape(1, -1, 3), self.normal.reshape(1, -1, 3),
+            self.triangle.reshape(1, -1), lambda: self.uv.reshape(1, -1, 2), turn,
+        )
+
+    def middles(self) -> Middles:
+        """Where each owner's points lie, taken together."""
+        place, half = self.position[0], 0.0
+        if len(self.position) > 1:
+            place = self.position.mean(axis=0)
+            half = np.maximum(self.position.max(axis=0) - place, place - self.position.min(axis=0))
+        flat = np.ones(len(place), bool)
+        if self.normal.strides[0] != 0:
+            flat = (np.abs(self.normal - self.normal[0]) < FLAT).all(axis=(0, 2))
+        parts = place, self.normal[0], np.broadcast_to(half, place.shape)
+        return Middles(*(columns(part.astype(float)) for part in parts), flat)
+
+    def axes(self, turn: np.ndarray | float = 0.0) -> np.ndarray:
+        """(3, per or 1, R, 3) float32 tangents, bitangents and normals, an owner's all turned alike
+        by ``turn`` (R,); 1 where an owner's points lie in one plane."""
+        flat = self.normal.strides[0] == 0
+        return tangent_axes(self.normal[:1] if flat else self.normal, turn)
+
+
+@dataclass(frozen=True)
+class Middles:
+    """Owners' points as one place each. All lie within ``half`` of it along each axis; where they
+    are not ``flat`` they do not all face as ``normal`` tells."""
+
+    place: np.ndarray  # (3, R) float64: their mean
+    normal: np.ndarray  # (3, R) float64 unit
+    half: np.ndarray  # (3, R) float64
+    flat: np.ndarray  # (R,) bool
+
+    @property
+    def reach(self) -> np.ndarray:
+        """(R,) no point is further from the place."""
+        return np.sqrt(dot(self.half, self.half))
+
+    def depth(self, axis: np.ndarray) -> np.ndarray:
+        """(R,) no point is further from it along unit ``axis`` (3,) or (3, R)."""
+        return dot(np.abs(axis), self.half)
+
+
+def masked(chosen: np.ndarray):
+    """What indexes those that are ``chosen`` (R,) bool: a slice where all are."""
+    return slice(None) if chosen.all() else np.flatnonzero(chosen)
+
+
+def owned(array: np.ndarray, some) -> np.ndarray:
+    """(a, k, ...) what the owners ``some``, (k,) int or a slice of them, have of (a, R, ...)."""
+    return array[:, some] if isinstance(some, slice) else np.take(array, some, axis=1)
+
+
+_POINT_ARRAYS = ("position", "normal", "triangle", "uv")
+
+
+def join_points(parts: list[Points]) -> Points:
+    """The owners of all parts, which have as many points each."""
+    arrays = (np.concatenate([getattr(p, name) for p in parts], axis=1) for name in _POINT_ARRAYS)
+    return Points(*arrays, np.concatenate([p.turn for p in parts]))
+
+
+def footprint_points(
+    footprints: Footprints, chosen: np.ndarray, turn: np.ndarray, per: int, *key: int
+) -> Points:
+    """``per`` points, stratified by area, on each of the ``chosen`` footprints (R,) int,
+    shifted by ``turn`` (R, 3) in [0, 1)."""
+    table = sobol(per, 5, *key).astype(np.float32)  # the lights' places take 2 and 3
+    s, t = (shifted(table[:, axis, None], turn[:, axis]) for axis in (0, 1))
+    cell = np.take(footprints.start, chosen)
+    several = np.flatnonzero(np.take(footprints.start, chosen + 1) - cell > 1)
+    if len(several):
+        cell = np.repeat(cell[None], per, axis=0)
+        cell[:, several] = _choose_cells(
+            footprints, chosen[several], table[:, 4:], turn[several, 2]
+        )
+    square = np.take(footprints.square, cell)
+    if not square.all():
+        fold = ~square & (s + t > 1)
+        s, t = (np.where(fold, 1 - place, place) for place in (s, t))
+    position = np.empty(s.shape + (3,), np.float32)
+    for axis in range(3):  # inner loops over owners, not over three numbers
+        along = s * footprints.u[cell, axis]
+        along += t * footprints.v[cell, axis]
+        np.add(along, footprints.origin[cell, axis], out=position[..., axis])
+    return Points(
+        position,
+        np.broadcast_to(np.take(footprints.normal, cell, axis=0), position.shape),
+        np.broadcast_to(np.take(footprints.triangle, cell), position.shape[:2]),
+        lambda: _barycentric(footprints.corners[cell], s[..., None], t[..., None]),
+        turn,
+    )
+
+
+def light_places(points: Points, *key: int) -> tuple[np.ndarray, np.ndarray]:
+    """(s, t), (per, R) float32 each, uniform in the unit square: a place on a light for each point.
+    They take the dimensions 2 and 3 of their set; the points' own places have 0, 1 and 4."""
+    table = sobol(len(points.position), 4, *key).astype(np.float32)
+    return tuple(
+        shifted(table[:, axis, None], points.turn[:, turn]) for axis, turn in ((2, 2), (3, 0))
+    )
+
+
+def shifted(table: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """Sums of numbers in [0, 1), less the whole: in [0, 1)."""
+    place = table + turn
+    place -= place >= 1
+    return place
+
+
+def _barycentric(corners: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """(per, R, 2) barycentric places of (s, t) in cells ``corners`` (..., 3, 2)."""
+    return s * corners[..., 1, :] + t * corners[..., 2, :] + corners[..., 0, :]
+
+
+def _choose_cells(footprints: Footprints, chosen, level, turn) -> np.ndarray:
+    """(per, R) int: a cell of each footprint for each ``level`` (per, 1), by area; each footprint
+    shifts the levels by its ``turn`` (R,)."""
+    first, last = footprints.start[chosen], footprints.start[chosen + 1]
+    low, high = footprints.cumulative[first], footprints.cumulative[last]
+    level = (level + turn) % 1.0
+    found = np.searchsorted(footprints.cumulative, low + level * (high - low), "right") - 1
+    return np.clip(found, first, last - 1)
+
+
+def points_on(geometry: Geometry, triangle, u, v, front, turn) -> Points:
+    """Points at barycentric (u, v) of triangles, (per, R) each, on the side ``front`` tells."""
+    shrink = geometry.shrink[triangle][..., None]
+    uv = np.stack([u, v], -1).astype(float) * (1 - shrink) + shrink / 3
+    normal = np.where(front[..., None], 1.0, -1.0) * geometry.normal[triangle]
+    position = geometry.at(triangle, uv) + OFFSET * normal
+    return Points(
+        position.astype(np.float32), normal.astype(np.float32), triangle, uv.astype(np.float32),
+        turn,
+    )
+
+
+def grouped_chunks(count: int, size: int, groups: int = GROUPS) -> list[tuple[int, slice]]:
+    """(group, slice) pairs that cover ``range(count)``; neighbours fall into different groups.
+
+    Each group uses a Sobol set of its own, each chunk has at most ``size`` owners. The groups of
+    one stretch of owners follow each other, so that what is read of its footprints is in the cache.
+    A few owners are not worth many groups.
+    """
+    groups = min(groups, 1 + count // LEAST)
+    return [
+        (group, slice(start + group, min(start + groups * size, count), groups))
+        for start in range(0, count, groups * size)
+        for group in range(min(groups, count - start))
+    ]

@@ -1,0 +1,134 @@
+"""Crossings: triangles that another one cuts through, or stands on, and along which line.
+
+Light on the two sides of such a line has nothing in common: a blob through the wall of a dark room
+is lit outside and black inside. Two triangles meet along a line whose ends lie on edges of the one
+or the other, so rays along all edges, just off their faces and a little longer, find all pairs;
+each pair is then looked at in float64.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..geometry.triangles import OFFSET, Geometry
+from ..workers.parallel import map_chunks, ranges
+from .embree import Tracer
+
+REACH = 4 * OFFSET  # nearer than this triangles touch
+LARGE = 0.02  # of the scene: on both sides of larger triangles something may stand
+PARALLEL = 0.3  # sine of the angle between two triangles: below, all near the line is too near it
+SMALL = 0.004  # of the scene: a face less high over the other's plane is not cut
+MOST = 1 << 18  # pairs; with more, everything is cut by everything
+LAYERS = 32  # triangles met along one edge
+CHUNK = 1 << 15
+CORNERS = np.array([[0.0, 0], [1, 0], [0, 1]])
+
+
+@dataclass(frozen=True)
+class Crossings:
+    """``triangle`` (k,) int is cut along a line. ``height`` (k, 3) float64 above the other one's
+    plane [unit box] at the triangle's corners, ``ends`` (k, 2, 2) barycentric of where they meet.
+    """
+
+    triangle: np.ndarray
+    height: np.ndarray
+    ends: np.ndarray
+
+
+def find_crossings(geometry: Geometry, tracer: Tracer, threads: int, tick) -> Crossings:
+    """All of a mesh; those found first where there are more than MOST."""
+    whole = np.flatnonzero(geometry.area > 0)
+    longest = np.sqrt(np.maximum((geometry.e1**2).sum(1), (geometry.e2**2).sum(1)))
+    work = [(whole[part], 1) for part in ranges(len(whole), CHUNK)]
+    large = whole[longest[whole] > LARGE]
+    work += [(large[part], -1) for part in ranges(len(large), CHUNK)]
+    found = map_chunks(lambda some: _met(geometry, tracer, *some), work, threads, tick)
+    pairs = np.concatenate([np.zeros((0, 2), np.int64), *found])
+    pairs = np.unique(np.concatenate([pairs, pairs[:, ::-1]]), axis=0)[:MOST]
+    return _verified(geometry, pairs[:, 0], pairs[:, 1])
+
+
+def _met(geometry: Geometry, tracer: Tracer, triangle: np.ndarray, side: int) -> np.ndarray:
+    """(k, 2) int: triangles (n,), and what is met along their edges just off this side."""
+    corners = geometry.vertices[geometry.triangles[triangle]]
+    along = np.roll(corners, -1, axis=1) - corners
+    length = np.linalg.norm(along, axis=2, keepdims=True)
+    beyond = along * (REACH / np.maximum(length, REACH))
+    normal = geometry.normal[triangle][:, None]
+    inward = np.cross(normal, beyond)  # where meshes are aligned, edges meet edges
+    lifted = corners + (side * REACH) * normal + 2 * inward - beyond
+    start = lifted.reshape(-1, 3).astype(np.float32)
+    segment = (along + 2 * beyond).reshape(-1, 3).astype(np.float32)
+    rays = np.flatnonzero(~tracer.clear(start, segment))
+    own = triangle[rays // 3]
+    start, segment = start[rays], segment[rays]
+    left, step = np.ones(len(rays)), REACH / np.linalg.norm(segment, axis=1).clip(REACH)
+    pairs = []
+    for _ in range(LAYERS):
+        hits = tracer.intersect(start, segment)
+        met = np.flatnonzero((hits.triangle >= 0) & (hits.distance < left))
+        if len(met) == 0:
+            break
+        pairs.append(np.stack([own[met], hits.triangle[met]], 1))
+        way = hits.distance[met] + step[met]
+        start = (start[met] + way[:, None] * segment[met]).astype(np.float32)
+        own, segment, step, left = own[met], segment[met], step[met], left[met] - way
+    return np.concatenate([np.zeros((0, 2), np.int64), *pairs])
+
+
+def _verified(geometry: Geometry, triangle: np.ndarray, other: np.ndarray) -> Crossings:
+    """Those of (n,) pairs where the other one reaches a line across the triangle."""
+    normal, height = geometry.normal[triangle], _heights(geometry, triangle, other)
+    axis = np.cross(normal, geometry.normal[other])
+    sine = np.linalg.norm(axis, axis=1)
+    cut = (height.min(axis=1) < -REACH) & (height.max(axis=1) > REACH) & (sine > PARALLEL)
+    cut &= np.ptp(height, axis=1) > SMALL
+    triangle, other, height = triangle[cut], other[cut], height[cut]
+    axis = axis[cut] / sine[cut, None]
+    ends = _line(height)
+    place = np.einsum("kec,kc->ke", geometry.at(triangle[:, None], ends), axis)
+    back = place[:, 0] > place[:, 1]
+    ends[back], place[back] = ends[back, ::-1], place[back, ::-1]
+    low, high = _extent(geometry, triangle, other, axis)
+    length = np.maximum(place[:, 1] - place[:, 0], 1e-300)
+    share = (np.stack([low - REACH, high + REACH], 1) - place[:, :1]) / length[:, None]
+    share = np.clip(share, 0, 1)
+    met = (share[:, 1] - share[:, 0]) * length > 4 * REACH
+    ends = ends[:, :1] + share[..., None] * (ends[:, 1:] - ends[:, :1])
+    return Crossings(triangle[met], height[met], ends[met])
+
+
+def _heights(geometry: Geometry, triangle: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """(n, 3) heights of the corners of triangles (n,) above the planes of others (n,)."""
+    away = geometry.vertices[geometry.triangles[triangle]] - geometry.p0[other][:, None]
+    return np.einsum("kic,kc->ki", away, geometry.normal[other])
+
+
+def _line(height: np.ndarray) -> np.ndarray:
+    """(n, 2, 2) barycentric ends of the line across triangles where their ``height`` is 0; each
+    has corners above and below."""
+    following = np.roll(height, -1, axis=1)
+    crossed = (height > 0) != (following > 0)
+    share = height / np.where(crossed, height - following, 1)
+    place = CORNERS + share[..., None] * (np.roll(CORNERS, -1, axis=0) - CORNERS)
+    return place[crossed].reshape(-1, 2, 2)  # two of the three edges, always
+
+
+def _extent(geometry: Geometry, triangle, other, axis) -> tuple[np.ndarray, np.ndarray]:
+    """Along ``axis`` (n, 3), where the others (n,) lie within REACH of the triangles' planes:
+    (n,) from and to, from > to where they do not."""
+    corners = geometry.vertices[geometry.triangles[other]]
+    height, along = _heights(geometry, other, triangle), np.einsum("kic,kc->ki", corners, axis)
+    mine, theirs = geometry.triangles[triangle], geometry.triangles[other]
+    neighbours = (mine[:, :, None] == theirs[:, None]).any(axis=(1, 2))
+    reach = np.where(neighbours, 0, 2 * REACH)[:, None]  # they touch where they are joined
+    level = reach[:, None] * np.array([-1.0, 1.0])[:, None]
+    rise = np.roll(height, -1, axis=1) - height
+    share = (level - height[:, None]) / np.where(rise == 0, 1, rise)[:, None]  # (n, 2, 3)
+    place = along[:, None] + share * (np.roll(along, -1, axis=1) - along)[:, None]
+    inside = (rise[:, None] != 0) & (share >= 0) & (share <= 1)
+    place = np.concatenate([place.reshape(-1, 6), along], axis=1)
+    inside = np.concatenate([inside.reshape(-1, 6), np.abs(height) <= reach], axis=1)
+    return np.where(inside, place, np.inf).min(axis=1), np.where(inside, place, -np.inf).max(axis=1)

@@ -1,0 +1,202 @@
+"""Radiosity: one independent solve of the surface, from rays to radiosities of element sides.
+
+Elements are divided where the direct light on them varies and receivers look: solve for what
+matters, where it matters.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..elements.discontinuities import MAX_GROWTH, set_apart
+from ..elements.elements import Elements, build_elements, refine
+from ..lights.context import Context
+from ..lights.emissive_faces import emits_apart
+from ..workers.parallel import map_chunks, ranges
+from .rays import shoot, sides_hit
+from .rows import (
+    Places,
+    Sides,
+    Transport,
+    form_factors,
+    join_places,
+    join_sides,
+    join_transports,
+    light_sides,
+    places_hit,
+    trace_transport,
+    transported,
+)
+from .second_kind import solve_second_kind
+
+SEEDS_PER_ELEMENT = 40  # rays from receivers that look for elements
+SEED_RAYS = 16  # from each receiver that takes part in that
+MAX_REFINEMENTS = 6
+
+
+@dataclass(frozen=True)
+class Radiosity:
+    """Radiosity of everything that rays can meet, (2 n_cells + 2, channels) float32 by cell side, 0
+    for the miss and nowhere: ``reflected`` light, and emission that is not sampled explicitly, or
+    None."""
+
+    elements: Elements
+    reflected: np.ndarray
+    emitted: np.ndarray | None
+    unknown: np.ndarray  # (2 n_cells + 2,) bool: rays reached no such side when it was solved
+    transport: Transport | None  # None: nothing that is reflected counts
+    solution: np.ndarray  # (n_rows, channels) reflected radiosity
+    iterations: int
+    residual: float
+    seconds: float  # of the linear solve
+    tolerance: float  # relative error of the bake that it is solved for
+
+
+def solve_radiosity(
+    context: Context, receivers: int, place, target: int, rays: int, per: int, tolerance: float, key
+) -> Radiosity:
+    """Solve on about ``target`` elements with ``rays`` rays from ``per`` points on each.
+
+    ``place(chosen, group)`` gives Points of the ``receivers``, whose rays find the elements.
+    """
+    elements = build_elements(context.geometry, _groups(context.scene), target)
+    elements = set_apart(context, elements, target, tolerance)
+    places = _seeds(context, elements, receivers, place, target, key)
+    elements, known = _refined(context, elements, places, per, target, tolerance, key)
+    transport = trace_transport(context, elements, known, rays, per, (*key, 12))
+    return solve_rows(context, elements, transport, tolerance)
+
+
+def extended(context: Context, radiosity: Radiosity, places: Places, key) -> Radiosity:
+    """Solved anew with rows for the sides that ``places`` lie on, and for what their rays meet."""
+    elements, before = radiosity.elements, radiosity.transport
+    per = len(before.sides.points.position)
+    known = light_sides(context, places, elements.sides_of(places.side), per, (*key, 11))
+    more = trace_transport(context, elements, known, before.rays, per, (*key, 12), before.row)
+    found = solve_rows(context, elements, join_transports(before, more), radiosity.tolerance)
+    return replace(found, seconds=radiosity.seconds + found.seconds)
+
+
+def without_reflection(context: Context, target: int) -> Radiosity:
+    """What rays can meet where nothing that is reflected counts: no unknowns, no rows."""
+    elements = build_elements(context.geometry, _groups(context.scene), target)
+    nothing = np.zeros((elements.nowhere + 1, context.channels), np.float32)
+    emitted, known = _gathered_emission(context, elements), np.zeros(len(nothing), bool)
+    return Radiosity(elements, nothing, emitted, known, None, nothing[:0], 0, 0.0, 0.0, 1.0)
+
+
+def _seeds(context, elements, receivers: int, place, target: int, key) -> Places:
+    """Where rays from a sample of the receivers meet the surface."""
+    wanted = int(np.ceil(SEEDS_PER_ELEMENT * target / SEED_RAYS))
+    some = np.unique((np.arange(wanted) * (receivers / wanted)).astype(int))
+
+    def work(part: slice):
+        points = place(some[part], 0)
+        met, _ = shoot(context, points, SEED_RAYS, *key, 10, part.start)
+        return join_places([
+            places_hit(sides_hit(elements, m.hits), m.hits, elements.miss) for m in met
+        ])
+
+    parts = map_chunks(work, ranges(len(some), 2048), context.threads, context.tick("elements"))
+    return join_places(parts or [Places(*(np.zeros(0, int) for _ in range(4)))])
+
+
+def _refined(context, elements, places: Places, per, target, tolerance, key):
+    """Elements divided where direct light varies, and their sides that receivers see, lit."""
+    known = light_sides(context, places, elements.sides_of(places.side), per, (*key, 11))
+    mean = float((known.share @ known.lit).mean())
+    for step in range(MAX_REFINEMENTS):
+        worth = known.share * known.spread > tolerance * mean / np.sqrt(target)
+        worth &= known.share * len(places.side) > 2
+        divided = np.unique(known.side[worth] // 2)
+        if len(divided) == 0 or elements.count > MAX_GROWTH * target:
+            break
+        elements = refine(context.geometry, elements, divided)
+        places = places.on(elements)
+        known = known.take(np.flatnonzero(~np.isin(known.side // 2, divided)))
+        side = elements.sides_of(places.side)
+        fresh = np.flatnonzero(~np.isin(side, known.side))
+        lit = light_sides(context, places[fresh], side[fresh], per, (*key, 11, step))
+        lit = Sides(lit.side, lit.points, lit.reflectance, lit.lit, lit.spread,
+                    lit.share * (len(fresh) / len(side)))
+        known = join_sides([known, lit])
+    return elements, known
+
+
+def solve_rows(
+    context: Context, elements: Elements, transport: Transport, tolerance: float
+) -> Radiosity:
+    """The linear system of the rows, and the table that rays look up."""
+    sides = transport.sides
+    emitted = _gathered_emission(context, elements)
+    source = sides.lit + sides.reflectance * transport.sky
+    if emitted is not None:
+        source = source + sides.reflectance * _emission_met(transport, emitted)
+    solution, iterations, residual, began = source, 0, 0.0, time.perf_counter()
+    if len(source) and source.any():
+        factors = form_factors(transport, elements)
+        _check_steady(sides, transport, factors[0])
+        found = solve_second_kind(
+            lambda x: sides.reflectance * transported(*factors, x), source, 0.03 * tolerance, 500
+        )
+        solution, iterations, residual = found.solution, found.iterations, found.residual
+    seconds = time.perf_counter() - began
+    reflected = np.zeros((2 * elements.count, context.channels), np.float32)
+    reflected[sides.side] = solution
+    table = elements.values_of_cells(reflected, np.float32(0))
+    unknown = elements.values_of_cells(transport.row == -1, False)
+    return Radiosity(
+        elements, table, emitted, unknown, transport, solution, iterations, residual, seconds,
+        tolerance,
+    )
+
+
+def _check_steady(sides: Sides, transport: Transport, matrix) -> None:
+    """Raise ValueError where light is only ever reflected: then none of it ever leaves."""
+    lossless = (sides.reflectance.min(axis=1) > 1 - 1e-9).all()
+    if lossless and matrix.nnz == transport.hits.size:
+        raise ValueError(
+            "every surface of this closed scene reflects all light (reflectance 1), so that light "
+            "would grow without end; lower the reflectance of at least one material"
+        )
+
+
+def _emission_met(transport: Transport, emitted: np.ndarray) -> np.ndarray:
+    """(n_rows, channels) irradiance by emission that rows' rays meet."""
+    arriving = emitted[transport.hits].mean(axis=1).astype(float)
+    later = transport.later
+    np.add.at(arriving, later.row, emitted[later.side] * later.weight / transport.rays)
+    return arriving
+
+
+def _groups(scene) -> np.ndarray:
+    """(n_triangles,) int64: the same number for the same object and material, without gaps: ten
+    thousand of either would make a table of all pairs too large."""
+    pair = scene.object.astype(np.int64) * len(scene.materials) + scene.material
+    return np.unique(pair, return_inverse=True)[1].reshape(-1)
+
+
+def _gathered_emission(context: Context, elements: Elements) -> np.ndarray | None:
+    """(2 n_cells + 1, channels) float32 exitance of cell sides that rays must find, the same over
+    all of a cell (a texture's mean); None where there is none."""
+    if not context.glows:
+        return None
+    cells = np.flatnonzero(~context.explicit[elements.triangle])
+    corners = elements.corners[cells].astype(float)
+    weights = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4], [2, 2, 2]]) / 6
+    emission = np.zeros((len(elements.triangle), 2, context.channels))
+    triangle = elements.triangle[cells]
+    apart = emits_apart(context.scene)[triangle]
+    for weight in weights:
+        uv = np.einsum("c,ncd->nd", weight, corners)
+        found = np.repeat(context.emission(triangle, uv)[:, None], 2, axis=1)
+        found[apart, 1] = context.emission(triangle[apart], uv[apart], np.zeros(apart.sum(), bool))
+        emission[cells] += np.pi / len(weights) * found
+    if not emission.any():
+        return None
+    table = np.zeros((elements.nowhere + 1, context.channels), np.float32)
+    table[:-2] = emission.reshape(-1, context.channels)
+    return table

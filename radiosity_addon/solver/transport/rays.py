@@ -1,0 +1,139 @@
+"""Rays: bundles of cosine-distributed rays from points, what they meet, and means over them.
+
+Rows of form factors and the final gather shoot, follow transmission and look up what was met here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..direct.transmission import followed
+from ..elements.elements import Elements
+from ..lights.context import Context
+from ..lights.sky import Skylight
+from ..sampling.guide import Guide
+from ..sampling.points import Points, shifted
+from ..sampling.sobol import cosine_directions, cosine_lifted, sobol
+from ..tracing.embree import Hits
+
+RAYS_PER_CHUNK = 1 << 16
+
+
+@dataclass(frozen=True)
+class Met:
+    """What rays met: all of them first, then those that went on through a surface.
+
+    ``rays`` (k,) numbers the rays, ``weight`` (k, channels) the share of their light; both None for
+    the first, which is every ray with weight 1.
+    """
+
+    hits: Hits
+    rays: np.ndarray | None = None
+    weight: np.ndarray | None = None
+
+
+def shoot(context: Context, points: Points, rays: int, *key: int) -> tuple[list[Met], np.ndarray]:
+    """``rays`` cosine-distributed rays from each owner, shared among its points.
+
+    Returns what they met and their directions (rays, R, 3) float32; ray (m, r) has the number
+    m·R + r. ``rays`` is a multiple of the points per owner.
+    """
+    return _trace(context, points, _shared_directions(points, sobol(rays, 2, *key)))
+
+
+def shoot_guided(context: Context, points: Points, rays: int, guide: Guide, owners, *key: int):
+    """The same as ``guide`` aims them for ``owners`` (R,), and the cells (rays, R) they are in."""
+    table = sobol(rays, 2, *key).astype(np.float32)
+    u, v = (shifted(table[:, axis, None], points.turn[:, axis]) for axis in (0, 1))
+    *place, cells = guide.aim(owners, u, v)
+    return *_trace(context, points, _own_directions(points, *place)), cells
+
+
+def _trace(context: Context, points: Points, directions: np.ndarray):
+    """Rays in ``directions`` (per, rays per point, R, 3) from the points: see ``shoot``."""
+    origins = np.empty_like(directions)
+    origins[:] = points.position[:, None]
+    origins, flat = origins.reshape(-1, 3), directions.reshape(-1, 3)
+    met = [Met(context.tracer.intersect(origins, flat))]
+    if context.transmits.any():
+        later = followed(context, origins, flat, met[0].hits)
+        met += [Met(hits, number, weight) for number, hits, weight in later]
+    return met, flat.reshape(-1, *directions.shape[2:])
+
+
+def _shared_directions(points: Points, xi: np.ndarray) -> np.ndarray:
+    """(per, rays per point, R, 3) float32 at places ``xi`` (rays, 2) of the square, the same for
+    all owners but for a turn. Matrix products make them."""
+    # Consecutive Sobol points cover the hemisphere evenly by themselves; every n-th would not.
+    per, count = points.shape
+    axes = points.axes(points.turn[:, 2])
+    axes = axes.reshape(3, -1, 3 * count).swapaxes(0, 1)
+    local = cosine_directions(xi).reshape(len(axes), -1, 3)
+    return (local @ axes).reshape(per, -1, count, 3)
+
+
+def _own_directions(points: Points, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """(per, rays per point, R, 3) float32 at places (rays, R) of the square."""
+    per, count = points.shape
+    axes = points.axes()
+    local = [axis.reshape(per, -1, count) for axis in cosine_lifted(u, v)]
+    directions = np.empty(local[0].shape + (3,), np.float32)
+    for axis in range(3):  # inner loops over owners, not over three numbers
+        x, y, z = (part * each[:, None, :, axis] for part, each in zip(local, axes))
+        x += y
+        np.add(x, z, out=directions[..., axis])
+    return directions
+
+
+def sides_hit(elements: Elements, hits: Hits) -> np.ndarray:
+    """(n,) int32 cell side of each hit: 2·cell + back; the miss where nothing was hit."""
+    sides = elements.cells_at(hits.triangle, hits.u, hits.v)
+    sides *= 2
+    sides += ~hits.front
+    if elements.has_cuts:
+        np.copyto(sides, elements.nowhere, where=sides >= elements.miss)
+    np.copyto(sides, elements.miss, where=hits.triangle < 0)
+    return sides
+
+
+def find_lost(sides: np.ndarray, elements: Elements, count: int) -> None:
+    """What lies on a cut of its element, where none of its parts is sure, counts as what the
+    owner's next ray met: ``sides`` (rays · count,) of all rays, changed in place."""
+    if elements.has_cuts:
+        lost = np.flatnonzero(sides == elements.nowhere)
+        sides[lost] = sides[(lost + count) % len(sides)]
+
+
+def mean_of_rays(values: np.ndarray, met: Met, rays: int, count: int, weight=None) -> np.ndarray:
+    """(R, c) mean over each owner's ``rays`` of values (k, c) at what they met, of which the share
+    ``met.weight`` comes through, of rays with ``weight`` (rays · R, 1), 1 where None."""
+    if met.weight is not None:
+        values = values * met.weight
+    if weight is not None:
+        values = values * np.repeat(of_first(weight, met), values.shape[1]).reshape(values.shape)
+    if met.rays is None:
+        return values.reshape(rays, count, -1).mean(axis=0)
+    owner = met.rays % count
+    sums = [np.bincount(owner, values[:, channel], count) for channel in range(values.shape[1])]
+    return np.stack(sums, 1) / rays
+
+
+def of_first(weight: np.ndarray, met: Met) -> np.ndarray:
+    """(k, 1) weights of rays (rays · R, 1) at what they met."""
+    return weight if met.rays is None else weight[met.rays]
+
+
+def sky_mean(sky: Skylight | None, missed: np.ndarray, met: Met, directions: np.ndarray):
+    """(R, channels) mean over rays of the sky's radiosity where ``missed`` (k,); 0 without a
+    sky."""
+    if sky is None:
+        return 0.0
+    rays, count = directions.shape[:2]
+    if sky.constant and met.rays is None:
+        return missed.reshape(rays, count).mean(axis=0)[:, None] * sky.pixels[0, 0]
+    light = np.zeros((len(missed), sky.pixels.shape[2]), np.float32)
+    numbers = np.flatnonzero(missed) if met.rays is None else met.rays[missed]
+    light[missed] = sky(directions.reshape(-1, 3)[numbers])
+    return mean_of_rays(light, met, rays, count)

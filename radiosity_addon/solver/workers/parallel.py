@@ -1,0 +1,62 @@
+"""Run a function over chunks on several threads. Results do not depend on how many there are.
+
+NumPy and Embree hold no lock during bulk work.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from concurrent.futures import ThreadPoolExecutor
+from typing import Callable, Iterable
+
+# To be set before NumPy is imported: BLAS's own threads would spin beside the ones here, and the
+# rounding of its sums would depend on how many cores a machine has.
+BLAS_ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1"}
+
+
+def thread_count(threads: int) -> int:
+    """``threads``, or the number of cores this process may use when it is 0."""
+    if threads:
+        return threads
+    available = getattr(os, "sched_getaffinity", None)
+    return len(available(0)) if available else os.cpu_count() or 1
+
+
+def map_chunks(function: Callable, chunks: Iterable, threads: int, tick: Callable) -> list:
+    """``[function(chunk) for chunk in chunks]``; ``tick(fraction)`` after each, may raise to stop.
+
+    A chunk's result must depend on the chunk alone, so that any number of threads agrees.
+    At most two chunks a thread are in flight, so that stopping is quick.
+    """
+    chunks = list(chunks)
+    count = thread_count(threads)
+    if count == 1 or len(chunks) < 2:
+        return [_ticked(function(chunk), tick, i, len(chunks)) for i, chunk in enumerate(chunks)]
+    results, pending = [], deque()
+    with ThreadPoolExecutor(count) as pool:
+        try:
+            for chunk in chunks:
+                pending.append(pool.submit(function, chunk))
+                if len(pending) >= 2 * count:
+                    results.append(
+                        _ticked(pending.popleft().result(), tick, len(results), len(chunks))
+                    )
+            while pending:
+                results.append(
+                    _ticked(pending.popleft().result(), tick, len(results), len(chunks))
+                )
+        finally:
+            for future in pending:
+                future.cancel()
+    return results
+
+
+def _ticked(result, tick: Callable, index: int, total: int):
+    tick((index + 1) / total)
+    return result
+
+
+def ranges(total: int, size: int) -> list[slice]:
+    """Slices of at most ``size`` that cover ``range(total)``."""
+    return [slice(start, min(start + size, total)) for start in range(0, total, size)]

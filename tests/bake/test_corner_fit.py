@@ -1,0 +1,195 @@
+"""Corner colours: what is reproduced exactly, what is bounded, what is filled in."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_matrix
+
+from radiosity_addon.bake.corner_fit import corner_fit, fit_corners
+from radiosity_addon.bake.faces import face_receivers, receiver_areas
+from radiosity_addon.export.exported import CornerMap, ExportedObject
+
+
+class Plane:
+    """A unit square of m × m quads; loops are one unknown each, or one a vertex if smooth."""
+
+    def __init__(self, m=3, smooth=True, start=0, cuts=4):
+        grid = np.stack(np.meshgrid(*[np.linspace(0, 1, m + 1)] * 2), -1).reshape(-1, 2)
+        self.vertices = np.c_[grid, np.zeros(len(grid))]
+        number = np.arange((m + 1) ** 2).reshape(m + 1, m + 1)
+        quads = np.stack([number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]], -1)
+        self.loops = quads.ravel()
+        loop = np.arange(len(self.loops)).reshape(-1, 4)
+        corner = np.concatenate([loop[:, [0, 1, 2]], loop[:, [0, 2, 3]]])
+        triangles = self.loops[corner]
+        n = len(triangles)
+        one_hot = CornerMap(corner.reshape(-1, 1), np.ones((3 * n, 1)), len(self.loops))
+        group = self.loops if smooth else np.arange(len(self.loops))
+        self.target = ExportedObject(
+            "Plane", start, start + n, None, one_hot, self.loops.astype(np.int32),
+            group.astype(np.int32),
+        )
+        area = 0.5 / m**2
+        numbers = np.arange(start, start + n)
+        self.receivers = face_receivers(
+            self.vertices, triangles, numbers, area / cuts**2, least=1
+        )
+        padded = np.concatenate([np.zeros((start, 3), int), triangles])
+        self.area = receiver_areas(self.vertices, padded, self.receivers)
+        cell = self.vertices[padded[self.receivers.triangle]]
+        u, v = self.receivers.corners.mean(1).T[..., None]
+        self.points = (1 - u - v) * cell[:, 0] + u * cell[:, 1] + v * cell[:, 2]
+
+    def fit(self, light, domain="corner", area=None):
+        """Fit the light at the receivers; ``light`` is a function of the points (n, 3)."""
+        values = light(self.points)
+        area = self.area if area is None else area
+        return fit_corners(self.target, self.receivers, values, area, domain)
+
+
+def linear(points):
+    x, y = points[:, 0], points[:, 1]
+    return np.stack([1 + x, 2 + 3 * y - x, 0.5 + 0.25 * x + y], 1)
+
+
+@pytest.mark.parametrize("smooth", [True, False])
+@pytest.mark.parametrize("m", [1, 5])
+def test_linear_light_is_exact(m, smooth):
+    plane = Plane(m, smooth, start=11)
+    assert plane.fit(linear) == pytest.approx(linear(plane.vertices[plane.loops]), abs=1e-6)
+
+
+def test_linear_light_is_exact_per_vertex():
+    plane = Plane(4)
+    assert plane.fit(linear, "point") == pytest.approx(linear(plane.vertices), abs=1e-6)
+
+
+def test_rough_colours_tell_what_becomes_of_errors():
+    """Light with errors of both signs less light without them is the errors: linear, and to a few
+    times the hundredth that it stops at."""
+    plane = Plane(6)
+    fit = corner_fit(plane.target, plane.receivers, plane.area)
+    errors = np.random.default_rng(0).normal(size=(len(plane.points), 3))
+    colors = fit.rough_colors(errors)
+    exact = fit.colors(linear(plane.points) + 0.1 * errors) - fit.colors(linear(plane.points))
+    assert colors.shape == exact.shape and (colors < 0).any()
+    assert np.linalg.norm(0.1 * colors - exact) < 0.03 * np.linalg.norm(exact)
+
+
+@pytest.mark.parametrize("cuts", [1, 2, 7])
+@pytest.mark.parametrize("smooth", [True, False])
+@pytest.mark.parametrize("level", [0.0, 1e-12, 0.7, 1e9])
+def test_constant_light_is_exact(cuts, smooth, level):
+    colors = Plane(3, smooth, cuts=cuts).fit(lambda p: np.full((len(p), 3), level))
+    assert colors == pytest.approx(level, rel=1e-6, abs=0)
+
+
+def test_one_receiver_a_triangle_still_follows_the_light():
+    """Interior vertices of a fine mesh: the smoothing term leaves a linear course alone there,
+    because a linear function has no Laplacian; near the border it may lag by one cell, 0.05·3."""
+    plane = Plane(20, cuts=1)
+    colors = plane.fit(linear, "point")
+    inner = (np.abs(plane.vertices[:, :2] - 0.5) < 0.3).all(1)
+    assert colors[inner] == pytest.approx(linear(plane.vertices)[inner], abs=0.02)
+    assert colors == pytest.approx(linear(plane.vertices), abs=0.15)
+
+
+def test_a_shadow_edge_does_not_overshoot():
+    """Over one quad cut 16-fold the range may be left by 2/(3·15) of the step, no more."""
+    plane = Plane(1, cuts=16)
+    colors = plane.fit(lambda p: np.repeat((p[:, :1] > 0.4) * 1.0, 3, 1))
+    assert colors.min() >= 0 and colors.max() <= 1 + 2 / 45 + 1e-12
+    assert colors.max() - colors.min() > 0.9
+
+
+def test_the_fit_is_the_bounded_minimum():
+    """Against SciPy's dense solver of bounded least squares, same matrix and bounds."""
+    from scipy.optimize import lsq_linear
+
+    from radiosity_addon.bake.bounded import solve_bounded
+
+    rng = np.random.default_rng(3)
+    a, b = rng.normal(size=(40, 6)), rng.normal(size=40)
+    low, high = np.full(6, -10.0), np.full(6, 10.0)
+    low[2] = np.linalg.lstsq(a, b, rcond=None)[0][2] + 0.1  # one bound acts
+    expected = lsq_linear(a, b, (low, high), tol=1e-14).x
+    ours = solve_bounded(csr_matrix(a.T @ a), a.T @ b, np.zeros(6), low, high)
+    assert ours == pytest.approx(expected, abs=1e-6)
+
+
+def test_a_vertex_inside_other_geometry_does_not_go_black():
+    """A pillar of side 0.2 stands on one corner of a floor lit with 1: its footprint is black.
+
+    A point sample there gives 0. By area the pillar is 4 % of the floor: the fit over the whole
+    floor keeps well above half, and leaving the hidden part out (weight 0) gives 1.
+    """
+    plane = Plane(1, cuts=16)
+    hidden = (plane.points[:, :2] < 0.2).all(1)
+    assert hidden.sum() > 5
+    light = lambda p: np.repeat(np.where(hidden, 0.0, 1.0)[:, None], 3, 1)  # noqa: E731
+    assert plane.fit(light, "point").min() > 0.6
+    seen = plane.fit(light, "point", np.where(hidden, 0.0, plane.area))
+    assert seen == pytest.approx(1.0, abs=1e-9)
+
+
+def test_corners_without_light_take_that_of_their_vertex_else_the_mean():
+    plane = Plane(2, smooth=False)
+    first_quad = np.isin(plane.receivers.triangle, [0, 4])
+    colors = plane.fit(linear, area=np.where(first_quad, 0.0, plane.area))
+    neighbour = plane.fit(linear)
+    shared = np.nonzero(plane.loops[:4] == 4)[0][0]  # the middle vertex of the square
+    others = [i for i in range(4, 16) if plane.loops[i] == 4]
+    middle = colors[shared]
+    assert (middle > neighbour[others].min(0) - 0.5).all()
+    assert (middle < neighbour[others].max(0) + 0.5).all()
+    assert np.isfinite(colors).all()
+    alone = np.nonzero(plane.loops[:4] == 0)[0][0]  # the vertex only this quad has
+    mean = np.average(linear(plane.points[~first_quad]), axis=0,
+                      weights=plane.area[~first_quad])
+    assert colors[alone] == pytest.approx(mean, rel=0.05)
+
+
+def test_no_light_anywhere_is_black():
+    plane = Plane(2)
+    colors = plane.fit(linear, area=np.zeros_like(plane.area))
+    assert colors.shape == (16, 3) and not colors.any()
+
+
+def test_object_without_receivers_is_black():
+    plane = Plane(1)
+    none = face_receivers(np.zeros((3, 3)), np.array([[0, 1, 2]]), np.array([0]), 1.0)
+    colors = fit_corners(plane.target, none, np.zeros((0, 3)), np.zeros(0), "corner")
+    assert colors.shape == (4, 3) and not colors.any()
+
+
+def test_subdivided_surface_keeps_linear_light():
+    """Corners that are weighted sums of the user's loops, as modifiers make them: a quad whose
+    evaluated mesh is 2 × 2 quads with bilinear weights."""
+    fine = Plane(2)
+    where = fine.vertices[fine.loops[fine.target.corner_map.loops[:, 0]]]
+    x, y = where[:, 0], where[:, 1]
+    weights = np.stack([(1 - x) * (1 - y), x * (1 - y), x * y, (1 - x) * y], 1)
+    loops = np.arange(4, dtype=np.int32)
+    corner_map = CornerMap(np.tile(loops, (len(weights), 1)), weights, 4)
+    target = ExportedObject("Quad", 0, 8, None, corner_map, loops, loops)
+    colors = fit_corners(target, fine.receivers, linear(fine.points), fine.area)
+    corners = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
+    assert colors == pytest.approx(linear(corners), abs=1e-6)
+
+
+def test_sizes_from_microns_to_kilometres_in_one_object():
+    """Areas that differ by 1e12 in one system: each face still gets its own light exactly."""
+    plane = Plane(2, smooth=False)
+    scale = np.where(np.isin(plane.receivers.triangle, [0, 4]), 1e12, 1.0)
+    colors = plane.fit(linear, area=plane.area * scale)
+    assert colors == pytest.approx(linear(plane.vertices[plane.loops]), abs=1e-4)
+
+
+def test_bad_input():
+    plane = Plane(1)
+    nan = lambda p: np.full((len(p), 3), np.nan)  # noqa: E731
+    with pytest.raises(ValueError, match="receivers of 'Plane'.*not finite"):
+        plane.fit(nan)
+    with pytest.raises(ValueError, match="do not fit"):
+        plane.fit(lambda p: np.ones((2, 3)))

@@ -1,0 +1,56 @@
+"""The packages of the solver: imports point down one order, and nothing but bpy-free code is met."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+SOLVER = Path(__file__).resolve().parents[2] / "radiosity_addon" / "solver"
+# From the lowest to the highest. A module imports its own layer's package or lower ones only.
+LAYERS = (
+    "workers", "progress", "fields", "scene", "receivers", "solution", "check", "geometry",
+    "materials", "sampling", "tracing", "lights", "direct", "elements", "transport", "gather",
+    "filtering", "adaptive", "energy", "sequence",
+)
+
+
+def _layer(path: Path) -> str:
+    """The package or top module that a file of the solver belongs to."""
+    first = path.relative_to(SOLVER).parts[0]
+    return first.removesuffix(".py")
+
+
+def _imports(path: Path):
+    """(layer imported, line) of each relative import in a file."""
+    depth = len(path.relative_to(SOLVER).parts)
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.level:
+            assert node.level <= depth, f"{path.name}:{node.lineno} imports from above the solver"
+            if node.level == depth:  # what stands beside the packages
+                yield node.module.split(".")[0], node.lineno
+
+
+def test_every_package_has_its_layer():
+    found = {_layer(path) for path in SOLVER.rglob("*.py")} - {"__init__"}
+    assert found == set(LAYERS)
+
+
+def test_no_import_points_upward():
+    upward = []
+    for path in SOLVER.rglob("*.py"):
+        if path.parent == SOLVER and path.stem == "__init__":
+            continue
+        own = LAYERS.index(_layer(path))
+        upward += [
+            f"{path.relative_to(SOLVER)}:{line} imports {target}"
+            for target, line in _imports(path)
+            if LAYERS.index(target) > own
+        ]
+    assert upward == []
+
+
+def test_module_names_are_used_once():
+    """The same name in two packages of the add-on would stand for two things."""
+    package = SOLVER.parent
+    names = [p.stem for p in package.rglob("*.py") if p.stem not in ("__init__", "__main__")]
+    assert sorted({name for name in names if names.count(name) > 1}) == []

@@ -1,0 +1,58 @@
+"""What the system did not know of when it was solved: pockets, and places on a cut."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from benchmarks.stability_scenes import radiosity, worst
+from radiosity_addon.solver.transport.rays import find_lost
+from radiosity_addon.solver.adaptive.rounds import _floor
+from tests.solver import meshes
+
+REFLECTANCE = 0.99
+SIMPLEX = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float)
+INWARDS = np.array([[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
+
+
+def test_pockets_that_few_rays_find_keep_their_light():
+    """Sixteen sealed tetrahedra in a furnace of 19,200 receivers: B = 1 inside them, too."""
+    corners, _ = meshes.box_polygons()
+    walls = [meshes.grid(face, 40) for face in corners]
+    pockets = [
+        (0.05 * SIMPLEX + [0.2 * x + 0.1, 0.2 * y + 0.1, 0.5], INWARDS)
+        for x, y in np.ndindex(4, 4)
+    ]
+    scene = meshes.scene([*walls, *pockets], REFLECTANCE, 1 - REFLECTANCE)
+    found, receivers, _ = radiosity(scene, 0.03, 1)
+    assert receivers.count == 19_264
+    assert worst(found, 1.0) < 1e-4
+
+
+def test_what_lies_on_a_cut_counts_as_what_the_next_ray_met():
+    sides = np.array([5, 9, 7, 8, 9, 6])  # three rays from each of two owners
+    find_lost(sides, SimpleNamespace(has_cuts=True, nowhere=9), 2)
+    assert sides.tolist() == [5, 8, 7, 8, 5, 6]
+
+
+@pytest.mark.parametrize(
+    ("rays", "floor", "expected"),
+    [
+        ((8, 16, 64), 0.01, 0.01),
+        ((8, 16, 64), 0.0049, 0.0049),  # nearly all that is enough: rays would take for ever
+        ((8, 16, 64), 0.004, 0.0),  # less than enough
+        ((16, 64), 0.01, 0.0),  # the first round's rays are aimed otherwise
+        ((8, 16, 20), 0.01, 0.0),  # too few more
+        ((), 0.01, 0.0),
+    ],
+)
+def test_error_that_more_rays_would_not_lower(rays, floor, expected):
+    told = [(number, floor**2 + 1e-3 / number) for number in rays]
+    assert _floor(told, 0.0, 0.005) == pytest.approx(expected)
+
+
+def test_error_that_more_rays_would_not_lower_has_the_shadows_in_it():
+    """0.004 is below what is enough, 0.005; with shadows of 0.004 it is not."""
+    told = [(number, 0.004**2 + 1e-3 / number) for number in (10, 100, 200)]
+    assert _floor(told, 0.0, 0.005) == 0
+    assert _floor(told, 0.004**2, 0.005) == pytest.approx(0.004 * np.sqrt(2))

@@ -1,0 +1,151 @@
+"""The twin: the same light from two processes as from one, and what happens when one ends."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from radiosity_addon.settings import Settings
+from radiosity_addon.solver.fields import Constant
+from radiosity_addon.solver.adaptive.replicate import ReplicateLost
+from radiosity_addon.solver.adaptive.solve_cache import SolveCache
+from radiosity_addon.solver.progress import Cancelled
+from radiosity_addon.solver.sequence import solve
+from radiosity_addon.replicate_process import ReplicateProcess, peak_memory, start_twin
+from tests.solver import meshes
+
+SETTINGS = Settings(error=0.02, threads=2)
+
+
+@pytest.fixture(scope="module")
+def twin():
+    with ReplicateProcess() as process:
+        yield process
+
+
+def lit_box(reflectance=0.6):
+    """A closed box whose ceiling shines, a block in it, of two colours: more than one round."""
+    walls, _ = meshes.box_polygons((2, 2, 2))
+    block, _ = meshes.box_polygons((0.6, 0.6, 0.9), (0.4, 0.4, 0.1))
+    parts = [meshes.grid(wall, 3) for wall in walls]
+    parts += [meshes.grid(side[::-1], 2) for side in block]
+    exitance = np.zeros((len(parts), 1))
+    exitance[5] = 2.0
+    scene = meshes.scene(parts, reflectance, exitance)
+    return scene, meshes.triangle_receivers(scene, 3)
+
+
+def assert_same(one, other):
+    for name in ("direct", "indirect", "emission"):
+        assert np.array_equal(getattr(one, name), getattr(other, name))
+    for name in ("elements", "rays", "iterations", "residual", "estimated_error", "energy"):
+        assert getattr(one.statistics, name) == getattr(other.statistics, name), name
+
+
+def test_the_light_is_that_of_one_process_bit_for_bit(twin):
+    scene, receivers = lit_box()
+    both = solve(scene, receivers, SETTINGS, beside=twin)
+    assert twin.rays > 0.2 * both.statistics.rays  # it has done its part
+    assert_same(both, solve(scene, receivers, SETTINGS))
+    assert_same(both, solve(scene, receivers, replace(SETTINGS, threads=1), beside=twin))
+
+
+def test_solves_that_were_kept_reach_the_other_process(twin):
+    scene, receivers = lit_box()
+    kept = SolveCache()
+    first = solve(scene, receivers, SETTINGS, kept=kept, beside=twin)
+    again = solve(scene, receivers, SETTINGS, kept=pickle.loads(pickle.dumps(kept)), beside=twin)
+    assert again.statistics.rays < first.statistics.rays
+    assert np.array_equal(first.indirect, again.indirect)
+
+
+def test_its_fault_is_raised_here(twin):
+    """Energy that grows without end, told by either half."""
+    scene, receivers = lit_box(reflectance=1.0)
+    twin.ask("open", scene, receivers, SETTINGS, 1)
+    twin.ask("no_such_thing")
+    with pytest.raises(AttributeError, match="no_such_thing"):
+        twin.answers()
+    white = replace(scene, materials=tuple(
+        replace(material, emission=Constant(np.zeros(3)), reflectance=Constant(np.ones(3)))
+        for material in scene.materials
+    ))  # fmt: skip
+    solve(white, receivers, SETTINGS, beside=twin)  # still there, and of use
+
+
+def test_one_that_has_ended_is_no_loss():
+    scene, receivers = lit_box()
+    with ReplicateProcess() as process:
+        process._process.kill()
+        process._process.wait()
+        found = solve(scene, receivers, SETTINGS, beside=process)
+    assert_same(found, solve(scene, receivers, SETTINGS))
+    assert any("second process ended" in text for text in found.statistics.warnings)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals are POSIX's")
+def test_one_that_ends_at_work_is_a_message():
+    scene, receivers = lit_box()
+    with ReplicateProcess() as process:
+
+        def crash(stage: str, fraction: float):
+            if stage == "gather":
+                os.kill(process._process.pid, signal.SIGSEGV)
+
+        with pytest.raises(ReplicateLost, match="status -11.*lower the resolution"):
+            solve(scene, receivers, replace(SETTINGS, error=1e-3), crash, beside=process)
+
+
+def test_stopping_leaves_no_process():
+    scene, receivers = lit_box()
+
+    def stop(stage: str, fraction: float):
+        if stage == "gather":
+            raise Cancelled
+
+    with pytest.raises(Cancelled), ReplicateProcess() as process:
+        solve(scene, receivers, replace(SETTINGS, error=1e-4), stop, beside=process)
+    assert process._process.poll() is not None
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals are POSIX's")
+def test_it_ends_with_whoever_started_it(tmp_path):
+    """Killed, so that nothing can be put in order."""
+    told = tmp_path / "pid"
+    program = (
+        "import pathlib, sys, time; from radiosity_addon.replicate_process import ReplicateProcess; twin = ReplicateProcess();"
+        "pathlib.Path(sys.argv[1]).write_text(str(twin._process.pid)); print(flush=True);"
+        "time.sleep(60)"
+    )
+    process = subprocess.Popen([sys.executable, "-c", program, told], stdout=subprocess.PIPE)
+    process.stdout.read(1)
+    process.kill()
+    process.communicate()
+    until = time.monotonic() + 10
+    while is_there(int(told.read_text())) and time.monotonic() < until:
+        time.sleep(0.05)
+    assert not is_there(int(told.read_text()))
+
+
+def is_there(number: int) -> bool:
+    """Whether a process of this number is at work; one that ended may still be listed."""
+    try:
+        with open(f"/proc/{number}/stat") as handle:
+            return handle.read().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def test_one_thread_or_no_python_has_none(monkeypatch):
+    assert start_twin(1) is None
+    monkeypatch.setattr(sys, "executable", "/no/such/python")
+    assert start_twin(2) is None
+    assert peak_memory(None) > 0
