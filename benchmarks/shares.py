@@ -27,7 +27,7 @@ WORKS = {  # (file, function) that do it, Embree and all
     "direct light": [("lighting.py", "add_direct")],
     "of which Lambert's formula": [("lambert.py", "polygon_form_factor")],
     "gathering": [("lighting.py", "add_gathered")],
-    "of which rows for what no ray had met before": [("unseen.py", "with_unseen")],
+    "of which rows for what no ray had met before": [("late_rows.py", "with_late_rows")],
     "looking up what element a ray met": [("gather.py", "sides_hit")],
     "directions and places of rays": [
         ("points.py", "footprint_points"),
