@@ -53,7 +53,7 @@ def measure(build, error: float, size: int = SIZE) -> list[Row]:
     """The scene that ``build()`` makes, baked to vertex colours, then changed in four ways."""
     import bpy
 
-    from radiosity_addon.stages import discard, prepare
+    from radiosity_addon.bake_job import discard, prepare
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     build()
@@ -74,7 +74,7 @@ def measure(build, error: float, size: int = SIZE) -> list[Row]:
 
 
 def _row(change: str, before, after) -> Row:
-    from radiosity_addon.stages import run
+    from radiosity_addon.bake_job import run
     from radiosity_addon.solver.adaptive.solve_cache import SolveCache
 
     kept = SolveCache()

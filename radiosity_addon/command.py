@@ -110,7 +110,7 @@ def _bake(bpy, request, progress, publication, twin) -> str:
 
     Raises what EXPECTED lists, or KeyboardInterrupt.
     """
-    from . import stages as work
+    from . import bake_job as work
     from .report import build_report, summarise, write_report
 
     started = time.perf_counter()

@@ -14,7 +14,7 @@ import pytest
 
 from radiosity_addon.bake.texels import texel_receivers
 from radiosity_addon.export.exported import CornerMap, ExportedObject
-from radiosity_addon.stages import Job, run
+from radiosity_addon.bake_job import Job, run
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.progress import Cancelled, silent
@@ -83,7 +83,7 @@ def test_middle_stage_runs_where_blender_cannot_be_imported(tmp_path):
     script = f"""
         import pickle, sys
         sys.modules["bpy"] = None  # an import of it fails now
-        from radiosity_addon.stages import run
+        from radiosity_addon.bake_job import run
         job = pickle.load(open({str(tmp_path / "job")!r}, "rb"))
         print(run(job).colors[0].max())
     """

@@ -35,7 +35,7 @@ def _block(path: str):
 
 
 def bake(blender, **options) -> None:
-    from radiosity_addon.stages import apply, prepare, run
+    from radiosity_addon.bake_job import apply, prepare, run
     from radiosity_addon.settings import Settings
 
     job = prepare(blender.context, Settings(error=0.5, resolution=16, **options))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from radiosity_addon import __version__
-from radiosity_addon.stages import Result
+from radiosity_addon.bake_job import Result
 from radiosity_addon.report import build_report, summarise, write_report
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.solution import Statistics

@@ -1,12 +1,1 @@
-"""The pipeline in three stages: prepare (Blender), run (anywhere), apply (Blender).
-
-``run`` imports no bpy, and a Job and a Result can be pickled, so that the middle stage may live in
-another process. ``discard`` takes back what ``prepare`` changed when the bake is given up.
-"""
-
-from .apply import apply
-from .job import Job, Result
-from .prepare import discard, prepare
-from .run import run
-
-__all__ = ("Job", "Result", "apply", "discard", "prepare", "run")
+"""The three stages of a bake: prepare (Blender), run (anywhere), apply (Blender)."""

@@ -7,7 +7,7 @@ from bpy.app.translations import pgettext_rpt as rpt_
 
 from . import session
 from .choice import chosen_objects, why_not
-from .progress import progress_text, redraw
+from .progress_bar import progress_text, redraw
 from .properties import settings_of
 from .report_store import store_report
 

@@ -3,7 +3,7 @@
 import bpy
 
 from . import session, view
-from .progress import CATEGORY, draw_progress
+from .progress_bar import CATEGORY, draw_progress
 from .presets import RADIOSITY_PT_presets
 from .properties import CUSTOM
 

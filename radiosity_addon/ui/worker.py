@@ -47,7 +47,7 @@ def _work(folder: Path, keep: Path | None, given: threading.Event, progress: Pro
     numpy = importlib.import_module("numpy")
     payload, keep_file, meter, work, _ = (
         importlib.import_module(f"{package}.{name}")
-        for name in ("ui.payload", "ui.keep_file", "meter", "job", "solver.sequence")
+        for name in ("ui.payload", "ui.keep_file", "meter", "bake_job", "solver.sequence")
     )
     given.wait()
     try:

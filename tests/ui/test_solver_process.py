@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from radiosity_addon import stages as work
+from radiosity_addon import bake_job as work
 from radiosity_addon import libraries
 from radiosity_addon.libraries import environment
 from radiosity_addon.settings import Settings
