@@ -13,11 +13,19 @@ from functools import cached_property
 import numpy as np
 
 from ..gather.lighting import Lighting, add_direct, add_gathered, no_light, place_on
+from ..gather.residual import Residuals, follow_residual, join_residuals
 from ..geometry.footprints import Footprints, build_footprints
 from ..lights.context import Context, build_context
 from ..progress import silent
 from ..sampling.guide import Guide, Learning, clusters_of, start_learning
-from ..transport.radiosity import Radiosity, solve_radiosity, without_reflection
+from ..transport.radiosity import Radiosity, divided, solve_radiosity, without_reflection
+from .correction import (
+    Correction,
+    biased_elements,
+    find_correction,
+    irradiance_scale,
+    regions_of,
+)
 from .plan import Plan
 from .requirements import Requirements, requirements_of
 
@@ -25,6 +33,12 @@ from .requirements import Requirements, requirements_of
 # size does to the light then shows in the difference of the halves.
 SHARE_OF_ELEMENTS = (0.6, 1.35)
 SHARE_OF_ROW_RAYS = (1.5, 0.75)  # so that the halves cost about the same
+# Paths along the residual, in the first audit of a bake of error 1: the standard error of a mean
+# over them is then about half of the error asked for.
+PATHS, FEWEST_PATHS, MOST_PATHS = 3.0, 2000, 100_000
+MAX_DIVISIONS = 8  # rounds of dividing elements that bring a bias
+MOST_DIVIDED = 30  # times the elements at the start
+SMALL_BIAS = 0.2  # of the error asked for: the sum of a bias that is left to the correction
 
 
 @dataclass(frozen=True)
@@ -43,6 +57,7 @@ class RoundResult:
 
     light: Lighting
     solved: SolveFigures
+    left: np.ndarray | None  # (count,) float32: squared relative bias that is not corrected
 
 
 @dataclass
@@ -56,6 +71,8 @@ class Replicate:
     error: float  # relative, that the bake is for
     radiosity: Radiosity | None = None
     light: Lighting = field(init=False)
+    residuals: Residuals | None = None  # of paths with these radiosities
+    correction: Correction | None = None
     lessons: list = field(default_factory=list)  # of the last round
 
     def __post_init__(self):
@@ -75,17 +92,65 @@ class Replicate:
         key = (context.seed, 10, self.number, plan.elements)
         everyone = np.arange(self.footprints.count)
         place = place_on(self.footprints, everyone, plan.row_points, *key)
-        return self.take(
-            solve_radiosity(
-                context, len(everyone), place, size, rays, plan.row_points, self.error, key
+        radiosity = solve_radiosity(
+            context, len(everyone), place, size, rays, plan.row_points, self.error, key
+        )
+        return self.take(*self._without_bias(radiosity, size, key))
+
+    def _without_bias(self, radiosity: Radiosity, size: int, key):
+        """Radiosities with the elements divided that bring a bias to the receivers, and the paths
+        that told of none that is worth it."""
+        for step in range(MAX_DIVISIONS):
+            residuals = self._followed(radiosity, self._first_paths())
+            if radiosity.elements.count > MOST_DIVIDED * size:
+                break
+            side = radiosity.elements.sides_of(residuals.places.side)
+            position = self.context.geometry.at(
+                residuals.places.triangle,
+                np.stack([residuals.places.u, residuals.places.v], 1).astype(float),
             )
+            levels = regions_of(self.footprints, len(residuals.owner))
+            scale = irradiance_scale(residuals, levels)
+            chosen, bias = biased_elements(residuals, scale, side, position)
+            if bias < SMALL_BIAS * self.error:
+                break
+            radiosity = divided(
+                self.context, radiosity, chosen, residuals.places, (*key, 15, step)
+            )
+        else:
+            residuals = self._followed(radiosity, self._first_paths())
+        return radiosity, residuals
+
+    def _first_paths(self) -> int:
+        return int(np.clip(PATHS / self.error**2, FEWEST_PATHS, MOST_PATHS))
+
+    def _followed(self, radiosity: Radiosity, paths: int, batch: int = 0) -> Residuals:
+        return follow_residual(
+            self.context, self.footprints, radiosity, paths, self.needs.explicit,
+            self.context.seed, 11, self.number, batch,
         )
 
-    def take(self, radiosity: Radiosity) -> SolveFigures:
-        """Gather with these radiosities from now on."""
+    def take(self, radiosity: Radiosity, residuals: Residuals | None = None) -> SolveFigures:
+        """Gather with these radiosities from now on, and correct by paths along their residual."""
         self.radiosity = radiosity
         self.light.forget_gathered()
+        if self.needs.reflected:
+            self.residuals = residuals or self._followed(radiosity, self._first_paths())
+            self._correct()
         return self._solved()
+
+    def audit(self, factor: float) -> None:
+        """Follow ``factor`` times as many paths as so far."""
+        paths = len(self.residuals.owner)
+        more = int(min(paths * (factor - 1), MOST_PATHS))
+        more = self._followed(self.radiosity, more, paths)
+        self.residuals = join_residuals([self.residuals, more])
+        self._correct()
+
+    def _correct(self) -> None:
+        """Find the correction, and add it to what is gathered."""
+        levels = regions_of(self.footprints, len(self.residuals.owner))
+        self.correction = find_correction(self.residuals, levels)
 
     def give(self) -> Radiosity:
         """The radiosities of now."""
@@ -102,7 +167,16 @@ class Replicate:
                 self.context, self.footprints, self.light, self.radiosity, *gathered, step,
                 self.number, guide=guide, learns=learn,
             )
-        return RoundResult(self.light, self._solved())
+        return self.now()
+
+    def now(self) -> RoundResult:
+        """All light so far, with what corrects its bias."""
+        left = None
+        if self.correction is not None:
+            gathered = self.light.bounced / np.maximum(self.light.rays, 1)
+            self.light.correction[:] = self.correction.share(gathered, self.footprints.area)
+            left = self.correction.left[self.correction.region].astype(np.float32)
+        return RoundResult(self.light, self._solved(), left)
 
     def learn(self) -> Learning:
         """What the rays of the last round teach."""

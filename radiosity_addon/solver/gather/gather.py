@@ -64,7 +64,7 @@ def gather(
     None: nobody."""
     totals, unseen, lessons = np.zeros((2, count, context.channels)), [], []
     elements = radiosity.elements
-    emitted = _met_first(context, radiosity)
+    emitted = first_hand_table(context, radiosity)
 
     def work(chunk):
         group, chosen = chunk
@@ -91,7 +91,7 @@ def gather(
                 find_lost(sides, elements, len(whose))
             light = np.take(radiosity.reflected, sides, axis=0)
             bounced = bounced + mean_of_rays(light, part, rays, len(whose), weight)
-            direct = _first_hand(context, emitted, sides, part, directions)
+            direct = first_hand(context, emitted, sides, part, directions)
             if direct is not None:
                 first = first + mean_of_rays(direct, part, rays, len(whose), weight)
                 light = light + direct
@@ -150,7 +150,7 @@ def _brought(light: np.ndarray, met: Met, before: np.ndarray | None) -> np.ndarr
     return before
 
 
-def _met_first(context: Context, radiosity) -> np.ndarray | None:
+def first_hand_table(context: Context, radiosity) -> np.ndarray | None:
     """(2 n_cells + 2, channels) float32 light first-hand from what rays meet, by cell side: emission
     that is not sampled explicitly, and of the miss a constant sky's; None where there is neither."""
     emitted, sky = radiosity.emitted, context.sky
@@ -161,7 +161,7 @@ def _met_first(context: Context, radiosity) -> np.ndarray | None:
     return table
 
 
-def _first_hand(context: Context, emitted, sides: np.ndarray, met: Met, directions: np.ndarray):
+def first_hand(context: Context, emitted, sides: np.ndarray, met: Met, directions: np.ndarray):
     """(k, channels) float32 light from the sky, and emission met; None where there is neither."""
     light = None if emitted is None else np.take(emitted, sides, axis=0)
     if context.sky is None or context.sky.constant:

@@ -29,16 +29,19 @@ class Lighting:
     bounced: np.ndarray
     first: np.ndarray
     rays: np.ndarray
+    correction: np.ndarray  # (count, channels) float32 mean irradiance that bounced light lacks
 
     def means(self, unit: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Irradiances (count, channels) float32 in ``unit``: from explicit lights, bounced, and
         gathered first-hand."""
         points, rays = (1 / (unit * np.maximum(n, 1)) for n in (self.points, self.rays))
         sums = (self.direct, points), (self.bounced, rays), (self.first, rays)
-        return tuple(
+        direct, bounced, first = (
             np.multiply(total, share, out=np.empty(total.shape, np.float32), casting="same_kind")
             for total, share in sums
         )
+        bounced += self.correction * np.float32(1 / unit)
+        return direct, bounced, first
 
     def typical(self) -> float:
         """About the mean irradiance."""
@@ -49,14 +52,15 @@ class Lighting:
 
     def forget_gathered(self) -> None:
         """Start the sums over rays anew: the radiosities they read have changed."""
-        for sums in (self.bounced, self.first, self.rays):
+        for sums in (self.bounced, self.first, self.rays, self.correction):
             sums[:] = 0
 
 
 def no_light(count: int, channels: int) -> Lighting:
     """Nothing summed yet."""
     widths = (channels, 1, channels, channels, 1)
-    return Lighting(*(np.zeros((count, width)) for width in widths))
+    sums = (np.zeros((count, width)) for width in widths)
+    return Lighting(*sums, np.zeros((count, channels), np.float32))
 
 
 def place_on(footprints: Footprints, owners: np.ndarray, per: int, *key: int):

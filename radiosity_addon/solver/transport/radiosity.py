@@ -71,13 +71,42 @@ def solve_radiosity(
 
 
 def extended(context: Context, radiosity: Radiosity, places: Places, key) -> Radiosity:
-    """Solved anew with rows for the sides that ``places`` lie on, and for what their rays meet."""
+    """With rows for the sides that ``places`` lie on, and for what their rays meet.
+
+    Rays of the rows before met none of these sides, so that what is known stays as it is.
+    """
     elements, before = radiosity.elements, radiosity.transport
-    per = len(before.sides.points.position)
+    per, first = len(before.sides.points.position), len(before.sides.side)
     known = light_sides(context, places, elements.sides_of(places.side), per, (*key, 11))
     more = trace_transport(context, elements, known, before.rays, per, (*key, 12), before.row)
-    found = solve_rows(context, elements, join_transports(before, more), radiosity.tolerance)
-    return replace(found, seconds=radiosity.seconds + found.seconds)
+    found = solve_rows(
+        context, elements, more.numbered_from(first), radiosity.tolerance, radiosity
+    )
+    return replace(
+        found,
+        reflected=radiosity.reflected + found.reflected,
+        unknown=elements.values_of_cells(more.row == -1, False),
+        transport=join_transports(before, more),
+        solution=np.concatenate([radiosity.solution, found.solution]),
+        iterations=max(radiosity.iterations, found.iterations),
+        residual=max(radiosity.residual, found.residual),
+        seconds=radiosity.seconds + found.seconds,
+    )
+
+
+def divided(context: Context, radiosity: Radiosity, chosen, places: Places, key) -> Radiosity:
+    """Solved anew with the elements ``chosen`` (k,) int divided, which are lit where ``places`` lie
+    on their parts."""
+    before = radiosity.transport
+    elements = refine(context.geometry, radiosity.elements, chosen)
+    kept = before.sides.take(np.flatnonzero(~np.isin(before.sides.side // 2, chosen)))
+    inside = np.isin(radiosity.elements.sides_of(places.side) // 2, chosen)
+    places = places[np.flatnonzero(inside)].on(elements)
+    per = len(before.sides.points.position)
+    fresh = light_sides(context, places, elements.sides_of(places.side), per, (*key, 13))
+    known = join_sides([kept, fresh])
+    transport = trace_transport(context, elements, known, before.rays, per, (*key, 14))
+    return solve_rows(context, elements, transport, radiosity.tolerance)
 
 
 def without_reflection(context: Context, target: int) -> Radiosity:
@@ -127,14 +156,18 @@ def _refined(context, elements, places: Places, per, target, tolerance, key):
 
 
 def solve_rows(
-    context: Context, elements: Elements, transport: Transport, tolerance: float
+    context: Context, elements: Elements, transport: Transport, tolerance: float,
+    known: Radiosity | None = None,
 ) -> Radiosity:
-    """The linear system of the rows, and the table that rays look up."""
+    """The linear system of the rows, and the table that rays look up. What rays meet beside the
+    rows' own sides is as bright as ``known``; None: black."""
     sides = transport.sides
-    emitted = _gathered_emission(context, elements)
+    emitted = _gathered_emission(context, elements) if known is None else known.emitted
     source = sides.lit + sides.reflectance * transport.sky
     if emitted is not None:
-        source = source + sides.reflectance * _emission_met(transport, emitted)
+        source = source + sides.reflectance * _light_met(transport, emitted)
+    if known is not None:
+        source = source + sides.reflectance * _light_met(transport, known.reflected)
     solution, iterations, residual, began = source, 0, 0.0, time.perf_counter()
     if len(source) and source.any():
         factors = form_factors(transport, elements)
@@ -164,11 +197,11 @@ def _check_steady(sides: Sides, transport: Transport, matrix) -> None:
         )
 
 
-def _emission_met(transport: Transport, emitted: np.ndarray) -> np.ndarray:
-    """(n_rows, channels) irradiance by emission that rows' rays meet."""
-    arriving = emitted[transport.hits].mean(axis=1).astype(float)
+def _light_met(transport: Transport, table: np.ndarray) -> np.ndarray:
+    """(n_rows, channels) irradiance by what rows' rays meet: ``table`` by cell side."""
+    arriving = table[transport.hits].mean(axis=1).astype(float)
     later = transport.later
-    np.add.at(arriving, later.row, emitted[later.side] * later.weight / transport.rays)
+    np.add.at(arriving, later.row, table[later.side] * later.weight / transport.rays)
     return arriving
 
 

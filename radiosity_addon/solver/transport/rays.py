@@ -43,12 +43,21 @@ def shoot(context: Context, points: Points, rays: int, *key: int) -> tuple[list[
     return _trace(context, points, _shared_directions(points, sobol(rays, 2, *key)))
 
 
+def shoot_apart(context: Context, points: Points, rays: int, *key: int):
+    """The same with a shift of the set for each owner, so that owners' errors are independent."""
+    return _trace(context, points, _own_directions(points, *_own_places(points, rays, *key)))
+
+
 def shoot_guided(context: Context, points: Points, rays: int, guide: Guide, owners, *key: int):
     """The same as ``guide`` aims them for ``owners`` (R,), and the cells (rays, R) they are in."""
-    table = sobol(rays, 2, *key).astype(np.float32)
-    u, v = (shifted(table[:, axis, None], points.turn[:, axis]) for axis in (0, 1))
-    *place, cells = guide.aim(owners, u, v)
+    *place, cells = guide.aim(owners, *_own_places(points, rays, *key))
     return *_trace(context, points, _own_directions(points, *place)), cells
+
+
+def _own_places(points: Points, rays: int, *key: int) -> list[np.ndarray]:
+    """u and v, (rays, R) float32 each: a Sobol set, shifted for each owner by its ``turn``."""
+    table = sobol(rays, 2, *key).astype(np.float32)
+    return [shifted(table[:, axis, None], points.turn[:, axis]) for axis in (0, 1)]
 
 
 def _trace(context: Context, points: Points, directions: np.ndarray):

@@ -10,7 +10,7 @@ narrow gap does not leak into the room through a large element.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -129,6 +129,12 @@ class Transport:
     def rays(self) -> int:
         """Of each row."""
         return self.hits.shape[1]
+
+    def numbered_from(self, first: int) -> Transport:
+        """The same rows with ``first`` as the first; sides whose rows come before have none."""
+        row = np.where(self.row >= first, self.row - first, np.int32(BLACK))
+        later = Later(self.later.row - first, self.later.side, self.later.weight)
+        return replace(self, row=row.astype(np.int32), later=later)
 
 
 @dataclass(frozen=True)

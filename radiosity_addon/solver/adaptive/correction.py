@@ -1,0 +1,159 @@
+"""Correction: from paths along the residual to what gathered light lacks, region by region.
+
+A path's sum is the bias of the gathered light at its receiver in the mean, with much noise. Regions
+are nested: all receivers, then cubes of half the size at each level, by facing. A region's mean is
+drawn toward that of the region around it as far as its noise asks for: the spread of the true means
+is what remains of the spread of the measured ones (James and Stein 1961; Efron and Morris 1973,
+"Stein's estimation rule and its competitors").
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..gather.residual import Residuals
+from ..geometry.footprints import Footprints
+
+LEVELS = 6  # of regions, each half as wide as the one around it
+PER_REGION = 16  # paths: a level whose regions have fewer in the mean is not looked at
+POOLED = 8  # paths by which all regions' variance counts beside a region's own
+DARKEST = 0.25  # of the mean irradiance: darker places are judged against that
+SIGNIFICANT = 2.5  # standard errors: a part's bias below is taken for noise
+MOST_OF_BIAS = 0.9  # of what elements bring: those that bring the rest are not divided
+LARGEST = 3.0  # times the gathered light: more is not added to it, only told
+
+
+@dataclass(frozen=True)
+class Correction:
+    """What receivers' gathered light lacks, by region, for n regions and R receivers.
+
+    ``lack`` (n, channels) float64 irradiance; ``left`` (n,) its expected square, relative, that
+    noise kept from being found.
+    """
+
+    region: np.ndarray  # (R,) int
+    lack: np.ndarray
+    left: np.ndarray
+    found: float  # root mean square over the surface of what is lacked, relative, noise taken off
+
+    def share(self, gathered: np.ndarray, area: np.ndarray) -> np.ndarray:
+        """(R, channels) float32: what to add to each receiver's ``gathered`` (R, channels) mean
+        irradiance, in proportion to it: what is dark stays dark."""
+        count = len(self.lack)
+        weight = area if area.sum() > 0 else np.ones(len(area))
+        share = np.zeros_like(self.lack)
+        total = np.bincount(self.region, weight, count)
+        for channel in range(self.lack.shape[1]):
+            mean = np.bincount(self.region, weight * gathered[:, channel], count)
+            np.divide(self.lack[:, channel] * total, mean, out=share[:, channel], where=mean > 0)
+        np.clip(share, -1, LARGEST, out=share)
+        return (gathered * share[self.region]).astype(np.float32)
+
+
+def regions_of(footprints: Footprints, paths: int) -> list[np.ndarray]:
+    """Numbers (R,) int of the regions that receivers lie in, coarse to fine, nested; as many levels
+    as ``paths`` can tell of."""
+    position, normal = footprints.middle()
+    length = np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
+    facing = np.rint(1.5 * normal / length).astype(np.int64) + 2
+    corner = position.min(axis=0) if len(position) else np.zeros(3)
+    extent = float((position - corner).max(initial=0)) * (1 + 1e-6) or 1.0
+    levels = [np.zeros(len(position), np.int64)]
+    for level in range(LEVELS):
+        cube = np.minimum((position - corner) * (2**level / extent), 2**level - 1).astype(np.int64)
+        key = np.zeros(len(position), np.int64)
+        for column, base in ((cube, 2**level), (facing, 5)):
+            for axis in range(3):
+                key = key * base + column[:, axis]
+        numbers = np.unique(key, return_inverse=True)[1].reshape(-1)
+        if (int(numbers.max(initial=0)) + 1) * PER_REGION > paths:
+            break
+        levels.append(numbers)
+    return levels
+
+
+def find_correction(residuals: Residuals, levels: list[np.ndarray]) -> Correction:
+    """The correction that paths tell of, for receivers in regions (R,), coarse to fine."""
+    lack = residuals.lack.astype(float)
+    scale = irradiance_scale(residuals, levels)
+    relative = lack.mean(axis=1) / scale
+    parent = np.zeros((1, lack.shape[1]))  # what all regions are drawn toward first: nothing
+    outer = np.zeros(len(levels[0]), np.int64)
+    found, left = 0.0, np.zeros(1)
+    for region in levels:
+        count = int(region.max(initial=0)) + 1
+        inside = np.zeros(count, np.int64)
+        inside[region] = outer  # the region around each
+        mine = region[residuals.owner]
+        number = np.bincount(mine, minlength=count)
+        spread, error = _level(relative, mine, number, count, parent, inside, scale)
+        shrink = np.where(error < np.inf, spread / np.maximum(spread + error, 1e-300), 0.0)
+        sums = np.stack([np.bincount(mine, column, count) for column in lack.T], 1)
+        mean = sums / np.maximum(number, 1)[:, None]
+        base = parent[inside]
+        parent = base + np.where(number > 0, shrink, 0.0)[:, None] * (mean - base)
+        found, left = found + spread, left[inside] + spread * (1 - shrink) ** 2
+        outer = region
+    return Correction(outer, parent, left, float(np.sqrt(found)))
+
+
+def irradiance_scale(residuals: Residuals, levels: list[np.ndarray]) -> np.ndarray:
+    """(n,) what lacks of paths are relative to: the mean irradiance of the receiver's region, or a
+    quarter of that of all."""
+    level = residuals.irradiance.mean(axis=1, dtype=float)
+    region = levels[-1]
+    mine = region[residuals.owner]
+    number = np.bincount(mine, minlength=1)
+    mean = np.bincount(mine, level) / np.maximum(number, 1)
+    floor = DARKEST * level.mean() if len(level) else 0.0
+    return np.maximum(np.maximum(mean[mine], floor), 1e-300)
+
+
+def _level(relative, mine, number, count, parent, inside, scale):
+    """Mean squared distance of the true means of regions from those around them, and the squared
+    standard error (count,) of each measured mean; relative."""
+    mean = np.bincount(mine, relative, count) / np.maximum(number, 1)
+    around = parent.mean(axis=1)[inside[mine]] / scale
+    shift = np.bincount(mine, relative - around, count) / np.maximum(number, 1)
+    square = np.bincount(mine, (relative - mean[mine]) ** 2, count)
+    pooled = square.sum() / max(len(relative) - count, 1)
+    variance = (square + POOLED * pooled) / np.maximum(number + POOLED - 1, 1)
+    error = np.where(number > 0, variance / np.maximum(number, 1), np.inf)
+    some = number > 0
+    weight = number / max(number.sum(), 1)
+    spread = max(float((weight * (shift**2 - np.where(some, error, 0))).sum()), 0.0)
+    return spread, error
+
+
+def biased_elements(
+    residuals: Residuals, scale: np.ndarray, side: np.ndarray, position: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """Elements (k,) int worth dividing: through them comes most of a bias that noise does not
+    explain; and that bias, relative: the sum over their parts of its absolute value.
+
+    ``scale`` (n_paths,) is what lacks are relative to; ``side`` and ``position`` (n_visits, 3) are
+    the visits' element sides and where they are. Parts are octants around the mean of the visits
+    to a side.
+    """
+    if len(side) == 0:
+        return np.zeros(0, np.int64), 0.0
+    value = residuals.value.mean(axis=1, dtype=float) / scale[residuals.visit]
+    sides, mine = np.unique(side, return_inverse=True)
+    mine = mine.reshape(-1)
+    number = np.bincount(mine)
+    part = mine * 8
+    for axis in range(3):
+        middle = np.bincount(mine, position[:, axis]) / number
+        part += (position[:, axis] > middle[mine]).astype(np.int64) << axis
+    total = np.bincount(part, value, 8 * len(sides))
+    noise = np.sqrt(np.bincount(part, value * value, 8 * len(sides)))
+    excess = np.abs(total) * (np.abs(total) > SIGNIFICANT * noise)
+    bias = excess.reshape(-1, 8).sum(axis=1) / len(scale)
+    element, first = np.unique(sides // 2, return_inverse=True)
+    bias = np.bincount(first.reshape(-1), bias)
+    order = np.argsort(-bias, kind="stable")
+    reached = np.cumsum(bias[order])
+    most = int(np.searchsorted(reached, MOST_OF_BIAS * reached[-1])) + 1
+    return element[order[:most]][bias[order[:most]] > 0], float(bias.sum())

@@ -1,0 +1,181 @@
+"""Residual: what gathered light lacks, followed along paths.
+
+Rays look radiosities up in a table T that is constant on each element. The true reflected
+radiosity B = ρ (D + K (B + F)), with direct irradiance D and light F first-hand, differs from it by
+a solution of the same equation: B − T = r + ρ K (B − T), whose source is the residual
+r = ρ (D + K (T + F)) − T. So a path that starts where a gather ray ends, and adds up the residual
+at each place it comes to, times the reflectances on its way, brings the exact bias of that ray's
+light in the mean, whatever the elements (the dual-weighted residual of Becker and Rannacher 2001,
+"An optimal control approach to a posteriori error estimation in finite element methods").
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..direct.irradiance import direct_light
+from ..geometry.footprints import Footprints
+from ..lights.context import Context
+from ..sampling.points import Points, footprint_points, points_on
+from ..sampling.sobol import uniform
+from ..transport.radiosity import Radiosity
+from ..transport.rays import Met, find_lost, mean_of_rays, shoot_apart, sides_hit
+from ..transport.rows import Places, join_places
+from ..workers.parallel import map_chunks, ranges
+from .gather import first_hand, first_hand_table
+
+NEXT_RAYS = 16  # rays at each place of a path: they find K (T + F) there
+MAX_BOUNCES = 64  # places of a path; chance ends nearly all long before
+PATHS_PER_CHUNK = 4096
+STAGE = "transport"
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """n paths from receivers, and the k places that they came to.
+
+    ``visit`` (k,) is a place's path, ``value`` (k, channels) float32 what it added to the path.
+    """
+
+    owner: np.ndarray  # (n,) int: the receiver a path starts at
+    irradiance: np.ndarray  # (n, channels) float32: one sample of all light that is known there
+    lack: np.ndarray  # (n, channels) float32 irradiance: what the path adds up to
+    places: Places
+    visit: np.ndarray
+    value: np.ndarray
+
+
+@dataclass(frozen=True)
+class _Ends:
+    """Where k rays of paths ended: cell sides and barycentric places; ``weight`` (k, channels) of
+    the light that comes back along the path."""
+
+    path: np.ndarray
+    places: Places
+    weight: np.ndarray
+
+
+def follow_residual(
+    context: Context, footprints: Footprints, radiosity: Radiosity, paths: int, explicit: bool, *key
+) -> Residuals:
+    """``paths`` paths from receivers, as many from a receiver as its share of the area makes."""
+    level = (np.arange(paths) + uniform((paths,), *key, 1)) / paths * footprints.cumulative[-1]
+    ends = footprints.cumulative[footprints.start[1:]]
+    owners = np.minimum(np.searchsorted(ends, level, "right"), footprints.count - 1)
+    table = first_hand_table(context, radiosity)
+
+    def work(chunk: slice) -> Residuals:
+        return _follow(context, footprints, radiosity, table, owners[chunk], explicit,
+                       (*key, chunk.start))  # fmt: skip
+
+    chunks = ranges(paths, PATHS_PER_CHUNK)
+    return join_residuals(map_chunks(work, chunks, context.threads, context.tick(STAGE)))
+
+
+def join_residuals(parts: list[Residuals]) -> Residuals:
+    """All paths of all parts."""
+    first = np.cumsum([0, *(len(part.owner) for part in parts)])
+    arrays = {
+        name: np.concatenate([getattr(part, name) for part in parts])
+        for name in ("owner", "irradiance", "lack", "value")
+    }
+    visit = np.concatenate([part.visit + start for part, start in zip(parts, first)])
+    return Residuals(places=join_places([part.places for part in parts]), visit=visit, **arrays)
+
+
+def _follow(context, footprints, radiosity, table, owners, explicit: bool, key) -> Residuals:
+    """Paths from ``owners`` (n,)."""
+    count = len(owners)
+    points = footprint_points(footprints, owners, uniform((count, 3), *key, 2), 1, *key)
+    met, directions = shoot_apart(context, points, 1, *key, 3)
+    known, ends = _arrived(context, radiosity, table, met, directions, count)
+    if explicit:
+        known = known + _direct(context, points, (*key, 4))
+    lack = np.zeros((count, context.channels))
+    visits = []
+    # Where rays of the gather meet a side without a row, it gets one (``late_rows``).
+    blind = radiosity.unknown
+    for bounce in range(MAX_BOUNCES):
+        if len(ends.path) == 0:
+            break
+        value, ends_next = _step(context, radiosity, table, ends, blind, (*key, 5, bounce))
+        for channel in range(context.channels):
+            lack[:, channel] += np.bincount(ends.path, value[:, channel], count)
+        visits.append((ends.path, ends.places, value.astype(np.float32)))
+        ends, blind = ends_next, None
+    nothing = np.zeros(0, np.int64)
+    path, places, value = zip(
+        *visits or [(nothing, Places(*4 * (nothing,)), np.zeros((0, context.channels)))]
+    )
+    return Residuals(
+        owners, known.astype(np.float32), lack.astype(np.float32), join_places(list(places)),
+        np.concatenate(path), np.concatenate(value),
+    )
+
+
+def _arrived(context, radiosity, table, met: list[Met], directions, count: int):
+    """(R, channels) irradiance that rays (rays, R) bring by the table, and where the first of each
+    owner's rays ended, with all that it met on its way."""
+    arriving, ends, rays = 0.0, [], len(directions)
+    for part in met:
+        sides = sides_hit(radiosity.elements, part.hits)
+        if part.rays is None:
+            find_lost(sides, radiosity.elements, count)
+        light = np.take(radiosity.reflected, sides, axis=0)
+        direct = first_hand(context, table, sides, part, directions)
+        light = light if direct is None else light + direct
+        arriving = arriving + mean_of_rays(light, part, rays, count)
+        number = np.arange(len(sides)) if part.rays is None else part.rays
+        some = np.flatnonzero((number < count) & (sides < radiosity.elements.miss))
+        weight = 1.0 if part.weight is None else part.weight[some]
+        hits = part.hits
+        places = Places(sides[some], hits.triangle[some], hits.u[some], hits.v[some])
+        weight = np.broadcast_to(weight, (len(some), context.channels))
+        ends.append(_Ends(number[some] % count, places, weight))
+    return arriving, _Ends(
+        np.concatenate([end.path for end in ends]), join_places([end.places for end in ends]),
+        np.concatenate([end.weight for end in ends]),
+    )
+
+
+def _step(context, radiosity, table, ends: _Ends, blind, key):
+    """The weighted residual (k, channels) where paths are, and where they go on to. Where ``blind``
+    (2 n_cells + 2,) bool, None for nowhere, what the table lacks is filled in elsewhere."""
+    places = ends.places
+    front = (places.side & 1) == 0
+    turn = uniform((len(front), 3), *key, 1)
+    points = points_on(
+        context.geometry, places.triangle[None], places.u[None], places.v[None], front[None], turn
+    )
+    uv = np.stack([places.u, places.v], 1).astype(float)
+    reflectance = context.reflectance(places.triangle, uv, front)
+    met, directions = shoot_apart(context, points, NEXT_RAYS, *key, 2)
+    arriving, after = _arrived(context, radiosity, table, met, directions, len(front))
+    arriving = arriving + _direct(context, points, (*key, 3))
+    residual = reflectance * arriving - radiosity.reflected[places.side]
+    if blind is not None:
+        residual[blind[places.side]] = 0
+    back = after.weight * (ends.weight * reflectance)[after.path]
+    return ends.weight * residual, _surviving(
+        _Ends(ends.path[after.path], after.places, back), uniform((len(back),), *key, 4)
+    )
+
+
+def _surviving(ends: _Ends, xi: np.ndarray) -> _Ends:
+    """Russian roulette: those that go on, in proportion to their weight, at a weight of 1."""
+    chance = np.minimum(ends.weight.max(axis=1, initial=0), 1)
+    chosen = np.flatnonzero(xi < chance)
+    return _Ends(
+        ends.path[chosen], ends.places[chosen], ends.weight[chosen] / chance[chosen, None]
+    )
+
+
+def _direct(context: Context, points: Points, key) -> np.ndarray:
+    """(R, channels) irradiance from explicit lights at one point of each owner."""
+    count = points.shape[1]
+    light, _ = direct_light(
+        context, count, 1, lambda some, group: points.take(some), key, STAGE
+    )
+    return light
