@@ -28,7 +28,7 @@ def changed(change) -> float:
     room, before = blob_room()
     scene, order = change(room)
     after, before = radiosity(scene, 0.01, 1)[0][:, 0], before[order]
-    return float(np.sqrt(np.mean(((after - before) / np.maximum(before, before.mean())) ** 2)))
+    return float(np.sqrt(np.mean(((after - before) / np.maximum(before, before.mean() / 4)) ** 2)))
 
 
 def unchanged(scene: Scene):

@@ -30,6 +30,7 @@ def build_report(job: Job, result: Result, seconds: dict, peak_memory: int) -> d
         "residual": float(figures.residual),
         "target_error": float(job.settings.target_error),
         "estimated_error": float(figures.estimated_error),
+        "error_95": float(figures.error_95),
         "energy": {name: float(figures.energy.get(name, 0.0)) for name in ENERGY},
         "seconds": _seconds(figures.seconds, seconds),
         "peak_memory": int(peak_memory),
@@ -57,7 +58,8 @@ def summarise(report: dict, output: str) -> str:
             f"{_count(report['elements'], 'element')}, "
             f"{_count(report['receivers'], 'receiver')}, {_count(report['rays'], 'ray')}",
             f"Relative error: {_percent(report['estimated_error'])} estimated, "
-            f"{_percent(report['target_error'])} asked; energy {energy['emitted']:.4g} W emitted, "
+            f"{_percent(report['target_error'])} asked; "
+            f"95 % of the surface within {_percent(report['error_95'])}; energy {energy['emitted']:.4g} W emitted, "
             f"{energy['absorbed']:.4g} W absorbed, {energy['escaped']:.4g} W escaped",
             f"Time: {seconds['total']:.2f} s ({_stages(seconds)}); "
             f"memory {report['peak_memory'] / 2**20:.0f} MB",

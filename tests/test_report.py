@@ -16,7 +16,8 @@ from radiosity_addon.solver.solution import Statistics
 
 KEYS = [
     "version", "triangles", "elements", "receivers", "rays", "iterations", "residual",
-    "target_error", "estimated_error", "energy", "seconds", "peak_memory", "objects", "warnings",
+    "target_error", "estimated_error", "error_95", "energy", "seconds", "peak_memory", "objects",
+    "warnings",
 ]  # fmt: skip
 SECONDS = ["export", "elements", "transport", "solve", "gather", "write", "total"]
 
@@ -37,6 +38,7 @@ def report():
         residual=1e-9,
         target_error=0.03,
         estimated_error=0.021,
+        error_95=0.043,
         energy={"emitted": 10.0, "absorbed": 7.5, "escaped": 2.5},
         seconds={"elements": 0.1, "transport": 0.2, "solve": 0.3, "gather": 0.4, "embree": 0.5},
     )
@@ -55,6 +57,7 @@ def test_values(report):
     assert report["version"] == __version__
     assert (report["triangles"], report["elements"], report["receivers"]) == (36, 5300, 54000)
     assert (report["target_error"], report["estimated_error"]) == (0.03, 0.021)
+    assert report["error_95"] == 0.043
     assert report["seconds"]["gather"] == 0.4
     assert report["peak_memory"] == 512 << 20
     assert report["objects"] == [
@@ -72,7 +75,7 @@ def test_summary_is_five_lines(report):
     assert len(lines) == 5
     assert lines[0] == "Baked 1 object into room_baked.blend, 1 object left out"
     assert "1,234,567 rays" in lines[1]
-    assert "2.1 % estimated, 3 % asked" in lines[2]
+    assert "2.1 % estimated, 3 % asked; 95 % of the surface within 4.3 %" in lines[2]
     assert "1.25 s" in lines[3] and "512 MB" in lines[3]
     assert lines[4] == "Warnings: 3 (--report has all): first"
 

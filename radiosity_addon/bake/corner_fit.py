@@ -84,6 +84,14 @@ class CornerFit:
             )
         return colors[self.group] if self.per_loop else colors
 
+    def areas(self) -> np.ndarray:
+        """(n_loops,) or (n_vertices,) float64: the area that each colour stands for. A face gives a
+        third of each of its triangles to that one's corners; loops of one colour share alike."""
+        area = self.corners.T @ np.repeat(self.light.area / 3, 3)
+        if not self.per_loop:
+            return area
+        return (area / np.maximum(np.bincount(self.group, minlength=len(area)), 1))[self.group]
+
     def rough_colors(self, values: np.ndarray) -> np.ndarray:
         """The same for ``values`` (count, c) of any sign, without bounds and to a hundredth: linear
         in the light, for telling what becomes of its errors."""

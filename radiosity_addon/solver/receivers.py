@@ -6,6 +6,7 @@ parallelogram or a triangle lying flat in one scene triangle. Receivers are seen
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,18 @@ class Receivers:
     corners: np.ndarray  # (n_cells, 3, 2) float64: barycentric (u, v) of origin, +U, +V
     square: np.ndarray  # (n_cells,) bool: parallelogram origin + [0,1]U + [0,1]V, else triangle
     grid: np.ndarray | None = None  # (count, 3) int32: image, row, column of a texel; else None
+
+
+@dataclass(frozen=True)
+class Projection:
+    """Where the error is judged instead of at the receivers: at colours that are means of them.
+
+    ``apply`` maps values (count, c) at receivers to colours (m, c), linearly; ``area`` (m,), in
+    any unit, is what each colour counts by: that of the faces it is fitted to.
+    """
+
+    apply: Callable[[np.ndarray], np.ndarray]
+    area: np.ndarray
 
 
 def concatenate(parts: list[Receivers]) -> Receivers:

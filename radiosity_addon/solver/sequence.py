@@ -41,8 +41,8 @@ def solve(
 ) -> Solution:
     """Light at the receivers, to the relative error ``settings.target_error``.
 
-    ``project`` maps values at receivers (count, c) to where the error is judged (m, c), linearly,
-    for colours that are means over receivers; None judges the receivers themselves. ``progress``
+    ``project`` is a Projection to where the error is judged, for colours that are means over
+    receivers; None judges the receivers themselves. ``progress``
     may raise to stop. ``kept`` has solves to use again and takes those made. ``beside`` does the
     second half in another process (see ``half.Here`` for how it is spoken to); None does both here.
     The result is the same. Raises ValueError for a scene that cannot be solved.
@@ -83,6 +83,7 @@ def solve(
             residual=max(half.residual for half in solved),
             target_error=settings.target_error,
             estimated_error=verdict.error,
+            error_95=verdict.error_95,
             energy=energy,
             warnings=(*lost, *_warnings(context, verdict, settings, solved)),
             seconds={**clock.laps, "embree": context.embree_seconds + beside.embree_seconds},
@@ -119,7 +120,7 @@ def _judge(context: Context, footprints, receivers: Receivers, passes, project, 
 
 def _surface(context: Context, footprints: Footprints) -> Surface:
     """Reflectance and emission, averaged over each footprint: cell by cell, or at points where
-    they vary within a triangle."""
+    they vary within a triangle; and the footprints' area."""
     if context.varies:
         owners = np.arange(footprints.count)
         turn = np.zeros((len(owners), 3), np.float32)
@@ -132,7 +133,9 @@ def _surface(context: Context, footprints: Footprints) -> Surface:
         triangle, uv = footprints.triangle, np.zeros((len(footprints.triangle), 2))
         mean = footprints.mean_of_cells
     return Surface(
-        mean(context.reflectance(triangle, uv)), mean(context.emission(triangle, uv))
+        mean(context.reflectance(triangle, uv)),
+        mean(context.emission(triangle, uv)),
+        footprints.area,
     )
 
 

@@ -17,6 +17,7 @@ class Statistics:
     residual: float = 0.0
     target_error: float = 0.0
     estimated_error: float = 0.0
+    error_95: float = 0.0  # 95 % of the surface is off by that much at most, estimated
     energy: dict = field(default_factory=dict)  # emitted, absorbed, escaped [W]
     seconds: dict = field(default_factory=dict)  # elements, transport, solve, gather, embree
     warnings: tuple[str, ...] = ()

@@ -11,6 +11,7 @@ from ..bake.corner_fit import CornerFit, corner_fit
 from ..bake.dilate import extend_islands
 from ..bake.faces import receiver_areas
 from ..solver.progress import Progress, silent
+from ..solver.receivers import Projection
 from ..solver.solution import Solution, Statistics, compose
 from .job import Job, Result
 from .layout import Layout, lay_out
@@ -70,15 +71,17 @@ def _fits(job: Job, layout: Layout) -> list[CornerFit] | None:
     return fits
 
 
-def _where_judged(layout: Layout, fits: list[CornerFit]):
-    """Light at all receivers → the colours whose error counts; linear.
+def _where_judged(layout: Layout, fits: list[CornerFit]) -> Projection:
+    """From light at all receivers to the colours whose error counts.
 
     A vertex colour is a mean over many receivers, and its error less than theirs.
     """
     spans = [slice(*layout.spans[i : i + 2]) for i in range(len(fits))]
-    return lambda light: np.concatenate(
-        [fit.rough_colors(light[span]) for fit, span in zip(fits, spans)]
-    )
+
+    def apply(light: np.ndarray) -> np.ndarray:
+        return np.concatenate([fit.rough_colors(light[span]) for fit, span in zip(fits, spans)])
+
+    return Projection(apply, np.concatenate([fit.areas() for fit in fits]))
 
 
 def _image(job: Job, layout: Layout, index: int, light: np.ndarray) -> np.ndarray:

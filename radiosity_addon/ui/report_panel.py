@@ -73,6 +73,9 @@ def draw_error(layout, report: dict) -> None:
     column = layout.column(align=True)
     pair(column, "Target Error", words.percent(report["target_error"]))
     pair(column, "Estimated Error", words.percent(report["estimated_error"]))
+    if "error_95" in report:  # files that an earlier version baked have none
+        within = iface_("within {}").format(words.percent(report["error_95"]))
+        pair(column, "95 % of the Surface", within)
     energy = report["energy"]
     for name, label in ENERGY.items():
         pair(column, label, iface_("{:.4g} W").format(energy[name]))

@@ -75,7 +75,7 @@ def test_the_error_is_what_is_said(waves, deviation):
     said, true = [], []
     for seed in range(4):
         a, b = noisy_halves(light, deviation, seed)
-        surface = Surface(np.ones_like(a), np.zeros_like(a))
+        surface = Surface(np.ones_like(a), np.zeros_like(a), np.ones(len(a)))
         judge = ErrorEstimator(surface, [LATTICE], ("direct",), 1, None)
         part = judge._smoothed([LATTICE], a, b, np.ones_like(a))
         said.append(part.square.mean())

@@ -1,7 +1,7 @@
 """Judge: from two independent halves of the light to a result, its error, and what to add.
 
-The error is the local relative RMS error of docs/theory.md: each receiver is judged against its own
-brightness or the mean brightness, whichever is larger.
+The error is the local relative RMS error of ``relative_error``, over the surface: a receiver counts
+by the area of its footprint, a colour by that of the faces it is fitted to.
 """
 
 from __future__ import annotations
@@ -16,8 +16,10 @@ import numpy as np
 from ..filtering.smooth import dilate, smooth, smooth_map, widest
 from ..gather.lighting import Lighting
 from ..geometry.vectors import row_squares
+from ..receivers import Projection
 from ..sampling.sobol import uniform
 from ..workers.parallel import map_chunks
+from .relative_error import area_shares, bound_of_most, level_of, mean_over
 
 # Smoothing that trades bias for noise as well as it can leaves a squared bias of half the squared
 # noise (h² against 1/h in two dimensions), and halves that come out more alike than they are, as
@@ -25,34 +27,53 @@ from ..workers.parallel import map_chunks
 # half times what it does (docs/theory.md).
 BALANCE = 1.5
 LEAST = 1e-20  # of the brightest emission: a typical irradiance is taken to be that much at least
+LEFT_ALONE = 0.3  # of the squared error that is allowed: receivers with less on average get nothing
 DIRECT_SHARE = 0.4  # of the squared error that is allowed; the rest is for gathered light
 
 
 @dataclass(frozen=True)
 class Surface:
-    """At receivers, (count, channels): reflectance, and emission as radiance."""
+    """At receivers, (count, channels): reflectance, and emission as radiance; and the footprints'
+    area (count,), in any unit."""
 
     reflectance: np.ndarray
     emission: np.ndarray
+    area: np.ndarray
+
+    @cached_property
+    def share(self) -> np.ndarray:
+        """(count,) float64 of the surface; they add up to 1."""
+        return area_shares(self.area)
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """Irradiances (count, channels) in ``unit``, the estimated relative error, and its square at
-    each receiver; float32."""
+    """Irradiances (count, channels) in ``unit``, float32; the estimated relative error, the bound
+    within which 95 % of the surface is; and the squared error expected at each receiver."""
 
     unit: float
     direct: np.ndarray
     indirect: np.ndarray
     error: float
-    direct_square: np.ndarray  # (count,)
+    error_95: float
+    share: np.ndarray  # (count,) float64 of the surface; they add up to 1
+    direct_square: np.ndarray  # (count,) relative, mean over channels
     gather_square: np.ndarray  # (count,)
     apart: np.ndarray  # (count, channels) relative: half the halves' difference, as gathered
+
+    @property
+    def square(self) -> np.ndarray:
+        """(count,) the squared relative error expected at each receiver, mean over channels; its
+        mean by ``share`` is ``error`` squared, but for colours fitted to the receivers."""
+        return self.direct_square + self.gather_square
 
     def squares(self) -> tuple[float, float]:
         """The parts of the squared error that direct and gathered light have, as they count where
         colours end."""
-        direct, gather = (max(_mean(part), 0.0) for part in (self.direct_square, self.gather_square))
+        direct, gather = (
+            max(mean_over(self.share, part), 0.0)
+            for part in (self.direct_square, self.gather_square)
+        )
         total = direct + gather
         share = self.error**2 / total if total > 0 else 1.0
         return share * direct, share * gather
@@ -60,8 +81,12 @@ class Estimate:
 
 @dataclass(frozen=True)
 class _Part:
+    """Smoothed halves (count, k · channels) of k kinds of light, and of the error of their mean and
+    sum: a sample (count, channels), and its square (count,), mean over channels."""
+
     a: np.ndarray
     b: np.ndarray
+    sample: np.ndarray
     square: np.ndarray
 
 
@@ -74,7 +99,7 @@ class ErrorEstimator:
     passes: tuple[str, ...]
     threads: int
     sees: Callable  # (k,) bool of receivers (k,), (k,): whether one sees all of the other
-    project: object = None
+    project: Projection | None = None
 
     def weigh(self, halves: list[Lighting]) -> Estimate:
         """Combine the halves."""
@@ -85,7 +110,8 @@ class ErrorEstimator:
         channels = direct_a.shape[1]
         direct, indirect = direct_a + direct_b + first_a + first_b, bounced_a + bounced_b
         rough = self._radiance(direct / 2, indirect / 2, unit)
-        weight = self._gain / _level(rough)  # from irradiance to relative error
+        level = level_of(rough, self.surface.share)
+        weight = self._gain / level  # from irradiance to relative error
         lit, bounced = (weight * np.float32(name in self.passes) for name in ("direct", "indirect"))
         lattices = self._neighbors(direct, indirect)
         gathered = [np.hstack(half) for half in ((first_a, bounced_a), (first_b, bounced_b))]
@@ -100,23 +126,41 @@ class ErrorEstimator:
             for shadow, half in ((shadows.a, gathered.a), (shadows.b, gathered.b))
         ]
         (one_direct, one_indirect), (two_direct, two_indirect) = light
+        # Noise of the light before smoothing is none of the brightness it is judged against.
+        smooth_light = self._radiance(*(sum(part) / 2 for part in zip(*light)), unit)
+        level /= level_of(smooth_light, self.surface.share)
+        shadow_square, gather_square = map_chunks(
+            lambda part: self._pooled(lattices, part.square * level[:, 0] ** 2),
+            [shadows, gathered],
+            self.threads,
+            lambda fraction: None,
+        )
         if self.project is None:
-            square = _mean(gathered.square) + _mean(shadows.square)
+            share = self.surface.share
+            square = mean_over(share, shadow_square) + mean_over(share, gather_square)
+            sample = level * (shadows.sample + gathered.sample)
         else:
-            square = self._projected([self._radiance(*half, unit) for half in light])
+            share, sample = self._projected([self._radiance(*half, unit) for half in light])
+            square = mean_over(share, sample**2)
         return Estimate(
             unit=unit,
             direct=(one_direct + two_direct) / 2,
             indirect=(one_indirect + two_indirect) / 2,
             error=float(np.sqrt(max(square, 0.0))),
-            direct_square=shadows.square,
-            gather_square=gathered.square,
+            error_95=bound_of_most(share, sample),
+            share=self.surface.share,
+            direct_square=shadow_square,
+            gather_square=gather_square,
             apart=bounced * (bounced_a - bounced_b) / 2,
         )
 
     def mark(self, verdict: Estimate, goal: float) -> tuple:
         """Receivers to add to, and by what factor the squared error must fall, for direct and for
-        gathered light: ((owners, factor), (owners, factor))."""
+        gathered light: ((owners, factor), (owners, factor)).
+
+        A receiver has its area times its squared error of the whole. Those that are left alone
+        have less than a third of what is allowed, all together.
+        """
         result = []
         for local, square, share, spread in zip(
             (verdict.direct_square, verdict.gather_square),
@@ -129,7 +173,8 @@ class ErrorEstimator:
             if excess <= 1:
                 result.append((np.zeros(0, int), 1.0))
                 continue
-            chosen = local > 0.3 * _mean(local) / excess
+            part = verdict.share * local
+            chosen = part > LEFT_ALONE * part.mean() / excess
             result.append((np.flatnonzero(spread(chosen)), excess))
         return tuple(result)
 
@@ -152,28 +197,40 @@ class ErrorEstimator:
         apart = verdict.apart
         heads = uniform(apart.shape[:1], len(apart)) < 0.5
         signs = np.where(heads, np.float32(-1), np.float32(1))[:, None]
-        shared = _mean(widest(self.lattices, apart) ** 2)
-        own = _mean(widest(self.lattices, signs * apart) ** 2)
+        shared = mean_over(verdict.share, widest(self.lattices, apart) ** 2)
+        own = mean_over(verdict.share, widest(self.lattices, signs * apart) ** 2)
         return float(np.sqrt(max(shared - 2 * own, 0.0)))
 
     def _smoothed(self, lattices, a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> _Part:
-        """Halves (count, k · channels) of k parts smoothed alike, and the mean's squared relative
-        error (count,) of the parts' sum.
+        """Halves (count, k · channels) of k parts smoothed alike, and the relative error of the
+        mean of the parts' sum. ``weight`` (count, k · channels): from light to relative error.
 
-        Two halves of one receiver may agree by chance, so its error is taken from those around
-        it too.
+        What the halves' difference does not show is taken to be spread over the surface as what it
+        does.
         """
         smoothed = smooth(lattices, a, b, weight, self.threads)
         apart = weight * (smoothed.a - smoothed.b) / 2
         bias = smoothed.square - 2 * row_squares(apart)  # error less noise
-        channels = self.surface.reflectance.shape[1]
-        parts = (apart[:, k : k + channels] for k in range(0, apart.shape[1], channels))
-        noise = row_squares(sum(parts))  # parts share rays
+        share, channels = self.surface.share, self.surface.reflectance.shape[1]
+        sample = sum(apart[:, k : k + channels] for k in range(0, apart.shape[1], channels))
+        noise = row_squares(sample)  # parts share rays
         least = BALANCE * noise * smoothed.touched
-        if _mean(bias) < _mean(least):
+        if mean_over(share, bias) < mean_over(share, least):
             bias = least
-        square = smooth_map(lattices, (noise + bias) / channels)
-        return _Part(smoothed.a, smoothed.b, square)
+        square = (noise + bias) / channels
+        shown, whole = mean_over(share, noise) / channels, mean_over(share, square)
+        sample *= np.float32(np.sqrt(whole / shown) if shown > 0 else 1.0)
+        return _Part(smoothed.a, smoothed.b, sample, square)
+
+    def _pooled(self, lattices, square: np.ndarray) -> np.ndarray:
+        """(count,) squared errors averaged with those around, by area, as two halves of one
+        receiver may agree by chance; their mean over the surface stays."""
+        share = self.surface.share
+        area = (share * len(share)).astype(np.float32)
+        around = smooth_map(lattices, area)
+        pooled = smooth_map(lattices, area * square) / np.where(around > 0, around, 1)
+        found, mean = mean_over(share, pooled), mean_over(share, square)
+        return pooled * (mean / found) if found > 0 and mean > 0 else square
 
     @cached_property
     def _gain(self) -> np.ndarray:
@@ -197,22 +254,10 @@ class ErrorEstimator:
         least = LEAST * float(self.surface.emission.max(initial=0))
         return max(irradiance, least) or 1.0
 
-    def _projected(self, halves: list[np.ndarray]) -> float:
-        """Mean squared relative error of the halves' mean, where colours end."""
+    def _projected(self, halves: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """Where colours end: shares (m,) of the surface, and a sample (m, channels) of the relative
+        error of the halves' mean."""
         a, b = (half.astype(float) for half in halves)
-        level = _level(self.project((a + b) / 2))
-        return _mean((self.project(a - b) / (2 * level)) ** 2)
-
-
-def _level(radiance: np.ndarray) -> np.ndarray:
-    """(n, 1) what errors of radiances (n, c) are judged against, above 0: a receiver's own mean
-    brightness or that of all, whichever is larger."""
-    channels = radiance.shape[1]
-    level = radiance @ np.full((channels, 1), 1 / channels, radiance.dtype)
-    level = np.maximum(level, level.dtype.type(_mean(level)))
-    return np.where(level > 0, level, level.dtype.type(1))
-
-
-def _mean(values: np.ndarray) -> float:
-    """The mean of values of any precision, in float64."""
-    return float(values.mean(dtype=float))
+        share = area_shares(self.project.area)
+        level = level_of(self.project.apply((a + b) / 2), share)
+        return share, self.project.apply(a - b) / (2 * level)
