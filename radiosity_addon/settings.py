@@ -35,7 +35,7 @@ class Settings:
 
     @property
     def target_error(self) -> float:
-        """The relative error asked for, local relative RMS (docs/theory.md)."""
+        """The relative error asked for, local and over the surface (docs/theory.md)."""
         return QUALITY_ERROR[self.quality] if self.error is None else self.error
 
     def check(self) -> None:
