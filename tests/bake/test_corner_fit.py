@@ -178,6 +178,30 @@ def test_subdivided_surface_keeps_linear_light():
     assert colors == pytest.approx(linear(corners), abs=1e-6)
 
 
+def test_area_of_colors_of_one_quad():
+    """A unit square of two triangles, 1/2 each, which meet at loops 0 and 2: these have a third of
+    both, 1/3, and the others a third of one, 1/6. A receiver that is left out, with weight 0, takes
+    its area with it: without the second triangle loops 0, 1, 2 have 1/6 each and loop 3 nothing."""
+    plane = Plane(1, smooth=False)
+    whole = corner_fit(plane.target, plane.receivers, plane.area)
+    assert whole.areas() == pytest.approx([1 / 3, 1 / 6, 1 / 3, 1 / 6])
+    seen = np.where(plane.receivers.triangle == 0, plane.area, 0.0)
+    half = corner_fit(plane.target, plane.receivers, seen)
+    assert half.areas() == pytest.approx([1 / 6, 1 / 6, 1 / 6, 0])
+
+
+@pytest.mark.parametrize("domain", ["corner", "point"])
+def test_areas_of_colors_are_shared_by_their_loops(domain):
+    """2 × 2 quads, 1/4 each, smooth: the middle vertex is met by 6 triangles of 1/8 (its quads' cuts
+    run from the low corner to the high one), so it has 6/24 = 1/4 of the unit square, as four loops
+    of 1/16 each; all together have 1."""
+    plane = Plane(2, smooth=True)
+    area = corner_fit(plane.target, plane.receivers, plane.area, domain).areas()
+    assert area.sum() == pytest.approx(1)
+    middle = plane.loops == 4 if domain == "corner" else [4]
+    assert area[middle] == pytest.approx(1 / 16 if domain == "corner" else 1 / 4)
+
+
 def test_sizes_from_microns_to_kilometres_in_one_object():
     """Areas that differ by 1e12 in one system: each face still gets its own light exactly."""
     plane = Plane(2, smooth=False)

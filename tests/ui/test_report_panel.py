@@ -9,6 +9,7 @@ import pytest
 REPORT = {
     "version": "0.1.0", "triangles": 10, "elements": 20, "receivers": 1000, "rays": 40,
     "iterations": 5, "residual": 1e-5, "target_error": 0.03, "estimated_error": 0.02,
+    "error_95": 0.041,
     "energy": {"emitted": 1.0, "absorbed": 0.9, "escaped": 0.1},
     "seconds": {"export": 0.1, "elements": 0.1, "transport": 0.1, "solve": 0.1, "gather": 0.5,
                 "write": 0.1, "total": 1.0},
@@ -161,6 +162,35 @@ def test_report_of_a_deleted_scene_goes_nowhere(file):
 
     store_report("No such scene", REPORT)
     assert not file.context.scene.radiosity.report
+
+
+class Drawn:
+    """Takes the place of a layout and keeps the texts of its labels."""
+
+    def __init__(self):
+        self.texts = []
+
+    def column(self, **_):
+        return self
+
+    row = split = column
+
+    def label(self, text="", **_):
+        self.texts.append(text)
+
+
+def test_the_error_of_most_of_the_surface_is_shown(blender):
+    """Where it is known: a report that an earlier version left in the file has none."""
+    from radiosity_addon.ui.report_panel import draw_error
+
+    new, old = Drawn(), Drawn()
+    draw_error(new, REPORT)
+    draw_error(old, {key: value for key, value in REPORT.items() if key != "error_95"})
+    place = new.texts.index("95 % of the Surface")
+    assert new.texts[place - 2 : place + 2] == [
+        "Estimated Error", "2 %", "95 % of the Surface", "within 4.1 %",
+    ]  # fmt: skip
+    assert old.texts == new.texts[:place] + new.texts[place + 2 :]
 
 
 def test_copied_text_is_the_whole_report():
