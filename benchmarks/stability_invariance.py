@@ -28,7 +28,9 @@ def changed(change) -> float:
     room, before = blob_room()
     scene, order = change(room)
     after, before = radiosity(scene, 0.01, 1)[0][:, 0], before[order]
-    return float(np.sqrt(np.mean(((after - before) / np.maximum(before, before.mean() / 4)) ** 2)))
+    area = meshes.areas(scene.vertices, scene.triangles)
+    level = np.maximum(before, np.average(before, weights=area) / 4)
+    return float(np.sqrt(np.average(((after - before) / level) ** 2, weights=area)))
 
 
 def unchanged(scene: Scene):

@@ -62,7 +62,7 @@ def solve(scene, passes=ALL, divisions=8, error=0.03):
 
 
 def apart(one: np.ndarray, two: np.ndarray) -> float:
-    """Relative error of one from two, as the project measures it, over receivers of one size."""
+    """Relative error of one from two, as the project measures it, but that each receiver counts alike."""
     level = np.maximum(two.mean(axis=1), two.mean() / 4)[:, None]
     level = np.where(level > 0, level, 1)
     return float(np.sqrt((((one - two) / level) ** 2).mean()))

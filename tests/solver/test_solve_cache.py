@@ -19,7 +19,7 @@ from radiosity_addon.solver.adaptive.solve_cache import SOLUTION, TRANSPORT, Sol
 from radiosity_addon.solver.scene import Material, PointLamp, Sky
 from radiosity_addon.solver.sequence import solve
 from radiosity_addon.solver.solution import compose
-from tests.solver.meshes import box_polygons, grid, triangle_receivers
+from tests.solver.meshes import areas, box_polygons, grid, triangle_receivers
 from tests.solver.meshes import scene as make_scene
 
 ASKED = 0.05
@@ -45,11 +45,15 @@ def bake(scene, kept=None, divisions=2, settings=SETTINGS):
 
 
 def relative_error(found, truth) -> float:
-    """The project's measure, receivers being of one size: each against itself or a quarter of the
-    mean, whichever is brighter."""
+    """The project's measure, over the room's surface: each place against itself or a quarter of
+    the mean, whichever is brighter."""
     x, t = compose(found, ALL), compose(truth, ALL)
+    scene = room()
+    area = areas(scene.vertices, scene.triangles)
+    area = np.repeat(area, len(t) // len(area))
     mean = t.mean(axis=1)
-    return float(np.sqrt(np.mean(((x - t) / np.maximum(mean, mean.mean() / 4)[:, None]) ** 2)))
+    level = np.maximum(mean, np.average(mean, weights=area) / 4)[:, None]
+    return float(np.sqrt(np.average(((x - t) ** 2 / level**2).mean(axis=1), weights=area)))
 
 
 @pytest.fixture
