@@ -35,7 +35,7 @@ WORKS = {  # (file, function) that do it, Embree and all
         ("gather.py", "_own_directions"),
     ],
     "smoothing and judging, and who is whose neighbour": [
-        ("judge.py", "weigh"), ("judge.py", "common"), ("judge.py", "mark"),
+        ("error_estimator.py", "weigh"), ("error_estimator.py", "common"), ("error_estimator.py", "mark"),
         ("sequence.py", "_judge"),
     ],
     "texels and footprints": [("layout.py", "lay_out"), ("footprints.py", "build_footprints")],
