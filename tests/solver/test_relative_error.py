@@ -9,7 +9,7 @@ from radiosity_addon.solver.adaptive.error_estimator import ErrorEstimator, Esti
 from radiosity_addon.solver.adaptive.relative_error import (
     area_shares, bound_of_most, level_of, mean_over,
 )  # fmt: skip
-from radiosity_addon.solver.gather.lighting import Lighting
+from radiosity_addon.solver.gather.lighting import Lighting, no_light
 from radiosity_addon.solver.receivers import Projection
 
 
@@ -18,8 +18,10 @@ def estimate(radiance: np.ndarray, apart: np.ndarray, area, project=None) -> Est
     ``radiance`` ± ``apart`` (n, c): their mean is taken to be off by as much."""
 
     def half(sign: float) -> Lighting:
-        one, none = np.ones((len(radiance), 1)), np.zeros(radiance.shape)
-        return Lighting(np.pi * (radiance + sign * apart), one, none.copy(), none.copy(), one)
+        light = no_light(*radiance.shape)
+        light.direct[:] = np.pi * (radiance + sign * apart)
+        light.points[:] = 1
+        return light
 
     surface = Surface(np.ones(radiance.shape), np.zeros(radiance.shape), np.asarray(area, float))
     judge = ErrorEstimator(surface, [], ("direct", "color"), 1, None, project)

@@ -108,7 +108,7 @@ def test_one_channel_gives_what_three_give_in_less_time(monkeypatch):
         )
         narrow = [
             Lighting(half.direct[:, :1], half.points, half.bounced[:, :1], half.first[:, :1],
-                     half.rays)
+                     half.rays, half.correction[:, :1])
             for half in halves
         ]  # fmt: skip
         for _ in range(TRIES):
