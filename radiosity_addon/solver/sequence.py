@@ -65,7 +65,7 @@ def solve(
     clock.lap("elements")
     deadline = None if settings.time_limit is None else clock.start + settings.time_limit
     needs = requirements_of(context, settings.passes)
-    first = Replicate(0, context, footprints, needs, settings.target_error)
+    first = Replicate(0, context, receivers, footprints, needs, settings.target_error)
     beside, lost = _opened(beside, first)
     rounds = Rounds(first, beside, judge, deadline, clock, kept)
     verdict, solved = rounds.run(plan)

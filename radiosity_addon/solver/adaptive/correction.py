@@ -17,7 +17,7 @@ from ..gather.residual import Residuals
 from ..geometry.footprints import Footprints
 
 LEVELS = 6  # of regions, each half as wide as the one around it
-PER_REGION = 16  # paths: a level whose regions have fewer in the mean is not looked at
+PER_REGION = 64  # paths: a level whose regions have fewer in the mean is not looked at
 POOLED = 8  # paths by which all regions' variance counts beside a region's own
 DARKEST = 0.25  # of the mean irradiance: darker places are judged against that
 SIGNIFICANT = 2.5  # standard errors: a part's bias below is taken for noise
@@ -119,12 +119,15 @@ def _level(relative, mine, number, count, parent, inside, scale):
     shift = np.bincount(mine, relative - around, count) / np.maximum(number, 1)
     square = np.bincount(mine, (relative - mean[mine]) ** 2, count)
     pooled = square.sum() / max(len(relative) - count, 1)
-    variance = (square + POOLED * pooled) / np.maximum(number + POOLED - 1, 1)
-    error = np.where(number > 0, variance / np.maximum(number, 1), np.inf)
     some = number > 0
     weight = number / max(number.sum(), 1)
-    spread = max(float((weight * (shift**2 - np.where(some, error, 0))).sum()), 0.0)
-    return spread, error
+    # One variance for all regions: rare paths bring most of it, and few regions have met one.
+    surplus = weight @ (shift**2 - np.where(some, pooled / np.maximum(number, 1), 0))
+    chance = np.sqrt(2 * some.sum()) * pooled / max(number.sum(), 1)  # its standard error
+    spread = surplus - chance**2 / surplus if surplus > chance else 0.0
+    variance = (square + POOLED * pooled) / np.maximum(number + POOLED - 1, 1)
+    error = np.where(some, variance / np.maximum(number, 1), np.inf)
+    return float(spread), error
 
 
 def biased_elements(

@@ -27,7 +27,7 @@ from .relative_error import area_shares, bound_of_most, level_of, mean_over
 # half times what it does (docs/theory.md).
 BALANCE = 1.5
 LEAST = 1e-20  # of the brightest emission: a typical irradiance is taken to be that much at least
-LEFT_ALONE = 0.3  # of the squared error that is allowed: receivers with less on average get nothing
+LEAST_MORE = 1.25  # times the samples of a receiver: it gets none if fewer would do
 DIRECT_SHARE = 0.4  # of the squared error that is allowed; the rest is for gathered light
 
 
@@ -55,11 +55,13 @@ class Estimate:
     direct: np.ndarray
     indirect: np.ndarray
     error: float
+    sampled: float  # the part of it that samples of light have; the rest is known and not corrected
     error_95: float
     share: np.ndarray  # (count,) float64 of the surface; they add up to 1
     direct_square: np.ndarray  # (count,) relative, mean over channels
     gather_square: np.ndarray  # (count,)
     apart: np.ndarray  # (count, channels) relative: half the halves' difference, as gathered
+    halves: tuple  # of irradiances (count, channels) in ``unit``, smoothed: all light of each
 
     @property
     def square(self) -> np.ndarray:
@@ -75,7 +77,7 @@ class Estimate:
             for part in (self.direct_square, self.gather_square)
         )
         total = direct + gather
-        share = self.error**2 / total if total > 0 else 1.0
+        share = self.sampled**2 / total if total > 0 else 1.0
         return share * direct, share * gather
 
 
@@ -101,8 +103,9 @@ class ErrorEstimator:
     sees: Callable  # (k,) bool of receivers (k,), (k,): whether one sees all of the other
     project: Projection | None = None
 
-    def weigh(self, halves: list[Lighting]) -> Estimate:
-        """Combine the halves."""
+    def weigh(self, halves: list[Lighting], left: list[np.ndarray | None]) -> Estimate:
+        """Combine the halves. ``left`` are the squared relative biases (count,) that each half
+        knows of and could not correct; None: of none."""
         unit = self._typical(halves)
         (direct_a, bounced_a, first_a), (direct_b, bounced_b, first_b) = (
             half.means(unit) for half in halves
@@ -142,41 +145,60 @@ class ErrorEstimator:
         else:
             share, sample = self._projected([self._radiance(*half, unit) for half in light])
             square = mean_over(share, sample**2)
+        lacking = sum(mean_over(self.surface.share, each) for each in left if each is not None)
+        sampled, square = square, square + lacking / len(left)
         return Estimate(
             unit=unit,
             direct=(one_direct + two_direct) / 2,
             indirect=(one_indirect + two_indirect) / 2,
             error=float(np.sqrt(max(square, 0.0))),
+            sampled=float(np.sqrt(max(sampled, 0.0))),
             error_95=bound_of_most(share, sample),
             share=self.surface.share,
             direct_square=shadow_square,
             gather_square=gather_square,
             apart=bounced * (bounced_a - bounced_b) / 2,
+            halves=(one_direct + one_indirect, two_direct + two_indirect),
         )
 
-    def mark(self, verdict: Estimate, goal: float) -> tuple:
-        """Receivers to add to, and by what factor the squared error must fall, for direct and for
-        gathered light: ((owners, factor), (owners, factor)).
+    def reflected(self, estimate: Estimate) -> list[np.ndarray]:
+        """(count, channels) float32 radiosity that receivers reflect, by each half's light."""
+        color = self.surface.reflectance.astype(np.float32)
+        return [
+            np.maximum(half, 0) * color * np.float32(estimate.unit) for half in estimate.halves
+        ]
 
-        A receiver has its area times its squared error of the whole. Those that are left alone
-        have less than a third of what is allowed, all together.
+    def lacking(self, estimate: Estimate, goal: float, light: Lighting):
+        """How many points and rays receivers lack for a relative error ``goal``: (count,) float64
+        each.
+
+        With variances v and areas A, the error A v / n summed over receivers is least for a number
+        of rays when n is in proportion to sqrt(A v).
         """
-        result = []
-        for local, square, share, spread in zip(
-            (verdict.direct_square, verdict.gather_square),
-            verdict.squares(),
-            (DIRECT_SHARE, 1 - DIRECT_SHARE),
-            # Shadow rays that agree may have missed what shows next to them.
-            (lambda chosen: dilate(self.lattices, chosen), lambda chosen: chosen),
-        ):
-            excess = square / (share * goal**2)
-            if excess <= 1:
-                result.append((np.zeros(0, int), 1.0))
-                continue
-            part = verdict.share * local
-            chosen = part > LEFT_ALONE * part.mean() / excess
-            result.append((np.flatnonzero(spread(chosen)), excess))
-        return tuple(result)
+        points, rays = (
+            self._more(local, square / (share * goal**2), number[:, 0], estimate.share)
+            for local, square, share, number in zip(
+                (estimate.direct_square, estimate.gather_square),
+                estimate.squares(),
+                (DIRECT_SHARE, 1 - DIRECT_SHARE),
+                (light.points, light.rays),
+            )
+        )
+        # Shadow rays that agree may have missed what shows next to them.
+        beside = dilate(self.lattices, points > 0) & (points == 0)
+        points[beside] = light.points[beside, 0]
+        return points, rays
+
+    @staticmethod
+    def _more(local, excess: float, number, share) -> np.ndarray:
+        """(count,) samples to add to ``number`` (count,), where the squared error (count,) is
+        ``excess`` times what it may be."""
+        if excess <= 1:
+            return np.zeros(len(number))
+        part = np.maximum(share * local, 0).astype(float)
+        root = np.sqrt(part * number)
+        best = root * (root.sum() * excess / part.sum())
+        return np.where(best > LEAST_MORE * number, best - number, 0.0)
 
     def _neighbors(self, *light: np.ndarray) -> list:
         """Who is whose neighbour, given all light (count, c) so far: what is dark, as a sealed room
@@ -188,17 +210,17 @@ class ErrorEstimator:
             return self.lattices
         return [lattice.parted(dark, self.sees) for lattice in self.lattices]
 
-    def common(self, verdict: Estimate) -> float:
+    def common(self, estimate: Estimate) -> float:
         """Relative error that wide neighbourhoods share: that of the elements.
 
         Averaged widely, the halves' differences have lost nearly all of each receiver's own noise.
         What it leaves is measured by giving every difference a sign at random, and taken off.
         """
-        apart = verdict.apart
+        apart = estimate.apart
         heads = uniform(apart.shape[:1], len(apart)) < 0.5
         signs = np.where(heads, np.float32(-1), np.float32(1))[:, None]
-        shared = mean_over(verdict.share, widest(self.lattices, apart) ** 2)
-        own = mean_over(verdict.share, widest(self.lattices, signs * apart) ** 2)
+        shared = mean_over(estimate.share, widest(self.lattices, apart) ** 2)
+        own = mean_over(estimate.share, widest(self.lattices, signs * apart) ** 2)
         return float(np.sqrt(max(shared - 2 * own, 0.0)))
 
     def _smoothed(self, lattices, a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> _Part:

@@ -17,8 +17,10 @@ from ..gather.residual import Residuals, follow_residual, join_residuals
 from ..geometry.footprints import Footprints, build_footprints
 from ..lights.context import Context, build_context
 from ..progress import silent
+from ..receivers import Receivers
 from ..sampling.guide import Guide, Learning, clusters_of, start_learning
 from ..transport.radiosity import Radiosity, divided, solve_radiosity, without_reflection
+from ..transport.receiver_map import build_receiver_map
 from .correction import (
     Correction,
     biased_elements,
@@ -66,6 +68,7 @@ class Replicate:
 
     number: int  # 0 or 1
     context: Context
+    receivers: Receivers
     footprints: Footprints
     needs: Requirements
     error: float  # relative, that the bake is for
@@ -139,6 +142,12 @@ class Replicate:
             self._correct()
         return self._solved()
 
+    def look_at_receivers(self, light: np.ndarray) -> SolveFigures:
+        """From now on gather ``light`` (count, channels), as exitance, where rays end on receivers.
+        It is finer than the elements' and has shadows in it."""
+        known = build_receiver_map(self.receivers, len(self.context.scene.triangles))
+        return self.take(self.radiosity.with_receivers(known, light))
+
     def audit(self, factor: float) -> None:
         """Follow ``factor`` times as many paths as so far."""
         paths = len(self.residuals.owner)
@@ -157,17 +166,25 @@ class Replicate:
         return self.radiosity
 
     def add(self, direct, gathered, step: int, guide: Guide | None, learn: bool) -> RoundResult:
-        """Add light of the round ``step``: (owners, points of each) of explicit light, and (owners,
-        rays of each), aimed by ``guide``."""
+        """Add light of the round ``step``: [(owners, points of each)] of explicit light, and
+        [(owners, rays of each)], aimed by ``guide``."""
         self.lessons = []
         if self.needs.explicit:
-            add_direct(self.context, self.footprints, self.light, *direct, step, self.number)
+            for part in direct:
+                add_direct(self.context, self.footprints, self.light, *part, step, self.number)
         if self.needs.rays:
-            self.radiosity, self.lessons = add_gathered(
-                self.context, self.footprints, self.light, self.radiosity, *gathered, step,
-                self.number, guide=guide, learns=learn,
-            )
+            for part in gathered:
+                self.radiosity, lessons = add_gathered(
+                    self.context, self.footprints, self.light, self.radiosity, *part, step,
+                    self.number, part[1], guide=guide, learns=learn,
+                )
+                self.lessons += lessons
         return self.now()
+
+    @property
+    def paths(self) -> int:
+        """Along the residual so far."""
+        return 0 if self.residuals is None else len(self.residuals.owner)
 
     def now(self) -> RoundResult:
         """All light so far, with what corrects its bias."""
@@ -197,7 +214,7 @@ def build_replicate(scene, receivers, settings, threads: int) -> Replicate:
     needs = requirements_of(context, settings.passes)
     if needs.reflected:
         context.crossings  # found now: the first half counts the rays for both
-    return Replicate(1, context, footprints, needs, settings.target_error)
+    return Replicate(1, context, receivers, footprints, needs, settings.target_error)
 
 
 class ReplicateLost(RuntimeError):

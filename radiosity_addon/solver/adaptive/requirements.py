@@ -19,6 +19,11 @@ class Requirements:
     reflected: bool
 
     @property
+    def everything(self) -> bool:
+        """Whether receivers' light is found as a whole, so that it can be reflected."""
+        return self.explicit and self.reflected
+
+    @property
     def rays(self) -> bool:
         """Whether receivers need any."""
         return self.first or self.reflected

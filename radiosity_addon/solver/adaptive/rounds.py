@@ -15,7 +15,7 @@ from ..gather.lighting import Lighting
 from ..sampling.guide import Guide, joined, make_guide
 from .error_estimator import DIRECT_SHARE, ErrorEstimator, Estimate
 from .plan import Plan, round_up
-from .replicate import LocalReplicate, Replicate, SolveFigures
+from .replicate import MOST_PATHS, LocalReplicate, Replicate, SolveFigures
 from .solve_cache import SolveCache
 
 MAX_ROUNDS = 20
@@ -25,7 +25,8 @@ MOST_ELEMENTS = 200_000
 LAST_RESTART = 6  # rounds: later, too much would be gathered anew
 GROWTH = 8  # times the samples so far, at most, in one round;
 LARGE_ROUND, LARGE_GROWTH = 1.5e7, 3  # with so many rays this: the elements may be too coarse
-DIRECT_RATE = 0.8  # points for shadows to lower their squared error by a factor: its power
+AUDIT_SHARE = 0.5  # of the goal: a larger error of the elements wants more paths along the residual
+MOST_MORE_PATHS = 8  # times the paths along the residual, at most, in one round
 CLOSE = 0.95  # of what is enough: an error that stays so near to it leaves rays next to no room
 NEAR = 1.1  # times what more rays would not lower: they are not worth their time
 TELLING = 1.5  # times the rays, from which on two rounds tell what more rays would not lower
@@ -56,7 +57,7 @@ class Rounds:
 
     first: Replicate
     second: LocalReplicate  # or another process that is spoken to alike
-    judge: ErrorEstimator
+    estimator: ErrorEstimator
     deadline: float | None  # perf_counter seconds after which no round may end
     clock: Clock
     kept: SolveCache | None
@@ -66,7 +67,7 @@ class Rounds:
         the first brought; finer elements first where the error is theirs."""
         everyone = np.arange(self.first.footprints.count)
         plan = self._solve(plan)
-        direct, gathered = (everyone, plan.points), (everyone, plan.rays)
+        direct, gathered = [(everyone, plan.points)], [(everyone, plan.rays)]
         learning = guide = None
         learns = True
         told = []  # since the last solve: rays of a receiver, and what is squared error of theirs
@@ -74,35 +75,45 @@ class Rounds:
             began, work = time.perf_counter(), _samples(direct, gathered)
             halves = self._both("add", direct, gathered, step, guide, learns)
             light = [half.light for half in halves]
-            verdict = self.judge.weigh(light)
+            estimate = self.estimator.weigh(light, [half.left for half in halves])
             self.clock.lap("gather")
-            if verdict.error <= plan.enough:
+            if estimate.error <= plan.enough:
                 break
             if learns:
                 learning = joined(learning, *self._both("learn"))
                 guide = make_guide(learning)
                 learns = guide is not None  # the first rays tell well enough whether one pays
-            shadows, dim = verdict.squares()
+            if step == 0 and self.first.needs.everything:
+                one, other = self.estimator.reflected(estimate)
+                self.second.ask("look_at_receivers", other)
+                self.first.look_at_receivers(one)
+                self.clock.lap("transport")
+                direct, gathered = self._more(estimate, plan, light, guide)
+                gathered = [(everyone, plan.rays)]
+                continue
+            shadows, dim = estimate.squares()
             told.append((light[0].rays.mean(), dim))
             floor = _floor(told, min(shadows, DIRECT_SHARE * plan.goal**2), plan.enough)
-            excess = max(self.judge.common(verdict), floor) / (ELEMENTS_SHARE * plan.goal)
-            if excess > 1 and step < LAST_RESTART and plan.elements < MOST_ELEMENTS:
-                plan, told = plan.refined(excess), []
-                laps = self.clock.laps
-                if not self._time_for(2 * (laps.get("transport", 0.0) + laps["gather"])):
+            audited = self._audited(estimate, plan)
+            if not audited and floor > ELEMENTS_SHARE * plan.goal:
+                if step < LAST_RESTART and plan.elements < MOST_ELEMENTS:
+                    plan, told = plan.refined(floor / (ELEMENTS_SHARE * plan.goal)), []
+                    laps = self.clock.laps
+                    if not self._time_for(2 * (laps.get("transport", 0.0) + laps["gather"])):
+                        break
+                    plan = self._solve(plan)
+                    direct = []
+                    gathered = [(everyone, round_up(light[0].rays.mean(), 4, MAX_SAMPLES))]
+                    continue
+                if estimate.error < NEAR * floor:
                     break
-                plan = self._solve(plan)
-                direct, gathered = (everyone[:0], plan.points), (everyone, plan.rays)
-                continue
-            if verdict.error < NEAR * floor:
-                break
-            direct, gathered = self._more(verdict, plan, light, guide)
+            direct, gathered = self._more(estimate, plan, light, guide)
             ahead = _samples(direct, gathered)
-            if ahead == 0:
+            if ahead == 0 and not audited:
                 break
             if not self._time_for((time.perf_counter() - began) * ahead / max(work, 1)):
                 break
-        return verdict, [half.solved for half in halves]
+        return estimate, [half.solved for half in halves]
 
     def _time_for(self, seconds: float) -> bool:
         return self.deadline is None or time.perf_counter() + seconds <= self.deadline
@@ -132,15 +143,41 @@ class Rounds:
             self.kept.add(self.first.context, plan, list(self._both("give")))
         return plan
 
-    def _more(self, verdict: Estimate, plan: Plan, light: list[Lighting], guide: Guide | None):
-        """(owners, samples of each) to add, of points for direct light and of rays."""
-        (shaded, direct_factor), (dim, gather_factor) = self.judge.mark(verdict, plan.goal)
-        points = light[0].points.max() * (min(direct_factor**DIRECT_RATE, GROWTH) - 1)
+    def _audited(self, estimate: Estimate, plan: Plan) -> bool:
+        """Whether both replicates have followed more paths along the residual, as neighborhoods
+        share more of the error than they may."""
+        if not self.first.needs.reflected or self.first.paths >= MOST_PATHS:
+            return False
+        known = np.sqrt(max(estimate.error**2 - estimate.sampled**2, 0.0))
+        excess = max(self.estimator.common(estimate), known) / (AUDIT_SHARE * plan.goal)
+        if excess <= 1:
+            return False
+        self._both("audit", float(np.clip(excess**2, 2, MOST_MORE_PATHS)))
+        self.clock.lap("transport")
+        return True
+
+    def _more(self, estimate: Estimate, plan: Plan, light: list[Lighting], guide: Guide | None):
+        """[(owners, samples of each)] to add, of points for direct light and of rays."""
+        points, rays = self.estimator.lacking(estimate, plan.goal, light[0])
+        points = _bounded(points, light[0].points[:, 0], GROWTH)
         large = GROWTH * light[0].rays.sum() > LARGE_ROUND
-        rays = light[0].rays.mean() * (min(gather_factor, LARGE_GROWTH if large else GROWTH) - 1)
-        if guide is not None and len(dim):
-            rays /= guide.worth[guide.cluster[dim]].mean()
-        return (shaded, round_up(points, 4, MAX_SAMPLES)), (dim, round_up(rays, 8, MAX_SAMPLES))
+        rays = _bounded(rays, light[0].rays[:, 0], LARGE_GROWTH if large else GROWTH)
+        if guide is not None:
+            rays /= guide.worth[guide.cluster]
+        return _alike(points, 4), _alike(rays, 8)
+
+
+def _bounded(more: np.ndarray, number: np.ndarray, growth: float) -> np.ndarray:
+    """(count,) samples to add to ``number`` (count,), to ``growth`` times as many at most."""
+    return np.minimum(more, (growth - 1) * number)
+
+
+def _alike(samples: np.ndarray, least: int) -> list[tuple[np.ndarray, int]]:
+    """[(owners, samples)] of about ``samples`` (count,) for each: powers of two, as Sobol sets
+    want."""
+    some = np.flatnonzero(samples >= least / 2)
+    exponent = np.rint(np.log2(np.clip(samples[some], least, MAX_SAMPLES))).astype(int)
+    return [(some[exponent == e], 1 << int(e)) for e in np.unique(exponent)]
 
 
 def _floor(told: list[tuple[float, float]], shadows: float, enough: float) -> float:
@@ -156,5 +193,5 @@ def _floor(told: list[tuple[float, float]], shadows: float, enough: float) -> fl
 
 
 def _samples(*rounds) -> int:
-    """Points and rays of a round of (owners, samples of each)."""
-    return sum(len(owners) * samples for owners, samples in rounds)
+    """Points and rays of rounds of [(owners, samples of each)]."""
+    return sum(len(owners) * samples for parts in rounds for owners, samples in parts)

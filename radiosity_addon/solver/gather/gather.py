@@ -80,7 +80,8 @@ def gather(
         unseen = []
         for part in met:
             sides = sides_hit(elements, part.hits)
-            unknown = np.flatnonzero(np.take(radiosity.unknown, sides))
+            hits = part.hits
+            unknown = radiosity.unknown_at(sides, hits.triangle, hits.u, hits.v)
             if len(unknown):
                 share = 1 if part.weight is None else part.weight[unknown]
                 share = share * (1 if weight is None else of_first(weight, part)[unknown])
@@ -89,7 +90,7 @@ def gather(
                 unseen.append(_unseen(sides, part, unknown, numbers, share))
             if part.rays is None:
                 find_lost(sides, elements, len(whose))
-            light = np.take(radiosity.reflected, sides, axis=0)
+            light = radiosity.reflected_at(sides, hits.triangle, hits.u, hits.v)
             bounced = bounced + mean_of_rays(light, part, rays, len(whose), weight)
             direct = first_hand(context, emitted, sides, part, directions)
             if direct is not None:

@@ -95,16 +95,17 @@ def _follow(context, footprints, radiosity, table, owners, explicit: bool, key) 
         known = known + _direct(context, points, (*key, 4))
     lack = np.zeros((count, context.channels))
     visits = []
-    # Where rays of the gather meet a side without a row, it gets one (``late_rows``).
-    blind = radiosity.unknown
     for bounce in range(MAX_BOUNCES):
         if len(ends.path) == 0:
             break
-        value, ends_next = _step(context, radiosity, table, ends, blind, (*key, 5, bounce))
+        value, ends_next = _step(context, radiosity, table, ends, (*key, 5, bounce))
+        if bounce == 0:  # where rays of the gather end, sides get rows (``late_rows``)
+            places = ends.places
+            value[radiosity.unknown_at(places.side, places.triangle, places.u, places.v)] = 0
         for channel in range(context.channels):
             lack[:, channel] += np.bincount(ends.path, value[:, channel], count)
         visits.append((ends.path, ends.places, value.astype(np.float32)))
-        ends, blind = ends_next, None
+        ends = ends_next
     nothing = np.zeros(0, np.int64)
     path, places, value = zip(
         *visits or [(nothing, Places(*4 * (nothing,)), np.zeros((0, context.channels)))]
@@ -123,14 +124,14 @@ def _arrived(context, radiosity, table, met: list[Met], directions, count: int):
         sides = sides_hit(radiosity.elements, part.hits)
         if part.rays is None:
             find_lost(sides, radiosity.elements, count)
-        light = np.take(radiosity.reflected, sides, axis=0)
+        hits = part.hits
+        light = radiosity.reflected_at(sides, hits.triangle, hits.u, hits.v)
         direct = first_hand(context, table, sides, part, directions)
         light = light if direct is None else light + direct
         arriving = arriving + mean_of_rays(light, part, rays, count)
         number = np.arange(len(sides)) if part.rays is None else part.rays
         some = np.flatnonzero((number < count) & (sides < radiosity.elements.miss))
         weight = 1.0 if part.weight is None else part.weight[some]
-        hits = part.hits
         places = Places(sides[some], hits.triangle[some], hits.u[some], hits.v[some])
         weight = np.broadcast_to(weight, (len(some), context.channels))
         ends.append(_Ends(number[some] % count, places, weight))
@@ -140,9 +141,8 @@ def _arrived(context, radiosity, table, met: list[Met], directions, count: int):
     )
 
 
-def _step(context, radiosity, table, ends: _Ends, blind, key):
-    """The weighted residual (k, channels) where paths are, and where they go on to. Where ``blind``
-    (2 n_cells + 2,) bool, None for nowhere, what the table lacks is filled in elsewhere."""
+def _step(context, radiosity, table, ends: _Ends, key):
+    """The weighted residual (k, channels) where paths are, and where they go on to."""
     places = ends.places
     front = (places.side & 1) == 0
     turn = uniform((len(front), 3), *key, 1)
@@ -154,9 +154,8 @@ def _step(context, radiosity, table, ends: _Ends, blind, key):
     met, directions = shoot_apart(context, points, NEXT_RAYS, *key, 2)
     arriving, after = _arrived(context, radiosity, table, met, directions, len(front))
     arriving = arriving + _direct(context, points, (*key, 3))
-    residual = reflectance * arriving - radiosity.reflected[places.side]
-    if blind is not None:
-        residual[blind[places.side]] = 0
+    known = radiosity.reflected_at(places.side, places.triangle, places.u, places.v)
+    residual = reflectance * arriving - known
     back = after.weight * (ends.weight * reflectance)[after.path]
     return ends.weight * residual, _surviving(
         _Ends(ends.path[after.path], after.places, back), uniform((len(back),), *key, 4)

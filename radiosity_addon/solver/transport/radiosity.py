@@ -17,6 +17,7 @@ from ..lights.context import Context
 from ..lights.emissive_faces import emits_apart
 from ..workers.parallel import map_chunks, ranges
 from .rays import shoot, sides_hit
+from .receiver_map import ReceiverMap
 from .rows import (
     Places,
     Sides,
@@ -53,6 +54,31 @@ class Radiosity:
     residual: float
     seconds: float  # of the linear solve
     tolerance: float  # relative error of the bake that it is solved for
+    receivers: ReceiverMap | None = None  # where they are known, and what (R, channels) float32
+    of_receivers: np.ndarray | None = None  # light is reflected from them
+
+    def reflected_at(self, side: np.ndarray, triangle, u, v) -> np.ndarray:
+        """(n, channels) float32 reflected radiosity at cell sides (n,), and at barycentric (u, v)
+        of triangles there: a receiver's own where it is known, else the element's."""
+        light = np.take(self.reflected, side, axis=0)
+        if self.receivers is not None:
+            receiver = self.receivers.at(triangle, u, v, (side & 1) == 0)
+            known = np.flatnonzero(receiver >= 0)
+            light[known] = np.take(self.of_receivers, receiver[known], axis=0)
+        return light
+
+    def unknown_at(self, side: np.ndarray, triangle, u, v) -> np.ndarray:
+        """Which (k,) int of places (n,) nothing is known of."""
+        unknown = np.flatnonzero(np.take(self.unknown, side))
+        if self.receivers is None or len(unknown) == 0:
+            return unknown
+        front = (side[unknown] & 1) == 0
+        receiver = self.receivers.at(triangle[unknown], u[unknown], v[unknown], front)
+        return unknown[receiver < 0]
+
+    def with_receivers(self, receivers: ReceiverMap, light: np.ndarray) -> Radiosity:
+        """Where rays end on receivers, these reflect ``light`` (R, channels)."""
+        return replace(self, receivers=receivers, of_receivers=light.astype(np.float32))
 
 
 def solve_radiosity(
@@ -83,7 +109,7 @@ def extended(context: Context, radiosity: Radiosity, places: Places, key) -> Rad
         context, elements, more.numbered_from(first), radiosity.tolerance, radiosity
     )
     return replace(
-        found,
+        radiosity,
         reflected=radiosity.reflected + found.reflected,
         unknown=elements.values_of_cells(more.row == -1, False),
         transport=join_transports(before, more),

@@ -1,0 +1,151 @@
+"""Receiver map: from a place on the surface to the receiver that it lies in.
+
+Receivers are finer than elements, and their direct light, with its shadows, is known: where a ray
+ends on one of them, that light tells more than an element's mean does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..geometry.grids import cell_in_grid
+from ..receivers import Receivers
+
+NEAR = 0.95  # share of a triangle's cells that its map to texels must find
+NOTHING = -1
+
+
+@dataclass(frozen=True)
+class ReceiverMap:
+    """Each triangle has either an affine map to the texels of an image, or a grid of places."""
+
+    first: np.ndarray  # (n_triangles,) int64: first entry of its image or grid; NOTHING: no receiver
+    width: np.ndarray  # (n_triangles,) int32: of its image; 0: it has a grid
+    size: np.ndarray  # (n_triangles,) int32: cells along the edges of its grid, or the image's height
+    texel: np.ndarray  # (n_triangles, 3, 2) float32: column and row at its corner, steps along u, v
+    entries: np.ndarray  # int32: receivers, NOTHING for none
+
+    def at(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray):
+        """(n,) int32 receivers at barycentric (u, v) of triangles; NOTHING where there is none, for
+        triangles below 0, and on backs."""
+        result = np.full(len(triangle), NOTHING, np.int32)
+        some = np.flatnonzero(front & (triangle >= 0))
+        some = some[self.first[triangle[some]] >= 0]
+        triangle, u, v = triangle[some], u[some], v[some]
+        width = self.width[triangle]
+        image = width > 0
+        entry = np.empty(len(some), np.int64)
+        t = triangle[image]
+        corner, along, across = (self.texel[t, k] for k in range(3))
+        place = corner + u[image, None] * along + v[image, None] * across
+        column = np.clip(place[:, 0].astype(np.int64), 0, width[image] - 1)
+        row = np.clip(place[:, 1].astype(np.int64), 0, self.size[t] - 1)
+        entry[image] = row * width[image] + column
+        t = triangle[~image]
+        entry[~image] = cell_in_grid(self.size[t], u[~image], v[~image])[0]
+        result[some] = self.entries[self.first[triangle] + entry]
+        return result
+
+
+def build_receiver_map(receivers: Receivers, triangles: int) -> ReceiverMap:
+    """The map for a scene of so many ``triangles``."""
+    first, width = np.full(triangles, NOTHING, np.int64), np.zeros(triangles, np.int32)
+    size, texel = np.zeros(triangles, np.int32), np.zeros((triangles, 3, 2), np.float32)
+    if len(receivers.triangle) == 0:
+        return ReceiverMap(first, width, size, texel, np.zeros(0, np.int32))
+    entries, mapped = [], np.zeros(triangles, bool)
+    if receivers.grid is not None:
+        mapped, image, found = _texel_maps(receivers, triangles)
+        texel[mapped] = found[mapped]
+        start, sizes, pictures = _pictures(receivers)
+        first[mapped], width[mapped] = start[image[mapped]], sizes[image[mapped], 1]
+        size[mapped] = sizes[image[mapped], 0]
+        entries.append(pictures)
+    rest = np.flatnonzero(~mapped[receivers.triangle])
+    which, cells, grids = _grids(receivers, rest, triangles)
+    first[which] = sum(map(len, entries)) + np.cumsum(cells**2) - cells**2
+    size[which] = cells
+    return ReceiverMap(first, width, size, texel, np.concatenate([*entries, grids]))
+
+
+def _middles(receivers: Receivers) -> np.ndarray:
+    """(n_cells, 2) barycentric middles of cells."""
+    origin, u, v = (receivers.corners[:, k] for k in range(3))
+    share = np.where(receivers.square, 0.5, 1 / 3)[:, None]
+    return origin + share * (u - origin + v - origin)
+
+
+def _areas(receivers: Receivers) -> np.ndarray:
+    """(n_cells,) shares of their triangles, up to a factor."""
+    u, v = (receivers.corners[:, k] - receivers.corners[:, 0] for k in (1, 2))
+    return np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) * np.where(receivers.square, 2.0, 1.0)
+
+
+def _texel_maps(receivers: Receivers, triangles: int):
+    """Which triangles (n,) bool have a map to texels, their images (n,), and the maps (n, 3, 2).
+
+    A square cell that is a whole texel shows how the texels lie. It is the largest square one; the
+    triangle's other cells tell whether it is whole.
+    """
+    triangle, grid = receivers.triangle, receivers.grid[receivers.receiver]
+    area = np.where(receivers.square, _areas(receivers), -1.0)
+    order = np.lexsort([-area, triangle])
+    largest = order[np.diff(triangle[order], prepend=-1) != 0]
+    largest = largest[receivers.square[largest]]
+    t = triangle[largest]
+    origin, u, v = (receivers.corners[largest, k] for k in range(3))
+    step = np.stack([u - origin, v - origin], 2)  # barycentric steps of a column and of a row
+    usable = np.abs(np.linalg.det(step)) > 0
+    largest, t, origin, step = (part[usable] for part in (largest, t, origin, step))
+    inverse = np.linalg.inv(step)  # (k, texel axis, barycentric axis)
+    maps, image = np.zeros((triangles, 3, 2)), np.zeros(triangles, np.int64)
+    place = grid[largest, :0:-1]  # column, row
+    maps[t, 0] = place - np.einsum("kab,kb->ka", inverse, origin)
+    maps[t, 1], maps[t, 2] = inverse[:, :, 0], inverse[:, :, 1]
+    image[t] = grid[largest, 0]
+    middle = _middles(receivers)
+    cell = maps[triangle]
+    found = cell[:, 0] + middle[:, :1] * cell[:, 1] + middle[:, 1:] * cell[:, 2]
+    right = (np.floor(found) == grid[:, :0:-1]).all(axis=1)
+    share = np.bincount(triangle, right, triangles) / np.maximum(
+        np.bincount(triangle, minlength=triangles), 1
+    )
+    mapped = np.zeros(triangles, bool)
+    mapped[t] = share[t] >= NEAR
+    return mapped, image, maps
+
+
+def _pictures(receivers: Receivers):
+    """Of each image the first entry and (height, width), and all their entries, row by row."""
+    image, row, column = receivers.grid.T.astype(np.int64)
+    count = int(image.max()) + 1
+    sizes = np.ones((count, 2), np.int64)
+    np.maximum.at(sizes, image, np.stack([row, column], 1) + 1)
+    number = sizes.prod(axis=1)
+    start = np.cumsum(number) - number
+    entries = np.full(int(number.sum()), NOTHING, np.int32)
+    entries[start[image] + row * sizes[image, 1] + column] = np.arange(receivers.count)
+    return start, sizes, entries
+
+
+def _grids(receivers: Receivers, cells: np.ndarray, triangles: int):
+    """Triangles (k,) of the ``cells`` (m,) int, the size (k,) of their grids, and the grids'
+    entries: the receiver of the cell whose middle lies there, or the triangle's largest."""
+    triangle = receivers.triangle[cells]
+    number = np.bincount(triangle, minlength=triangles)
+    which = np.flatnonzero(number)
+    size = np.ceil(np.sqrt(number[which])).astype(np.int64)
+    slot = np.zeros(triangles, np.int64)
+    slot[which] = np.arange(len(which))
+    start = np.cumsum(size**2) - size**2
+    order = np.argsort(_areas(receivers)[cells], kind="stable")
+    largest = np.zeros(len(which), np.int64)
+    largest[slot[triangle[order]]] = receivers.receiver[cells[order]]  # the last one stays
+    entries = np.repeat(largest, size**2).astype(np.int32)
+    middle = _middles(receivers)[cells]
+    u, v = (np.ascontiguousarray(axis, np.float32) for axis in middle.T)
+    place = cell_in_grid(size[slot[triangle]].astype(np.int32), u, v)[0]
+    entries[start[slot[triangle[order]]] + place[order]] = receivers.receiver[cells[order]]
+    return which, size, entries
