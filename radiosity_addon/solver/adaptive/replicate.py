@@ -145,7 +145,9 @@ class Replicate:
     def look_at_receivers(self, light: np.ndarray) -> SolveFigures:
         """From now on gather ``light`` (count, channels), as exitance, where rays end on receivers.
         It is finer than the elements' and has shadows in it."""
-        known = build_receiver_map(self.receivers, len(self.context.scene.triangles))
+        known = build_receiver_map(
+            self.receivers, self.footprints, len(self.context.scene.triangles)
+        )
         return self.take(self.radiosity.with_receivers(known, light))
 
     def audit(self, factor: float) -> None:

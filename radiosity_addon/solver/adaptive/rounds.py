@@ -84,10 +84,7 @@ class Rounds:
                 guide = make_guide(learning)
                 learns = guide is not None  # the first rays tell well enough whether one pays
             if step == 0 and self.first.needs.everything:
-                one, other = self.estimator.reflected(estimate)
-                self.second.ask("look_at_receivers", other)
-                self.first.look_at_receivers(one)
-                self.clock.lap("transport")
+                self._look_at_receivers(estimate)
                 direct, gathered = self._more(estimate, plan, light, guide)
                 gathered = [(everyone, plan.rays)]
                 continue
@@ -102,6 +99,8 @@ class Rounds:
                     if not self._time_for(2 * (laps.get("transport", 0.0) + laps["gather"])):
                         break
                     plan = self._solve(plan)
+                    if self.first.needs.everything:
+                        self._look_at_receivers(estimate)
                     direct = []
                     gathered = [(everyone, round_up(light[0].rays.mean(), 4, MAX_SAMPLES))]
                     continue
@@ -142,6 +141,14 @@ class Rounds:
         if keeps:
             self.kept.add(self.first.context, plan, list(self._both("give")))
         return plan
+
+    def _look_at_receivers(self, estimate: Estimate) -> None:
+        """Both replicates gather from now on, where rays end on receivers, the light that is known
+        of these."""
+        one, other = self.estimator.reflected(estimate)
+        self.second.ask("look_at_receivers", other)
+        self.first.look_at_receivers(one)
+        self.clock.lap("transport")
 
     def _audited(self, estimate: Estimate, plan: Plan) -> bool:
         """Whether both replicates have followed more paths along the residual, as neighborhoods

@@ -10,10 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.footprints import Footprints
 from ..geometry.grids import cell_in_grid
 from ..receivers import Receivers
 
 NEAR = 0.95  # share of a triangle's cells that its map to texels must find
+SAME_NORMAL = 1e-3  # difference of unit normals: cells that differ by more are not in one plane
+SAME_PLANE = 1e-5  # height [unit box] over a footprint's plane above which a cell is not in it
 NOTHING = -1
 
 
@@ -49,8 +52,9 @@ class ReceiverMap:
         return result
 
 
-def build_receiver_map(receivers: Receivers, triangles: int) -> ReceiverMap:
-    """The map for a scene of so many ``triangles``."""
+def build_receiver_map(receivers: Receivers, footprints: Footprints, triangles: int) -> ReceiverMap:
+    """The map for a scene of so many ``triangles``. Receivers that do not lie in one plane are left
+    out: what they hold is a mean over places that may see different light."""
     first, width = np.full(triangles, NOTHING, np.int64), np.zeros(triangles, np.int32)
     size, texel = np.zeros(triangles, np.int32), np.zeros((triangles, 3, 2), np.float32)
     if len(receivers.triangle) == 0:
@@ -67,7 +71,20 @@ def build_receiver_map(receivers: Receivers, triangles: int) -> ReceiverMap:
     which, cells, grids = _grids(receivers, rest, triangles)
     first[which] = sum(map(len, entries)) + np.cumsum(cells**2) - cells**2
     size[which] = cells
-    return ReceiverMap(first, width, size, texel, np.concatenate([*entries, grids]))
+    entries = np.concatenate([*entries, grids])
+    entries[(entries >= 0) & ~_flat(footprints)[entries]] = NOTHING
+    return ReceiverMap(first, width, size, texel, entries)
+
+
+def _flat(footprints: Footprints) -> np.ndarray:
+    """(count,) bool: all cells of the footprint lie in one plane."""
+    number = np.diff(footprints.start)
+    one = np.repeat(footprints.start[:-1], number)
+    turned = np.abs(footprints.normal - footprints.normal[one]).max(axis=1, initial=0)
+    step = footprints.origin - footprints.origin[one]
+    height = np.abs(np.einsum("nc,nc->n", step, footprints.normal[one]))
+    apart = (turned > SAME_NORMAL) | (height > SAME_PLANE)
+    return np.add.reduceat(apart, footprints.start[:-1]) == 0
 
 
 def _middles(receivers: Receivers) -> np.ndarray:
