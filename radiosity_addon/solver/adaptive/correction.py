@@ -21,6 +21,8 @@ PER_REGION = 64  # paths: a level whose regions have fewer in the mean is not lo
 POOLED = 8  # paths by which all regions' variance counts beside a region's own
 DARKEST = 0.25  # of the mean irradiance: darker places are judged against that
 SIGNIFICANT = 2.5  # standard errors: a part's bias below is taken for noise
+WILD = 0.5  # standard deviation of a path, relative: above, elements with rare large values count
+FEW = 0.05  # share of elements that may be behind that: more of them are noisy, not wrong
 MOST_OF_BIAS = 0.9  # of what elements bring: those that bring the rest are not divided
 LARGEST = 3.0  # times the gathered light: more is not added to it, only told
 
@@ -153,10 +155,27 @@ def biased_elements(
     total = np.bincount(part, value, 8 * len(sides))
     noise = np.sqrt(np.bincount(part, value * value, 8 * len(sides)))
     excess = np.abs(total) * (np.abs(total) > SIGNIFICANT * noise)
-    bias = excess.reshape(-1, 8).sum(axis=1) / len(scale)
+    excess = excess.reshape(-1, 8).sum(axis=1)
+    rare = _rare(noise.reshape(-1, 8), len(scale))
+    bias = np.maximum(excess, rare) / len(scale)
     element, first = np.unique(sides // 2, return_inverse=True)
     bias = np.bincount(first.reshape(-1), bias)
     order = np.argsort(-bias, kind="stable")
     reached = np.cumsum(bias[order])
     most = int(np.searchsorted(reached, MOST_OF_BIAS * reached[-1])) + 1
     return element[order[:most]][bias[order[:most]] > 0], float(bias.sum())
+
+
+def _rare(noise: np.ndarray, paths: int) -> np.ndarray:
+    """(n_sides,) what rare, large values add up to where a few sides bring most of the paths'
+    variance; 0 elsewhere. ``noise`` (n_sides, parts): roots of sums of squares."""
+    square = (noise**2).sum(axis=1)
+    if square.sum() / paths < WILD**2:
+        return np.zeros(len(square))
+    order = np.argsort(-square, kind="stable")
+    behind = np.searchsorted(np.cumsum(square[order]), 0.5 * square.sum()) + 1
+    if behind > max(FEW * len(square), 1):
+        return np.zeros(len(square))
+    result = np.zeros(len(square))
+    result[order[:behind]] = np.sqrt(square[order[:behind]])
+    return result

@@ -35,9 +35,9 @@ from .requirements import Requirements, requirements_of
 # size does to the light then shows in the difference of the halves.
 SHARE_OF_ELEMENTS = (0.6, 1.35)
 SHARE_OF_ROW_RAYS = (1.5, 0.75)  # so that the halves cost about the same
-# Paths along the residual, in the first audit of a bake of error 1: the standard error of a mean
-# over them is then about half of the error asked for.
-PATHS, FEWEST_PATHS, MOST_PATHS = 3.0, 2000, 100_000
+FEWEST_PATHS, MOST_PATHS = 2000, 100_000  # along the residual
+MORE_PATHS = 1.5  # times the paths so far: to follow fewer more is not worth it
+MEAN_ERROR = 0.25  # of the error asked for: standard error of the mean over paths
 MAX_DIVISIONS = 8  # rounds of dividing elements that bring a bias
 MOST_DIVIDED = 30  # times the elements at the start
 SMALL_BIAS = 0.2  # of the error asked for: the sum of a bias that is left to the correction
@@ -104,30 +104,45 @@ class Replicate:
         """Radiosities with the elements divided that bring a bias to the receivers, and the paths
         that told of none that is worth it."""
         for step in range(MAX_DIVISIONS):
-            residuals = self._followed(radiosity, self._first_paths())
+            residuals = self._followed(radiosity)
             if radiosity.elements.count > MOST_DIVIDED * size:
                 break
-            side = radiosity.elements.sides_of(residuals.places.side)
-            position = self.context.geometry.at(
-                residuals.places.triangle,
-                np.stack([residuals.places.u, residuals.places.v], 1).astype(float),
-            )
-            levels = regions_of(self.footprints, len(residuals.owner))
-            scale = irradiance_scale(residuals, levels)
-            chosen, bias = biased_elements(residuals, scale, side, position)
+            chosen, bias = self._biased(radiosity, residuals)
             if bias < SMALL_BIAS * self.error:
                 break
             radiosity = divided(
                 self.context, radiosity, chosen, residuals.places, (*key, 15, step)
             )
         else:
-            residuals = self._followed(radiosity, self._first_paths())
+            residuals = self._followed(radiosity)
         return radiosity, residuals
 
-    def _first_paths(self) -> int:
-        return int(np.clip(PATHS / self.error**2, FEWEST_PATHS, MOST_PATHS))
+    def _biased(self, radiosity: Radiosity, residuals: Residuals):
+        """Elements worth dividing, and the bias they bring: see ``biased_elements``."""
+        places = residuals.places
+        uv = np.stack([places.u, places.v], 1).astype(float)
+        return biased_elements(
+            residuals,
+            irradiance_scale(residuals, self._regions(residuals)),
+            radiosity.elements.sides_of(places.side),
+            self.context.geometry.at(places.triangle, uv),
+        )
 
-    def _followed(self, radiosity: Radiosity, paths: int, batch: int = 0) -> Residuals:
+    def _regions(self, residuals: Residuals) -> list[np.ndarray]:
+        return regions_of(self.footprints, len(residuals.owner))
+
+    def _followed(self, radiosity: Radiosity) -> Residuals:
+        """As many paths along the residual as the error asked for wants."""
+        residuals = self._more_paths(radiosity, FEWEST_PATHS, 0)
+        scale = irradiance_scale(residuals, self._regions(residuals))
+        spread = float((residuals.lack.mean(axis=1) / scale).std())
+        wanted = int(min((spread / (MEAN_ERROR * self.error)) ** 2, MOST_PATHS))
+        if wanted < MORE_PATHS * FEWEST_PATHS:
+            return residuals
+        more = self._more_paths(radiosity, wanted - FEWEST_PATHS, FEWEST_PATHS)
+        return join_residuals([residuals, more])
+
+    def _more_paths(self, radiosity: Radiosity, paths: int, batch: int) -> Residuals:
         return follow_residual(
             self.context, self.footprints, radiosity, paths, self.needs.explicit,
             self.context.seed, 11, self.number, batch,
@@ -138,7 +153,7 @@ class Replicate:
         self.radiosity = radiosity
         self.light.forget_gathered()
         if self.needs.reflected:
-            self.residuals = residuals or self._followed(radiosity, self._first_paths())
+            self.residuals = residuals or self._followed(radiosity)
             self._correct()
         return self._solved()
 
@@ -154,14 +169,13 @@ class Replicate:
         """Follow ``factor`` times as many paths as so far."""
         paths = len(self.residuals.owner)
         more = int(min(paths * (factor - 1), MOST_PATHS))
-        more = self._followed(self.radiosity, more, paths)
+        more = self._more_paths(self.radiosity, more, paths)
         self.residuals = join_residuals([self.residuals, more])
         self._correct()
 
     def _correct(self) -> None:
         """Find the correction, and add it to what is gathered."""
-        levels = regions_of(self.footprints, len(self.residuals.owner))
-        self.correction = find_correction(self.residuals, levels)
+        self.correction = find_correction(self.residuals, self._regions(self.residuals))
 
     def give(self) -> Radiosity:
         """The radiosities of now."""
