@@ -36,6 +36,7 @@ from .requirements import Requirements, requirements_of
 SHARE_OF_ELEMENTS = (0.6, 1.35)
 SHARE_OF_ROW_RAYS = (1.5, 0.75)  # so that the halves cost about the same
 FEWEST_PATHS, MOST_PATHS = 2000, 100_000  # along the residual
+DIVISION_PATHS = 10_000  # at most, to find elements to divide
 MORE_PATHS = 1.5  # times the paths so far: to follow fewer more is not worth it
 MEAN_ERROR = 0.25  # of the error asked for: standard error of the mean over paths
 MAX_DIVISIONS = 8  # rounds of dividing elements that bring a bias
@@ -98,13 +99,12 @@ class Replicate:
         radiosity = solve_radiosity(
             context, len(everyone), place, size, rays, plan.row_points, self.error, key
         )
-        return self.take(*self._without_bias(radiosity, size, key))
+        return self.take(self._without_bias(radiosity, size, key))
 
-    def _without_bias(self, radiosity: Radiosity, size: int, key):
-        """Radiosities with the elements divided that bring a bias to the receivers, and the paths
-        that told of none that is worth it."""
+    def _without_bias(self, radiosity: Radiosity, size: int, key) -> Radiosity:
+        """Radiosities with the elements divided that bring a bias to the receivers."""
         for step in range(MAX_DIVISIONS):
-            residuals = self._followed(radiosity)
+            residuals = self._followed(radiosity, DIVISION_PATHS)
             if radiosity.elements.count > MOST_DIVIDED * size:
                 break
             chosen, bias = self._biased(radiosity, residuals)
@@ -113,9 +113,7 @@ class Replicate:
             radiosity = divided(
                 self.context, radiosity, chosen, residuals.places, (*key, 15, step)
             )
-        else:
-            residuals = self._followed(radiosity)
-        return radiosity, residuals
+        return radiosity
 
     def _biased(self, radiosity: Radiosity, residuals: Residuals):
         """Elements worth dividing, and the bias they bring: see ``biased_elements``."""
@@ -131,12 +129,12 @@ class Replicate:
     def _regions(self, residuals: Residuals) -> list[np.ndarray]:
         return regions_of(self.footprints, len(residuals.owner))
 
-    def _followed(self, radiosity: Radiosity) -> Residuals:
-        """As many paths along the residual as the error asked for wants."""
+    def _followed(self, radiosity: Radiosity, most: int) -> Residuals:
+        """As many paths along the residual as the error asked for wants, at ``most``."""
         residuals = self._more_paths(radiosity, FEWEST_PATHS, 0)
         scale = irradiance_scale(residuals, self._regions(residuals))
         spread = float((residuals.lack.mean(axis=1) / scale).std())
-        wanted = int(min((spread / (MEAN_ERROR * self.error)) ** 2, MOST_PATHS))
+        wanted = int(min((spread / (MEAN_ERROR * self.error)) ** 2, most))
         if wanted < MORE_PATHS * FEWEST_PATHS:
             return residuals
         more = self._more_paths(radiosity, wanted - FEWEST_PATHS, FEWEST_PATHS)
@@ -148,12 +146,12 @@ class Replicate:
             self.context.seed, 11, self.number, batch,
         )
 
-    def take(self, radiosity: Radiosity, residuals: Residuals | None = None) -> SolveFigures:
+    def take(self, radiosity: Radiosity) -> SolveFigures:
         """Gather with these radiosities from now on, and correct by paths along their residual."""
         self.radiosity = radiosity
         self.light.forget_gathered()
         if self.needs.reflected:
-            self.residuals = residuals or self._followed(radiosity)
+            self.residuals = self._followed(radiosity, MOST_PATHS)
             self._correct()
         return self._solved()
 
