@@ -15,8 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from .vectors import cross, dot, size, tangents
+from .warps import linear_place
 
-STEPS = 4  # of Newton's method [iterations]: leave an azimuth wrong by < 1e-6 of its sector
+BLOCK = 1 << 11  # polygons at a time: their arrays stay in the cache
+STEPS = 3  # of Newton's method [iterations]: leave an azimuth wrong by < 1e-6 of its sector
 TURN = 2 * np.pi
 
 
@@ -35,18 +37,17 @@ class Projected:
         """(n,) cosine-weighted solid angles: irradiances of radiance 1."""
         return self.area.sum(axis=0)
 
-    def directions(self, xi: np.ndarray) -> np.ndarray:
-        """(3, n) unit, of density cosθ / total, from ``xi`` (2, n) in [0, 1)."""
-        sector, rest = _chosen(self.area, xi[0])
-        columns = np.arange(len(sector))
+    def directions(self, xi: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """(3, k) unit, of density cosθ / total, for the points ``columns`` (k,) int, from ``xi``
+        (2, k) in [0, 1)."""
+        sector, rest = _chosen(self.area[:, columns], xi[0])
         start, width, area = (a[sector, columns] for a in (self.start, self.width, self.area))
         outer, inner = self.arcs[:, :, sector, columns]
-        turn = _azimuth(outer, inner, width, rest, area)
-        low, high = _radius(inner, turn), _radius(outer, turn)
+        turn, low, high = _azimuth(outer, inner, width, rest, area)
         square = np.clip(low + xi[1] * (high - low), 0, 1)
         radius, azimuth = np.sqrt(square), start + turn
         x, y, z = radius * np.cos(azimuth), radius * np.sin(azimuth), np.sqrt(1 - square)
-        tangent, bitangent, normal = self.axes
+        tangent, bitangent, normal = (np.take(axis, columns, axis=1) for axis in self.axes)
         return x * tangent + y * bitangent + z * normal
 
 
@@ -59,15 +60,24 @@ def cosine_toward(rays: list, normal: np.ndarray, xi: np.ndarray):
     lowest, highest = corners[:, 2].min(axis=0), corners[:, 2].max(axis=0)
     total, direction = np.zeros(normal.shape[1]), np.array(normal)
     for some, cut in ((lowest >= 0, False), ((lowest < 0) & (highest > 0), True)):
-        some = np.flatnonzero(some)
-        if len(some):
+        whole = np.flatnonzero(some)
+        for some in np.split(whole, range(BLOCK, len(whole), BLOCK)):
             part = np.take(corners, some, axis=2)
             mine = project(_above(part) if cut else part, [axis[:, some] for axis in axes])
-            total[some], direction[:, some] = mine.total, mine.directions(xi[:, some])
+            total[some] = mine.total
+            direction[:, some] = mine.directions(xi[:, some], np.arange(len(some)))
     return total, direction
 
 
-def project(corners: np.ndarray, axes) -> Projected:
+def project_rays(rays: list, normal: np.ndarray) -> Projected:
+    """Convex polygons above the horizons of unit normals (3, n): ``rays`` (3, n) run to their
+    corners, in order."""
+    axes = [*tangents(normal), normal]
+    corners = np.stack([np.stack([dot(ray, axis) for axis in axes]) for ray in rays])
+    return project(_above(corners) if (corners[:, 2] < 0).any() else corners, axes)
+
+
+def project(corners: np.ndarray, axes: list) -> Projected:
     """Convex polygons (k, 3, n), in coordinates along the ``axes`` and above their horizons."""
     corners = corners / np.stack([size(corner) for corner in corners])[:, None]
     following = np.concatenate([corners[1:], corners[:1]])
@@ -77,8 +87,10 @@ def project(corners: np.ndarray, axes) -> Projected:
     along = np.arctan2(sine, np.stack([dot(a, b) for a, b in zip(corners, following)]))
     side = np.sign((planes[:, 2] * along).sum(axis=0))  # 1: they run anticlockwise
     start, width, outer, inner = _sectors(corners, planes, side)
-    arcs = np.stack([_arcs(planes, edge, start) for edge in (outer, inner)])
-    area = np.maximum(_sector_area(arcs[0], width) - _sector_area(arcs[1], width), 0)
+    cosine, sine = np.cos(start), np.sin(start)
+    arcs = np.stack([_arcs(planes, edge, cosine, sine) for edge in (outer, inner)])
+    end = np.cos(width), np.sin(width)
+    area = np.maximum(_reached(arcs[0], *end)[0] - _reached(arcs[1], *end)[0], 0)
     area[outer < 0] = 0
     return Projected(axes, start, width, arcs, area)
 
@@ -121,30 +133,34 @@ def _sectors(corners: np.ndarray, planes: np.ndarray, side: np.ndarray):
     return start, width, outer, inner
 
 
-def _arcs(planes: np.ndarray, edge: np.ndarray, start: np.ndarray) -> np.ndarray:
+def _arcs(planes: np.ndarray, edge: np.ndarray, cosine: np.ndarray, sine: np.ndarray):
     """(3, s, n) of the edges (s, n) whose planes' unit normals are m: A = |m_z|, and q and p, the
-    parts of m along and across the azimuth ``start``. A is 0 where there is none."""
-    m = np.take_along_axis(planes, np.maximum(edge, 0)[:, None], axis=0)
-    cosine, sine = np.cos(start), np.sin(start)
-    along, across = m[:, 0] * cosine + m[:, 1] * sine, m[:, 1] * cosine - m[:, 0] * sine
-    return np.stack([np.where(edge < 0, 0, np.abs(m[:, 2])), along, across])
+    parts of m along and across the azimuth where the sector starts. A is 0 where there is none."""
+    x, y, z = (np.zeros(edge.shape) for _ in range(3))
+    for number, plane in enumerate(planes):
+        mine = edge == number
+        for found, part in zip((x, y, z), plane):
+            np.copyto(found, part, where=mine)
+    return np.stack([np.abs(z, out=z), x * cosine + y * sine, y * cosine - x * sine])
 
 
-def _radius(arc: np.ndarray, turn: np.ndarray) -> np.ndarray:
-    """Squared radius of an arc, ``turn`` [rad] behind its sector's start: with z² = 1 − r² and
-    m·x = 0, r² = A² / (A² + q²)."""
-    a, along, across = arc
-    along = along * np.cos(turn) + across * np.sin(turn)
-    return a * a / np.maximum(a * a + along * along, 1e-300)
-
-
-def _sector_area(arc: np.ndarray, turn: np.ndarray) -> np.ndarray:
-    """½ ∫ r² over azimuths from the sector's start: ½ A [arctan(A tan ψ)], its ends joined."""
-    a, along, across = arc
-    cosine, sine = np.cos(turn), np.sin(turn)
-    return 0.5 * a * np.arctan2(
-        a * sine, (a * a + along * along) * cosine + along * across * sine
-    )
+def _reached(arc: np.ndarray, cosine: np.ndarray, sine: np.ndarray):
+    """The area ½ ∫ r² below an arc from its sector's start to the azimuth of this ``cosine`` and
+    ``sine`` from there, and r² at that. With z² = 1 − r² and m·x = 0, r² = A² / (A² + q²), and
+    ½ ∫ r² = ½ A [arctan(A tan ψ)], its two ends joined."""
+    a, start, across = arc
+    along = start * cosine
+    along += across * sine
+    square = a * a
+    radius = along * along
+    radius += square
+    np.maximum(radius, 1e-300, out=radius)
+    along *= start
+    along += square * cosine
+    area = np.arctan2(a * sine, along)
+    area *= a
+    area *= 0.5
+    return area, np.divide(square, radius, out=radius)
 
 
 def _chosen(area: np.ndarray, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -158,17 +174,17 @@ def _chosen(area: np.ndarray, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return sector, np.clip(level - before, 0, area[sector, columns])
 
 
-def _azimuth(outer, inner, width, target, area) -> np.ndarray:
-    """(n,) turns behind the sector's start by which the area has grown to ``target``, from that of
-    a radial width that is linear in the azimuth."""
-    first = _radius(outer, 0.0) - _radius(inner, 0.0)
-    last = _radius(outer, width) - _radius(inner, width)
-    part = target / np.where(area > 0, area, 1)
-    first, last = np.maximum(first, 0), np.maximum(last, 0)
-    root = first + np.sqrt(first * first + part * (last * last - first * first))
-    turn = width * np.clip(part * (first + last) / np.maximum(root, 1e-300), 0, 1)
+def _azimuth(outer, inner, width, target, area):
+    """Turns (n,) behind the sector's start by which the area has grown to ``target``, from that of
+    a radial width that is linear in the azimuth; and inner and outer r² there."""
+    one, none = np.ones(len(width)), np.zeros(len(width))
+    first = _reached(outer, one, none)[1] - _reached(inner, one, none)[1]
+    end = np.cos(width), np.sin(width)
+    last = _reached(outer, *end)[1] - _reached(inner, *end)[1]
+    turn = width * linear_place(first, last, target / np.where(area > 0, area, 1))
     for _ in range(STEPS):
-        slope = 0.5 * (_radius(outer, turn) - _radius(inner, turn))
-        error = _sector_area(outer, turn) - _sector_area(inner, turn) - target
-        turn = np.clip(turn - error / np.maximum(slope, 1e-300), 0, width)
-    return turn
+        place = np.cos(turn), np.sin(turn)
+        (far, high), (near, low) = _reached(outer, *place), _reached(inner, *place)
+        turn -= (far - near - target) / np.maximum(0.5 * (high - low), 1e-300)
+        np.clip(turn, 0, width, out=turn)
+    return turn, low, high

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.vectors import cross, dot, size, tangents
+from ..geometry.vectors import cross, size, tangents
 
 STEPS = 5  # of Newton's method [iterations]: solve Kepler's equation to 1e-6
 
