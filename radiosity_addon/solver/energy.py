@@ -15,7 +15,8 @@ from .geometry.triangles import OFFSET
 from .lights.context import Context
 from .lights.emissive_faces import as_polygons, emits_apart
 from .lights.facing_discs import FacingDiscs
-from .lights.polygons import Polygons, spread_falloff
+from .lights.flat_shapes import spread_falloff
+from .lights.polygons import Polygons
 from .lights.sky import pixel_directions, solid_angles
 from .lights.suns import Suns
 from .materials.texture_cells import join_cells, whole_triangles

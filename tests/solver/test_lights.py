@@ -11,7 +11,9 @@ from radiosity_addon.solver.lights.spheres import SphereLights
 from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import AreaLamp, PointLamp, SunLamp
-from radiosity_addon.solver.geometry.spherical import direction_within, solid_angle
+from radiosity_addon.solver.geometry.lambert import polygon_form_factor
+from radiosity_addon.solver.geometry.nusselt import cosine_toward
+from radiosity_addon.solver.lights.cones import ball_form_factor, cone_directions
 
 DOWN, UP = np.array([0, 0, -1.0]), np.array([0, 0, 1.0])
 X, Y = np.array([0.2, 0, 0]), np.array([0, 0.2, 0])
@@ -101,37 +103,43 @@ def test_suns_and_lamps_are_chosen_apart():
     assert sorted(sources.pools[0].blocks.ravel()) == list(range(3, 11))
 
 
-@pytest.mark.parametrize("size", [0.01, 0.5, 2.0])
-def test_directions_fill_their_spherical_triangle(size):
-    """Directions through a triangle: all inside it, and the mean of 1 / p is its solid angle. Here
-    the density is tested by halves: the part of a sub-triangle is that of its solid angle, with a
-    standard error of 1 / (2 √n) at most."""
+@pytest.mark.parametrize("corners", [
+    [(1, 1, 1), (2, 1, 1), (2, 2, 1), (1, 2, 1)],  # beside the zenith
+    [(-1, -1, 0.3), (1, -1, 0.3), (1, 1, 0.3), (-1, 1, 0.3)],  # around it, large
+    [(0.5, -1, -1), (0.5, 1, -1), (0.5, 1, 2), (0.5, -1, 2)],  # cut by the horizon
+    [(0, 0, 1), (0.02, 0, 1), (0, 0.01, 1)],  # small, a corner at the zenith
+])  # fmt: skip
+def test_directions_to_a_polygon_follow_the_cosine_law(corners):
+    """Their total is π times Lambert's factor, all meet the polygon, and parts of it get shares in
+    proportion to their own factors: standard error √(p (1 − p) / n)."""
     n = 1 << 14
-    a, b, c = (v / np.linalg.norm(v) for v in np.array([[0, 0, 1], [size, 0, 1], [0, size, 1.0]]))
-    xi = np.random.default_rng(0).random((n, 2))
-    many = [np.tile(v[:, None], n) for v in (a, b, c)]
-    whole = solid_angle(*many)
-    found = direction_within(*many, whole, xi).T
-    np.testing.assert_allclose(np.linalg.norm(found, axis=1), 1, rtol=1e-9)
-    x, y = (found[:, :2] / found[:, 2:]).T
-    assert x.min() > -1e-9 and y.min() > -1e-9 and (x + y).max() < size * (1 + 1e-9)
-    middle = np.array([size / 2, size / 2, 1.0])
-    half = solid_angle(a[:, None], b[:, None], middle[:, None] / np.linalg.norm(middle))
-    assert np.mean(y < x) == pytest.approx(float(half[0] / whole[0]), abs=3 / (2 * np.sqrt(n)))
-    part = np.array([0, size / 4, 1.0])
-    quarter = solid_angle(a[:, None], b[:, None], part[:, None] / np.linalg.norm(part))
-    assert np.mean(x + 4 * y < size) == pytest.approx(
-        float(quarter[0] / whole[0]), abs=3 / (2 * np.sqrt(n))
-    )
+    corners = np.array(corners, float)
+    rays = [np.tile(corner[:, None], n) for corner in corners]
+    up = np.tile(UP[:, None], n)
+    total, found = cosine_toward(rays, up, np.random.default_rng(0).random((2, n)))
+    factor = lambda part: float(polygon_form_factor(np.zeros((1, 3)), UP[None], part)[0])  # noqa: E731
+    np.testing.assert_allclose(total, np.pi * factor(corners), rtol=1e-9)
+    np.testing.assert_allclose(np.linalg.norm(found, axis=0), 1, rtol=1e-9)
+    middle = corners.mean(axis=0)
+    shares = []
+    for a, b in zip(corners, np.roll(corners, -1, axis=0)):
+        inside = np.ones(n, bool)
+        for p, q, r in ((a, b, middle), (b, middle, a), (middle, a, b)):
+            plane = np.cross(p, q)
+            inside &= (plane @ found) * (plane @ r) >= 0
+        shares.append(inside.mean())
+        share = factor(np.array([a, b, middle])) / factor(corners)
+        assert shares[-1] == pytest.approx(share, abs=4 * np.sqrt(share * (1 - share) / n) + 1e-9)
+    assert sum(shares) == pytest.approx(1, abs=1e-3)
 
 
-def ball_samples(x, normal, radius: float, exact: bool, n: int = 1 << 14):
+def ball_samples(x, normal, radius: float, n: int = 1 << 14):
     """The Sample of a ball of intensity 1 about the origin at n copies of a point."""
     one = np.ones(1)
     light = SphereLights(np.ones((1, 3)), np.zeros((1, 3)), radius * one, DOWN[None], -2 * one, one)
     xi = np.random.default_rng(2).random((n, 2))
     many = np.tile(np.asarray(x, float), (n, 1)), np.tile(np.asarray(normal, float), (n, 1))
-    return light.sample(0 if exact else np.zeros(n, int), *many, xi)
+    return light.sample(0, *many, xi)
 
 
 def test_ball_seen_whole_is_a_point():
@@ -139,7 +147,7 @@ def test_ball_seen_whole_is_a_point():
     cos 60° / 2² = 1/8 for any r up to d sin 30° = 1."""
     normal = np.array([np.sin(np.pi / 3), 0, np.cos(np.pi / 3)])
     for radius in (0.01, 0.5, 0.99):
-        sample = ball_samples((0, 0, -2.0), normal, radius, True)
+        sample = ball_samples((0, 0, -2.0), normal, radius)
         np.testing.assert_allclose(sample.irradiance, 0.125, rtol=1e-6)
 
 
@@ -149,8 +157,8 @@ def test_ball_cut_by_the_horizon(slope):
     half's projection onto the horizon plane, by symmetry (σ − sinσ cosσ) / π of the hemisphere for
     a half angle σ, here 30°."""
     normal = np.array([np.sqrt(1 - slope**2), 0, slope])
-    exact = ball_samples((0, 0, -2.0), normal, 1.0, True).irradiance[0]
-    single = ball_samples((0, 0, -2.0), normal, 1.0, False).irradiance
+    exact = float(ball_form_factor(np.full(1, slope), np.full(1, 0.25))[0])
+    single = ball_samples((0, 0, -2.0), normal, 1.0).irradiance
     assert single.mean() == pytest.approx(exact, abs=4 * single.std() / np.sqrt(len(single)))
     if slope == 0:
         sigma = np.radians(30)
@@ -159,7 +167,28 @@ def test_ball_cut_by_the_horizon(slope):
 
 def test_ball_from_inside():
     """The same radiance I / πr² everywhere: irradiance I / r², whatever the place and normal."""
-    sample = ball_samples((0.1, 0.2, -0.3), (1, 0, 0), 0.5, True)
+    sample = ball_samples((0.1, 0.2, -0.3), (1, 0, 0), 0.5)
     np.testing.assert_allclose(sample.irradiance, 4.0, rtol=1e-6)
     away = np.linalg.norm(sample.segment + [0.1, 0.2, -0.3], axis=1)
     np.testing.assert_allclose(away, 0.5, rtol=1e-4)  # segments end on the ball
+
+
+@pytest.mark.parametrize("slope", [0.9, 0.4, 0.0])
+def test_directions_to_a_cone_follow_the_cosine_law(slope):
+    """What halves of a cone of sin²σ = 0.3 bring, turned toward the normal and away, by its samples
+    and by as many that are uniform in its solid angle, within four standard errors; and where all
+    of it is above the horizon, the cosine of its axis for every sample."""
+    n, square = 1 << 16, 0.3
+    normal = np.tile(np.array([np.sqrt(1 - slope**2), 0, slope])[:, None], n)
+    axis, random = np.tile(UP[:, None], n), np.random.default_rng(1)
+    many = np.full(n, slope), np.full(n, square)
+    found, ratio = cone_directions(axis, normal, *many, random.random((2, n)))
+    if slope > np.sqrt(square):
+        np.testing.assert_allclose(ratio, slope, rtol=1e-12)
+    z = 1 - random.random(n) * (1 - np.sqrt(1 - square))
+    x = np.sqrt(1 - z * z) * np.cos(2 * np.pi * random.random(n))
+    plain = 2 * (1 - np.sqrt(1 - square)) * np.maximum(x * normal[0] + z * slope, 0) / square
+    for toward in (True, False):
+        one, other = ratio * ((found[0] > 0) == toward), plain * ((x > 0) == toward)
+        spread = np.hypot(one.std(), other.std()) / np.sqrt(n)
+        assert one.mean() == pytest.approx(other.mean(), abs=4 * spread)

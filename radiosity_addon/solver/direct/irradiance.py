@@ -1,8 +1,10 @@
 """Direct light: irradiance from explicit lights, shadows included.
 
-Each light's irradiance is its unoccluded value, exact by Lambert's formula for polygons, times the
-visible share, sampled. So a wall that touches a lamp is right, and a receiver that sees the whole
-light has no noise. Of many lights every point looks at a few (``chosen``).
+Places on a light are sampled so that each stands for nearly the same irradiance, if not exactly, and
+carry what each stands for: the mean of that times the visibility is unbiased for any number of them.
+Several points of an owner make it the light's whole irradiance, exact by Lambert's formula for
+polygons, times the visible share of what they carry: a receiver that sees the whole light has no
+noise. Of many lights every point looks at a few (``many_lights``).
 """
 
 from __future__ import annotations
@@ -70,7 +72,7 @@ def _from_each(context: Context, points: Points, middles: Middles, key) -> np.nd
         some = np.flatnonzero(~known)
         if len(some):
             found = _from_points(context, light, points, some, xi, dark)
-            irradiance[some] += found * kind.color[place]
+            irradiance[some] += found
     return irradiance
 
 
@@ -78,23 +80,26 @@ def _visible_share(context: Context, blockers: Blockers, whole, points: Points, 
     """(k, 1 or channels) share of a light's irradiance that arrives at the owners ``some``, (k,) or
     a slice, at which it is known."""
     position, s, t = (owned(array, some) for array in (points.position, *xi))
+    if whole.warp is not None:
+        s, t = whole.warp(some, s, t)
     segments = whole.segments(some, position, s, t)
     visible = visibility(
         context, blockers, position.reshape(-1, 3), segments.reshape(-1, 3), whole.length
     ).reshape(*s.shape, -1)
     share = visible.mean(axis=0, dtype=np.float32).astype(float)
-    partly = np.flatnonzero(((share > 0) & (share < 1)).any(axis=1))
-    if whole.weight is not None and len(partly):  # a part below the horizon weighs nothing
+    single = len(s) == 1  # one place alone brings what it stands for, not a share
+    partly = np.flatnonzero(((share > 0) & (single | (share < 1))).any(axis=1))
+    if len(partly):
         owners = np.arange(points.shape[1])[some][partly]
-        weight = whole.weight(owners, segments[:, partly])[..., None]
-        total = weight.sum(axis=0)
-        seen = (weight * visible[:, partly]).sum(axis=0)
+        value = whole.value(owners, segments[:, partly], s[:, partly], t[:, partly])[..., None]
+        seen = (value * visible[:, partly]).sum(axis=0)
+        total = whole.irradiance[owners, None] if single else value.sum(axis=0)
         share[partly] = seen / np.where(total > 0, total, 1)
     return share
 
 
 def _from_points(context: Context, light: int, points: Points, some, xi, dark) -> np.ndarray:
-    """(k, 1 or channels) irradiance of a light at the owners ``some`` (k,), looked at from each of
+    """(k, channels) irradiance of a light at the owners ``some`` (k,), looked at from each of
     their points."""
     kind, place = context.sources.named(light)
     position, normal = (
@@ -105,17 +110,24 @@ def _from_points(context: Context, light: int, points: Points, some, xi, dark) -
     if dark is not None:
         sample.darken(dark[:, some].ravel())
     blockers = context.blockers[context.sources.block[light]]
-    return _visible_mean(context, blockers, position, sample, points.shape[0])
+    color = kind.color[place]
+    if sample.surface is not None:
+        varied, triangle, uv = sample.surface
+        color = np.tile(color, (len(position), 1))
+        color[varied] = context.emission(triangle, uv)
+        color = color.reshape(points.shape[0], -1, context.channels)
+    return _visible_mean(context, blockers, position, sample, points.shape[0], color)
 
 
-def _visible_mean(context: Context, blockers: Blockers, origins, sample, per: int) -> np.ndarray:
-    """(R, 1 or channels) irradiance: mean unoccluded times visible share of the weight. Rays are
-    traced only where they carry anything."""
+def _visible_mean(context: Context, blockers: Blockers, origins, sample, per: int, color):
+    """(R, channels) irradiance of a light of this ``color``, (channels,) or (per, R, channels):
+    the mean of what is visible of the samples, or of the whole light that share. Rays are traced
+    only where they carry anything."""
     visible = visible_samples(context, blockers, origins, sample)
-    weight = sample.weight.reshape(per, -1, 1)
     visible = visible.reshape(per, -1, visible.shape[1])
     irradiance = sample.irradiance.reshape(per, -1, 1)
-    if not sample.exact:
-        return (irradiance * visible).mean(axis=0)
-    seen, total = (weight * visible).sum(axis=0), weight.sum(axis=0)
-    return irradiance.mean(axis=0) * seen / np.where(total > 0, total, 1)
+    if sample.whole is None or per == 1:
+        return (irradiance * visible * color).mean(axis=0)
+    whole = sample.whole.reshape(per, -1, 1).mean(axis=0)
+    seen, total = (irradiance * visible * color).sum(axis=0), irradiance.sum(axis=0)
+    return whole * seen / np.where(total > 0, total, 1)

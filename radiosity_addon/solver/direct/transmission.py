@@ -79,8 +79,8 @@ def visibility(
 def visible_samples(context, blockers: Blockers, origins: np.ndarray, sample) -> np.ndarray:
     """(n, 1 or channels) float64 share of a light's ``sample`` that comes through to ``origins``
     (n, 3); 0 where it carries nothing: no ray is traced there."""
-    carrying = np.flatnonzero(sample.weight > 0)
-    share = np.zeros((len(sample.weight), 1 if blockers.veil is None else context.channels))
+    carrying = np.flatnonzero(sample.irradiance > 0)
+    share = np.zeros((len(sample.irradiance), 1 if blockers.veil is None else context.channels))
     if len(carrying):
         share[carrying] = visibility(
             context, blockers, origins[carrying], sample.segment[carrying], sample.length

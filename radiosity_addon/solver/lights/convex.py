@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry.triangles import OFFSET, Geometry
-from .polygons import TRIANGLE, Polygons
+from .flat_shapes import TRIANGLE
+from .polygons import Polygons
 from .sources import Sources
 from .suns import Suns
 

@@ -19,7 +19,8 @@ from ..sampling.sobol import cosine_directions, sobol, tangent_frames
 from ..scene import Scene
 from ..tracing.coincident import uncovered
 from ..tracing.embree import Tracer
-from .polygons import RECTANGLE, TRIANGLE, Polygons
+from .flat_shapes import RECTANGLE, TRIANGLE
+from .polygons import Polygons
 
 LARGEST_SHARE = 0.1  # of the scene's area: an object's glowing faces above it are left to rays
 BRIGHT = 4.0  # times the scene's mean radiance: what is less bright is left to rays, too

@@ -8,11 +8,14 @@ import numpy as np
 
 from ..geometry.vectors import columns, dot, size, tangents
 from ..sampling.points import Middles
-from .light_batch import Sample, Unoccluded, combined, in_disc, length
+from .cones import ball_form_factor, cone_directions
+from .light_batch import Sample, Unoccluded, chord, combined, in_disc
 from .light_tree import Emitters
 
 NODES = 24  # of the quadrature across a soft spot
 FAR = 32  # times the reach of a footprint: an irradiance's curvature across it is < 0.1 % there
+EVEN = 0.2  # of a lamp's height above the horizon: where its radius is less, its disc's places
+# bring alike
 NEAR = 1e-3  # of the scene: float32 does not tell directions well from nearer than that
 
 
@@ -36,40 +39,43 @@ class FacingDiscs:
     ) -> Sample:
         """Sample the disc of the lamp's radius r that faces the point, as Cycles' soft lamps do.
 
-        Seen whole from a distance d it brings I cosθ / (d² + r²): a uniform disc's irradiance
-        vector on its axis. A soft spot's beam is that of the sampled place; its mean over the disc
-        is known beforehand, so that only the shadows are sampled.
+        Of a distance d it is seen under a half angle σ, sin²σ = r² / (d² + r²), and above the
+        horizon brings I cosθ / (d² + r²), cut by it less (``ball_form_factor``). A soft spot's
+        beam is that of the sampled place; its mean over the disc is known beforehand.
         """
         toward = -columns(position)
         toward += np.take(self.position, np.atleast_1d(which), axis=0).T
-        distance, radius = size(toward), self.radius[which]
-        unit = toward / distance
-        irradiance = np.maximum(dot(unit, columns(normal)), 0) / (distance**2 + radius**2)
-        segment = toward
-        if np.any(radius > 0):
-            one, other = tangents(unit)
-            x, y = in_disc(xi[:, 0], xi[:, 1])
-            segment = toward + (x * radius) * one + (y * radius) * other
-        arriving = np.ascontiguousarray(segment.T, np.float32)
-        if np.ndim(which) > 0 or radius == 0 or self.edge[which] < -1:
-            irradiance = irradiance * self.beam(which, segment / size(segment))
-            return Sample(irradiance, (irradiance > 0) * 1.0, arriving, 1.0, False)
-        irradiance = irradiance * self._mean_beam(which, toward.T, distance)
-        weight = np.maximum(self.beam(which, segment / size(segment)), 1e-3)
-        weight = np.where(irradiance > 0, weight, 0.0)
-        return Sample(irradiance, weight, arriving, 1.0, True)
+        normal, distance = columns(normal), size(toward)
+        radius, unit = self.radius[which], toward / distance
+        slope = dot(unit, normal)
+        square = distance**2 + radius**2
+        if np.all(radius == 0):
+            value = np.maximum(slope, 0) / square * self.beam(which, unit)
+            return Sample(value, np.ascontiguousarray(toward.T, np.float32), 1.0)
+        direction, ratio = cone_directions(unit, normal, slope, radius**2 / square, xi.T)
+        segment = direction * (distance / np.maximum(dot(direction, unit), 1e-30))
+        bright = ratio / square
+        value = bright * self.beam(which, direction)
+        segment = np.ascontiguousarray(segment.T, np.float32)
+        if np.ndim(which) > 0 or self.edge[which] < -1:
+            return Sample(value, segment, 1.0)
+        whole = ball_form_factor(slope, radius**2 / square) / radius**2
+        mean = self._mean_beam(which, toward, normal, distance)
+        known = np.where(slope > radius / np.sqrt(square), whole * mean, value)
+        return Sample(value, segment, 1.0, known)
 
     def whole(self, which: int, middles: Middles) -> Unoccluded:
-        """One lamp from owners that are far from it for their size, above or below their horizon,
-        and inside or outside of its beam with all of their points."""
+        """One lamp from owners that are far from it for their size and its own, above or below
+        their horizon, and inside or outside of its beam with all of their points."""
         toward, radius = self.position[which][:, None] - middles.place, self.radius[which]
         distance, reach = size(toward), middles.reach
         unit = toward / distance
         height = dot(toward, middles.normal)
-        slack = (radius + reach) / distance
+        slack = chord(np.minimum((radius + reach) / distance, 1))
         beam = self.beam(which, unit, -slack)
         known = middles.flat & (distance > radius + np.maximum(FAR * reach, NEAR))
-        known &= np.abs(height) > middles.depth(middles.normal)
+        known &= np.abs(height) > middles.depth(middles.normal) + radius
+        known &= (height < 0) | (radius < EVEN * height)
         known &= beam == self.beam(which, unit, slack)
         irradiance = beam * np.maximum(height / distance, 0) / (distance**2 + radius**2)
 
@@ -79,30 +85,40 @@ class FacingDiscs:
             axes = [radius * axis for axis in tangents(unit[:, owners])]
             return combined(self.position[which], axes, in_disc(s, t), position)
 
-        return Unoccluded(irradiance, known, segments, None)
+        def value(owners, segments, s, t):
+            along = np.einsum("pkj,jk->pk", segments, middles.normal[:, owners])
+            facing = np.einsum("pkj,jk->pk", segments, unit[:, owners])
+            square = np.einsum("pkj,pkj->pk", segments, segments, dtype=float)
+            return beam[owners] * np.maximum(along, 0) * facing / square**2
 
-    def _mean_beam(self, which: int, toward: np.ndarray, distance: np.ndarray) -> np.ndarray:
-        """(n,) a soft spot's beam averaged over its disc, for ``toward`` (n, 3) its centre.
+        return Unoccluded(irradiance, known, segments, value)
 
-        The beam changes along one direction g across the disc only, in which the disc's points are
-        spread by 2/π √(1−x²): Gauss-Chebyshev quadrature of the second kind, nodes cos(kπ/(K+1)),
-        weights ∝ sin². Where the whole disc lies inside or outside the cone its centre suffices.
+    def _mean_beam(self, which: int, toward: np.ndarray, normal: np.ndarray, distance: np.ndarray):
+        """(n,) a soft spot's beam averaged over its disc, all of it above the horizons of unit
+        ``normal`` (3, n); ``toward`` (3, n) runs to its centre.
+
+        Directions to it, sinα (cosφ, sinφ) about the centre's, are uniform in a disc of radius sinσ
+        times the receiver's cosine. The beam changes along one direction g across it only. Along
+        that they are spread by 2/π √(1−x²): Gauss-Chebyshev quadrature of the second kind, nodes
+        cos(kπ/(K+1)), weights ∝ sin². Across it cosα is even: Gauss's two points, y² = (1−x²)/3.
         """
-        unit, radius = toward / distance[:, None], self.radius[which]
-        slack = radius / distance
-        result = self.beam(which, unit.T)
-        partly = self.beam(which, unit.T, slack) > self.beam(which, unit.T, -slack)
+        unit, sine = toward / distance, np.sqrt(1 / (1 + (distance / self.radius[which]) ** 2))
+        result, slack = self.beam(which, unit), chord(sine)
+        partly = self.beam(which, unit, slack) > self.beam(which, unit, -slack)
         near = np.flatnonzero(partly)
-        along = unit[near] @ self.axis[which]
-        across = self.axis[which] - along[:, None] * unit[near]
-        across *= radius / np.maximum(length(across), 1e-9)[:, None]
+        unit, sine, normal = unit[:, near], sine[near], normal[:, near]
+        across = self.axis[which][:, None] - (self.axis[which] @ unit) * unit
+        across /= np.maximum(size(across), 1e-9)
+        tilt = dot(across, normal) / np.maximum(dot(unit, normal), 1e-30)
         angle = np.arange(1, NODES + 1) * np.pi / (NODES + 1)
         share = np.sin(angle) ** 2 / np.sum(np.sin(angle) ** 2)
-        mean = np.zeros(len(near))
+        mean, total = np.zeros((2, len(near)))
         for x, part in zip(np.cos(angle), share):
-            place = toward[near] + x * across
-            mean += part * self.beam(which, (place / length(place)[:, None]).T)
-        result[near] = mean
+            cosine = np.sqrt(1 - sine**2 * (x * x + (1 - x * x) / 3))
+            weight = part * np.maximum(1 + tilt * sine * x / cosine, 0)
+            mean += weight * self.beam(which, cosine * unit + sine * x * across)
+            total += weight
+        result[near] = mean / np.maximum(total, 1e-30)
         return result
 
     def beam(self, which, unit: np.ndarray, slack=0.0) -> np.ndarray:
@@ -121,7 +137,8 @@ class FacingDiscs:
         toward = [center[which] - x for center, x in zip(self.position.T.astype(kind), place)]
         square = np.maximum(dot(toward, toward), 1e-30)
         inverse = 1 / np.sqrt(square)
-        slack = np.minimum((self.radius.astype(kind)[which] + reach) * inverse, 1) + kind.type(1e-3)
+        sine = np.minimum((self.radius.astype(kind)[which] + reach) * inverse, 1)
+        slack = chord(sine) + kind.type(1e-3)
         cosine = dot(toward, normal) * inverse + slack
         rough = self.color.mean(axis=1).astype(kind)[which] * np.maximum(cosine, 0) / square
         if self.edge[which].max() > -1:

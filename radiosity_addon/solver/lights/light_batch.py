@@ -26,22 +26,23 @@ class Sample:
     """One sampled place of one light for each of n points.
 
     ``segment`` (n, 3) float32 runs to it, ``length`` (n,) or one number limits it (inf: a sun).
-    Where ``exact``, ``irradiance`` is the whole light's, without noise, and is to be multiplied by
-    the visible share of ``weight`` over an owner's points; else it is this sample's alone.
+    ``irradiance`` is the integrand over the density at that place: its mean is the whole light's,
+    and times the visibility, without bias, what arrives. ``whole`` is that mean where it is known
+    and the samples differ; None where they do not, or nothing better is known.
     """
 
     irradiance: np.ndarray  # (n,) float64, unoccluded, per unit of the light's colour
-    weight: np.ndarray  # (n,) float64, the integrand at the sample
     segment: np.ndarray
     length: float
-    exact: bool
+    whole: np.ndarray | None = None  # (n,) float64
     surface: tuple | None = None  # (k,) which of the n, (k,) triangles, (k, 2) barycentric: places
     # whose own emission takes the place of the light's colour
 
     def darken(self, dark: np.ndarray) -> None:
         """Nothing arrives at the points that are ``dark`` (n,) bool."""
         self.irradiance[dark] = 0
-        self.weight[dark] = 0
+        if self.whole is not None:
+            self.whole[dark] = 0
 
 
 @dataclass(frozen=True)
@@ -50,15 +51,17 @@ class Unoccluded:
 
     ``segments(owners, position, s, t)`` gives what runs to its places (s, t) (per, k) in the unit
     square from ``position`` (per, k, 3) float32 of the ``owners``, (k,) or a slice: (per, k, 3)
-    float32, which ``length`` limits; ``weight(owners, segments)`` is the integrand there, (per, k),
-    up to a factor, and None where it is the same everywhere.
+    float32, which ``length`` limits; ``value(owners, segments, s, t)`` is the irradiance that each
+    of them stands for, (per, k), the integrand over the density of ``warp(owners, s, t)``: (s, t)
+    from numbers uniform in the unit square, where these themselves will not do.
     """
 
     irradiance: np.ndarray  # (R,) float64, unoccluded, per unit of the light's colour
     known: np.ndarray  # (R,) bool
     segments: Callable
-    weight: Callable | None
+    value: Callable
     length: float = 1.0
+    warp: Callable | None = None
 
 
 def unknown(middles: Middles) -> Unoccluded:
@@ -89,8 +92,14 @@ def partly_above(cosine: np.ndarray, slack: np.ndarray) -> np.ndarray:
     """About the mean of max(cosine, 0) over a light whose cosines spread by ``slack`` both ways:
     above 0 wherever a part of the light is above the horizon."""
     part = np.maximum(cosine + slack, 0) ** 2 / (4 * np.maximum(slack, 1e-9))
-    least = (cosine > -slack) * cosine.dtype.type(1e-4)
+    least = (cosine >= -slack) * cosine.dtype.type(1e-4)  # equal: where slack is cut off at 1
     return np.where(cosine > slack, cosine, part + least)
+
+
+def chord(sine: np.ndarray) -> np.ndarray:
+    """No cosine with an axis changes by more where a direction turns by an angle of this ``sine``
+    in [0, 1]: 2 sin(β/2) = sinβ / cos(β/2)."""
+    return sine / np.sqrt(0.5 + 0.5 * np.sqrt(np.maximum(1 - sine * sine, 0)))
 
 
 def in_disc(s: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -11,10 +11,11 @@ from ..scene import Lamp, PointLamp, Scene, SunLamp, lamp_color
 from ..tracing.embree import Tracer
 from .emissive_faces import emissive_faces
 from .facing_discs import FacingDiscs
+from .flat_shapes import ELLIPSE, RECTANGLE
 from .light_choice import FEW, make_light_pool
 from .light_range import lights_that_reach
 from .light_tree import join_emitters
-from .polygons import ELLIPSE, RECTANGLE, Polygons, join_polygons
+from .polygons import Polygons, join_polygons
 from .spheres import SphereLights
 from .suns import Suns
 

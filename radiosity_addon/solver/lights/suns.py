@@ -32,7 +32,7 @@ class Suns:
         direction = toward + x * one + y * other
         cosine = np.maximum(dot(direction, columns(normal)) / size(direction), 0)
         segment = np.ascontiguousarray(direction.T, np.float32)
-        return Sample(cosine, (cosine > 0) * 1.0, segment, np.inf, False)
+        return Sample(cosine, segment, np.inf)
 
     def whole(self, which: int, middles: Middles) -> Unoccluded:
         """One sun where all of its disc is above the horizon, or none.
@@ -49,13 +49,13 @@ class Suns:
         def segments(owners, position, s, t):
             return combined(toward, axes, in_disc(s, t))
 
-        def weight(owners, segments):
+        def value(owners, segments, s, t):
             along = np.einsum("pkj,jk->pk", segments, middles.normal[:, owners])
             return np.maximum(along, 0) / np.linalg.norm(segments, axis=2)
 
         return Unoccluded(
             mean * np.maximum(cosine, 0), middles.flat & (np.abs(cosine) >= slack),
-            segments, weight, np.inf,
+            segments, value, np.inf,
         )
 
     def strength(self, which, place: np.ndarray, normal: np.ndarray, reach) -> np.ndarray:
