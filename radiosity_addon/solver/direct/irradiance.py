@@ -70,7 +70,7 @@ def _from_each(context: Context, points: Points, middles: Middles, key) -> np.nd
         some = np.flatnonzero(~known)
         if len(some):
             found = _from_points(context, light, points, some, xi, dark)
-            irradiance[some] += found * kind.color[place]
+            irradiance[some] += found
     return irradiance
 
 
@@ -94,8 +94,8 @@ def _visible_share(context: Context, blockers: Blockers, whole, points: Points, 
 
 
 def _from_points(context: Context, light: int, points: Points, some, xi, dark) -> np.ndarray:
-    """(k, 1 or channels) irradiance of a light at the owners ``some`` (k,), looked at from each of
-    their points."""
+    """(k, channels) irradiance of a light at the owners ``some`` (k,), looked at from each of their
+    points."""
     kind, place = context.sources.named(light)
     position, normal = (
         owned(array, some).reshape(-1, 3) for array in (points.position, points.normal)
@@ -105,17 +105,22 @@ def _from_points(context: Context, light: int, points: Points, some, xi, dark) -
     if dark is not None:
         sample.darken(dark[:, some].ravel())
     blockers = context.blockers[context.sources.block[light]]
-    return _visible_mean(context, blockers, position, sample, points.shape[0])
+    arriving = _visible_mean(
+        context, blockers, position, sample, points.shape[0], sample.tint
+    )
+    return arriving * kind.color[place]
 
 
-def _visible_mean(context: Context, blockers: Blockers, origins, sample, per: int) -> np.ndarray:
-    """(R, 1 or channels) irradiance: mean unoccluded times visible share of the weight. Rays are
-    traced only where they carry anything."""
+def _visible_mean(context: Context, blockers: Blockers, origins, sample, per: int, tint):
+    """(R, 1 or channels) irradiance: mean unoccluded times visible share of the weight, of a light
+    with ``tint`` (n, channels) times its colour; None: 1. Rays are traced only where they carry
+    anything."""
     visible = visible_samples(context, blockers, origins, sample)
     weight = sample.weight.reshape(per, -1, 1)
     visible = visible.reshape(per, -1, visible.shape[1])
     irradiance = sample.irradiance.reshape(per, -1, 1)
     if not sample.exact:
-        return (irradiance * visible).mean(axis=0)
+        tint = 1 if tint is None else tint.reshape(per, -1, context.channels)
+        return (irradiance * visible * tint).mean(axis=0)
     seen, total = (weight * visible).sum(axis=0), weight.sum(axis=0)
     return irradiance.mean(axis=0) * seen / np.where(total > 0, total, 1)
