@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..fields import Constant, CornerColors, Field, Texture
+from ..fields import Constant, CornerColors, Field
 from ..scene import Scene
 from .evaluate import evaluate_field
 from .texture_integrals import THIN, TextureSums, sum_texture
