@@ -14,7 +14,7 @@ import numpy as np
 from ..scene import Sky
 
 BRIGHT = 16.0  # times the mean radiance: a spot
-LARGEST = 0.02  # steradians: a larger bright region is gathered like the rest
+LARGEST = 0.2  # steradians: a larger bright region is gathered like the rest
 MOST_SPOTS = 16
 
 
