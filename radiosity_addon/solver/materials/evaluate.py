@@ -48,7 +48,7 @@ def _lookup(texture: Texture, place: np.ndarray) -> np.ndarray:
     height, width = texture.pixels.shape[:2]
     x, y = place[:, 0] * width, place[:, 1] * height
     if texture.interpolation == "Closest":
-        return _texels(texture, np.floor(x).astype(int), np.floor(y).astype(int))
+        return texels(texture, np.floor(x).astype(int), np.floor(y).astype(int))
     return bilinear(texture, np.stack([x, y], 1))
 
 
@@ -57,12 +57,12 @@ def bilinear(texture: Texture, place: np.ndarray) -> np.ndarray:
     x, y = place.T - 0.5
     column, row = np.floor(x).astype(int), np.floor(y).astype(int)
     fx, fy = (x - column)[:, None], (y - row)[:, None]
-    low = _texels(texture, column, row) * (1 - fx) + _texels(texture, column + 1, row) * fx
-    high = _texels(texture, column, row + 1) * (1 - fx) + _texels(texture, column + 1, row + 1) * fx
+    low = texels(texture, column, row) * (1 - fx) + texels(texture, column + 1, row) * fx
+    high = texels(texture, column, row + 1) * (1 - fx) + texels(texture, column + 1, row + 1) * fx
     return low * (1 - fy) + high * fy
 
 
-def _texels(texture: Texture, column: np.ndarray, row: np.ndarray) -> np.ndarray:
+def texels(texture: Texture, column: np.ndarray, row: np.ndarray) -> np.ndarray:
     """(n, 3) float64 pixels, with the image's extension beyond its edges."""
     height, width = texture.pixels.shape[:2]
     pixels = texture.pixels

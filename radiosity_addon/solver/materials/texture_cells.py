@@ -11,11 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..fields import Texture
+from ..fields import Texture, srgb_to_linear
 from ..scene import Scene
 from .region_means import FieldMeans, triangle_regions
+from .texture_blocks import one_colored_parts
 
 MOST = 1 << 19  # parts of all triangles together, cut ones too
+MOST_CUT = 64  # triangles of a material that are looked at for parts of one colour
 DEEPEST = 9  # times that a triangle is cut into four
 SMOOTH = 3  # the same for colours that vary linearly
 COARSE = 1e-3  # of all emission: the variation within a cell, at most
@@ -67,10 +69,9 @@ def cut(scene: Scene, triangle: np.ndarray, area: np.ndarray) -> tuple[Cells, np
         total += float((area[rows] * mean).sum())
         whole.append((means, rows, cells))
     parts = [whole_triangles(triangle[:0], np.zeros((0, 3)))]
-    room = MOST
     for means, rows, cells in whole:
+        room = MOST - sum(len(part.triangle) for part in parts)
         parts += _leaves(means, cells, area[rows], COARSE * total, room)
-        room -= sum(len(part.triangle) for part in parts[1:])
     return join_cells(parts), glowing
 
 
@@ -84,8 +85,10 @@ def _measured(means: FieldMeans, triangle: np.ndarray, corners: np.ndarray, shar
 def _leaves(means: FieldMeans, cells: Cells, area: np.ndarray, limit: float, room: int):
     """The coarsest parts of whole triangles, ``cells`` of ``area`` (k,), that vary by no more than
     ``limit``, and shine; about ``room`` at most. Others are cut into four again and again."""
-    depth = _depth(means.field, cells.triangle)
     level, leaves = 0, []
+    if isinstance(means.field, Texture) and means.field.interpolation == "Closest":
+        cells, area, leaves = _one_colored(means.field, cells, area, limit)
+    depth = _depth(means.field, cells.triangle)
     while len(cells.triangle):
         room -= len(cells.triangle)
         done = (area * 0.25**level * cells.deviation <= limit) | (depth <= level)
@@ -97,6 +100,26 @@ def _leaves(means: FieldMeans, cells: Cells, area: np.ndarray, limit: float, roo
         triangle = np.repeat(cells.triangle[open_], 4)
         cells = _measured(means, triangle, _four(cells.corners[open_]), 0.25**level)
     return leaves
+
+
+def _one_colored(field: Texture, cells: Cells, area: np.ndarray, limit: float):
+    """Whole triangles, ``cells`` of ``area`` (k,), without those that show few parts of one colour;
+    their area; and the cells of these."""
+    varied = np.flatnonzero(area * cells.deviation > limit)
+    left, parts = np.ones(len(area), bool), []
+    for k in varied if len(varied) <= MOST_CUT else ():
+        found = one_colored_parts(field, cells.triangle[k])
+        if found is None:
+            continue
+        left[k] = False
+        corners, color = found
+        color = srgb_to_linear(color) if field.encoded else color
+        edges = corners[:, 1:] - corners[:, :1]
+        n, share = len(corners), np.abs(np.linalg.det(edges))
+        triangle = np.full(n, cells.triangle[k])
+        parts.append(Cells(triangle, corners, color * field.factor, np.zeros(n), share,
+                           np.zeros(n, int)))  # fmt: skip
+    return cells.take(np.flatnonzero(left)), area[left], parts
 
 
 def _depth(field, triangle: np.ndarray) -> np.ndarray:
