@@ -78,8 +78,8 @@ def floor_light(scene: Scene, error: float = 0.01, each: int = 40):
 
 @pytest.mark.parametrize("n, i, j", [(4, 2, 2), (5, 2, 2), (6, 3, 3), (7, 3, 3), (10, 0, 0)])
 def test_one_lit_texel_gives_its_light(n, i, j):
-    """Texels that fall on no cells' borders: Lambert's factor of the lit square, mean over places to
-    a third of the error asked."""
+    """Texels that fall on no cells' borders: Lambert's factor of the lit square, mean over places
+    to a third of the error asked."""
     pixels = np.zeros((n, n, 3))
     pixels[j, i] = 10
     found, x = floor_light(sign(pixels))
@@ -99,8 +99,8 @@ def test_part_of_a_random_picture():
 
 
 def test_interpolated_picture():
-    """3 × 3 texels, linear, one lit: Lambert's factors of 60² squares of the interpolated values in
-    their middles, which are the values' means but for the curvature across a twentieth of a texel."""
+    """3 × 3 texels, linear, one lit: Lambert's factors of 60² squares of the interpolated values
+    in their middles: their means but for the curvature across a twentieth of a texel."""
     pixels = np.zeros((3, 3, 3))
     pixels[1, 2] = 10
     scene = sign(pixels, "Linear")
@@ -108,7 +108,8 @@ def test_interpolated_picture():
     field = scene.materials[1].emission
     v, u = (axis.ravel() for axis in np.meshgrid(middle, middle, indexing="ij"))
     own = Texture(field.pixels, np.array([[[0, 0], [1, 0], [0, 1]]], np.float32), "EXTEND", "Linear")
-    levels = evaluate_field(own, np.zeros(3600, int), np.stack([u, v], 1))[:, 0].reshape(60, 60)
+    levels = evaluate_field(own, np.zeros(3600, int), np.stack([u, v], 1))[:, 0]
+    levels = levels.reshape(60, 60)
     found, x = floor_light(scene, each=15)
     truth = of_texels(x, levels, np.arange(61) / 60)
     assert found.mean() == pytest.approx(truth.mean(), rel=0.005)

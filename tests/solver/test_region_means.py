@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from radiosity_addon.settings import Settings
-from radiosity_addon.solver.fields import Constant, CornerColors, Texture, srgb_to_linear
+from radiosity_addon.solver.fields import CornerColors, Texture, srgb_to_linear
 from radiosity_addon.solver.materials.evaluate import evaluate_field
 from radiosity_addon.solver.materials.region_means import FieldMeans, Regions, triangle_regions
 from radiosity_addon.solver.receivers import Receivers
@@ -89,8 +89,8 @@ def test_a_triangle_is_the_mean_of_its_quarters(extension, interpolation):
 
 def test_picture_decoded_after_interpolation():
     """Half black, half white, 2 texels, sRGB, bilinear: on the half between the middles the mean is
-    ∫ decode(t) dt over [0, 1] = [t²/25.84] to 0.04045, then 1.055/3.4 ((t + 0.055)/1.055)^3.4: 0.298;
-    pixels that are decoded before would give 0.5."""
+    ∫ decode(t) dt over [0, 1]: t²/25.84 to 0.04045, then 1.055/3.4 ((t + 0.055)/1.055)^3.4, which
+    is 0.298; pixels that are decoded before would give 0.5."""
     field = picture([[[0] * 3, [1] * 3]], extension="EXTEND", encoded=True)
     o, u, v = (np.array([place]) for place in ((0.25, 0), (0.5, 0), (0, 1)))
     found, _ = FieldMeans(field)(Regions(np.zeros(1, int), o, u, v, True))

@@ -1,5 +1,7 @@
 """Bright spots of panoramas keep their shape: against sums over parts of pixels."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,7 @@ from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.lights.sky import solid_angles, split_sky
 from radiosity_addon.solver.lights.sky_spots import WIDEST, sky_spots
 from radiosity_addon.solver.sampling.sobol import sobol
-from radiosity_addon.solver.scene import Material, Scene, Sky
+from radiosity_addon.solver.scene import Material, Sky
 from radiosity_addon.solver.sequence import solve
 from tests.solver.test_pictures import places_of, quads
 
@@ -67,7 +69,7 @@ def test_a_spot_throws_the_shadow_of_its_shape(rows, columns):
     wall = [[WALL, 0, 0], [WALL, 1, 0], [WALL, 1, TOP], [WALL, 0, TOP]]
     grey, black = (Material(str(r), Constant(np.full(3, r))) for r in (0.5, 0.0))
     plain = quads([floor, wall], (grey, black))
-    scene = Scene(**{**vars(plain), "sky": Sky(pixels)})
+    scene = replace(plain, sky=Sky(pixels))
     where, x = places_of(scene, [0, 1], 40)
     found = solve(scene, where, Settings(error=0.01, passes=("direct",)))
     light, truth = found.direct.mean(axis=1), on_floor(pixels, x)
@@ -96,9 +98,9 @@ def test_nothing_of_the_sky_is_lost():
 
 @pytest.mark.parametrize("normal", [(0, 0, 1), (0.6, 0, 0.8), (-0.8, 0.6, 0), (0, 0.6, -0.8)])
 def test_samples_have_the_mean_of_the_pixels(normal):
-    """The mean of color · tint · cosine over 2^14 samples is Σ radiance · cosine · dω over the parts
-    of pixels, channel by channel, for spots of many colours at the pole, at the horizon and between,
-    seen whole or cut by the receiver's own horizon."""
+    """The mean of color · tint · cosine over 2^14 samples is Σ radiance · cosine · dω over the
+    parts of pixels, channel by channel, for spots of many colors at the pole, at the horizon and
+    between, seen whole or cut by the receiver's own horizon."""
     rng = np.random.default_rng(2)
     pixels = np.zeros((32, 64, 3))
     pixels[31, 5:40] = rng.random((35, 3))

@@ -1,14 +1,17 @@
 """Parts of one colour: pictures of nearest texels cut along their texels' borders."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from radiosity_addon.solver.fields import Constant, Texture
+from radiosity_addon.solver.fields import Texture
 from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.materials.texture_blocks import MOST_BLOCKS, one_colored_parts
 from radiosity_addon.solver.materials.texture_cells import cut
 from radiosity_addon.solver.progress import silent
-from tests.solver.test_pictures import sign
+from radiosity_addon.solver.scene import Material
+from tests.solver.test_pictures import BLACK, sign
 
 HALVES = np.array([[[0, 0], [0, 1], [1, 1]], [[0, 0], [1, 1], [1, 0]]], np.float32)
 
@@ -72,12 +75,11 @@ def test_a_strip_of_lamps_is_a_few_lights():
 
 
 def test_encoded_and_tinted_parts():
-    """Texels are decoded and multiplied by the factor: 0.5 in sRGB is 0.214041, twice that 0.428."""
+    """Texels are decoded and multiplied by the factor: 0.5 in sRGB is 0.2140411."""
     scene = sign(np.kron(np.eye(2), [[1]])[..., None] * np.full(3, 0.5))
     field = scene.materials[1].emission
     tinted = Texture(field.pixels, field.uv, "EXTEND", "Closest", np.array([2.0, 1, 0]), True)
-    materials = (scene.materials[0], type(scene.materials[0])("sign", Constant(np.zeros(3)), tinted))
-    cells, _ = cut(type(scene)(**{**vars(scene), "materials": materials}), np.array([2, 3]),
-                   np.full(2, 0.5))  # fmt: skip
+    scene = replace(scene, materials=(scene.materials[0], Material("sign", BLACK, tinted)))
+    cells, _ = cut(scene, np.array([2, 3]), np.full(2, 0.5))
     truth = [2 * 0.2140411, 0.2140411, 0]
     np.testing.assert_allclose(cells.radiance, np.tile(truth, (len(cells.radiance), 1)), rtol=1e-5)

@@ -55,8 +55,9 @@ class SkySpots(Suns):
         height, width = self.shape
         low, high = (np.sin(np.pi * ((self.row[pixel] + k) / height - 0.5)) for k in (0, 1))
         z = low + s * (high - low)
-        flat, turn = np.sqrt(np.maximum(1 - z * z, 0)), 0.5 - (self.column[pixel] + t) / width
-        return np.stack([flat * np.cos(2 * np.pi * turn), flat * np.sin(2 * np.pi * turn), z]), pixel
+        flat = np.sqrt(np.maximum(1 - z * z, 0))
+        turn = 2 * np.pi * (0.5 - (self.column[pixel] + t) / width)
+        return np.stack([flat * np.cos(turn), flat * np.sin(turn), z]), pixel
 
     def whole(self, which: int, middles: Middles) -> Unoccluded:
         """Known, to be none, where all of the spot is below the horizon."""

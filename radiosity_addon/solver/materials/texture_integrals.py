@@ -53,7 +53,8 @@ class TextureSums:
     def _integrals(self, corners: np.ndarray) -> np.ndarray:
         """(n, p) signed integrals over polygons (n, k, 2), in texels."""
         n, k = corners.shape[:2]
-        start, step = corners.reshape(-1, 2), (np.roll(corners, -1, axis=1) - corners).reshape(-1, 2)
+        start = corners.reshape(-1, 2)
+        step = (np.roll(corners, -1, axis=1) - corners).reshape(-1, 2)
         some = np.flatnonzero(step[:, 1])  # elsewhere dy = 0
         edge, low, high = _pieces(start[some], step[some])
         edge = some[edge]

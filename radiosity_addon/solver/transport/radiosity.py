@@ -213,8 +213,8 @@ def solve_rows(
     table = elements.values_of_cells(reflected, np.float32(0))
     unknown = elements.values_of_cells(transport.row == -1, False)
     return Radiosity(
-        elements, table, emitted, varied, unknown, transport, solution, iterations, residual, seconds,
-        tolerance,
+        elements, table, emitted, varied, unknown, transport, solution, iterations, residual,
+        seconds, tolerance,
     )
 
 
@@ -270,6 +270,5 @@ def _gathered_emission(context: Context, elements: Elements):
 def _lengths(context: Context, regions) -> np.ndarray:
     """(n,) the longest edges of triangular regions."""
     e1, e2 = context.geometry.e1[regions.triangle], context.geometry.e2[regions.triangle]
-    edges = (step[:, :1] * e1 + step[:, 1:] * e2 for step in (regions.u, regions.v))
-    u, v = edges
+    u, v = (step[:, :1] * e1 + step[:, 1:] * e2 for step in (regions.u, regions.v))
     return np.max([np.linalg.norm(edge, axis=1) for edge in (u, v, u - v)], axis=0)
