@@ -107,7 +107,8 @@ def test_interpolated_picture():
     middle = (np.arange(60) + 0.5) / 60
     field = scene.materials[1].emission
     v, u = (axis.ravel() for axis in np.meshgrid(middle, middle, indexing="ij"))
-    own = Texture(field.pixels, np.array([[[0, 0], [1, 0], [0, 1]]], np.float32), "EXTEND", "Linear")
+    whole = np.array([[[0, 0], [1, 0], [0, 1]]], np.float32)
+    own = Texture(field.pixels, whole, "EXTEND", "Linear")
     levels = evaluate_field(own, np.zeros(3600, int), np.stack([u, v], 1))[:, 0]
     levels = levels.reshape(60, 60)
     found, x = floor_light(scene, each=15)
