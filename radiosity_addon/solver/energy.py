@@ -19,7 +19,8 @@ from .lights.flat_shapes import spread_falloff
 from .lights.polygons import Polygons
 from .lights.sky import pixel_directions, solid_angles
 from .lights.suns import Suns
-from .materials.texture_cells import join_cells, whole_triangles
+from .materials.region_means import triangle_regions
+from .materials.texture_cells import WHOLE, join_cells, whole_triangles
 from .sampling.points import points_on
 from .sampling.sobol import cosine_directions, sobol, tangent_frames, uniform
 
@@ -200,14 +201,10 @@ def _unsampled_faces(context: Context) -> Polygons:
     shows = ~context.explicit & context.glows
     if scene.visible is not None:
         shows &= scene.visible[scene.object]
-    places = np.array([[1 / 6, 1 / 6], [4 / 6, 1 / 6], [1 / 6, 4 / 6], [1 / 3, 1 / 3]])
     apart, parts = emits_apart(scene), []
     for side, triangles in ((1, np.flatnonzero(shows)), (-1, np.flatnonzero(shows & apart))):
-        front = np.full(len(triangles), side > 0)
-        radiance = np.mean([
-            context.emission(triangles, np.tile(place, (len(triangles), 1)), front)
-            for place in places
-        ], 0)  # fmt: skip
+        whole = triangle_regions(triangles, np.repeat(WHOLE, len(triangles), axis=0))
+        radiance, _ = context.mean_emission(whole, side > 0)
         glowing = radiance.any(axis=1)
         cells = whole_triangles(triangles[glowing], radiance[glowing])
         parts.append(replace(cells, side=np.where(apart[cells.triangle], side, 0)))

@@ -24,14 +24,13 @@ from .filtering.lattice import build_lattices
 from .geometry.footprints import Footprints, build_footprints
 from .geometry.triangles import rounding_warning
 from .lights.context import Context, build_context
+from .materials.region_means import Regions
 from .progress import Progress, silent
 from .receivers import Receivers
-from .sampling.points import footprint_points
 from .scene import Scene
 from .solution import Solution, Statistics
 from .workers.parallel import thread_count
 
-SURFACE_POINTS = 8  # a receiver's reflectance and emission are means over these
 
 
 @np.errstate(under="ignore")  # light that vanishes beside the brightest is nothing
@@ -119,24 +118,17 @@ def _judge(context: Context, footprints, receivers: Receivers, passes, project, 
 
 
 def _surface(context: Context, footprints: Footprints) -> Surface:
-    """Reflectance and emission, averaged over each footprint: cell by cell, or at points where
-    they vary within a triangle; and the footprints' area."""
-    if context.varies:
-        owners = np.arange(footprints.count)
-        turn = np.zeros((len(owners), 3), np.float32)
-        points = footprint_points(footprints, owners, turn, SURFACE_POINTS, context.seed, 30)
-        triangle, uv = points.triangle.ravel(), points.uv.reshape(-1, 2)
-
-        def mean(values: np.ndarray) -> np.ndarray:
-            return values.reshape(SURFACE_POINTS, -1, context.channels).mean(axis=0)
-    else:
-        triangle, uv = footprints.triangle, np.zeros((len(footprints.triangle), 2))
-        mean = footprints.mean_of_cells
-    return Surface(
-        mean(context.reflectance(triangle, uv)),
-        mean(context.emission(triangle, uv)),
-        footprints.area,
-    )
+    """Reflectance and emission, exact means over each footprint; and the footprints' area."""
+    cells = len(footprints.triangle)
+    reflectance, emission = np.zeros((2, cells, context.channels))
+    for square in (False, True):
+        some = np.flatnonzero(footprints.square == square)
+        corners = np.moveaxis(footprints.corners[some].astype(float), 1, 0)
+        regions = Regions(footprints.triangle[some], *corners, square)
+        reflectance[some] = context.mean_reflectance(regions)
+        emission[some], _ = context.mean_emission(regions)
+    mean = footprints.mean_of_cells
+    return Surface(mean(reflectance), mean(emission), footprints.area)
 
 
 def _warnings(context: Context, verdict: Estimate, settings, solved: list[SolveFigures]):

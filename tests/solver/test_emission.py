@@ -170,7 +170,7 @@ def test_no_emission_is_counted_twice():
     context = build_context(panel_over_floor(textured(HALF)), 0, 1, silent)
     assert context.explicit[-2:].all() and not context.explicit[:-2].any()
     elements = build_elements(context.geometry, context.scene.object, 200)
-    assert _gathered_emission(context, elements) is None
+    assert _gathered_emission(context, elements) == (None, None)
 
 
 def test_large_picture_met_by_rays_shows_its_parts():

@@ -115,6 +115,9 @@ def _from_points(context: Context, light: int, points: Points, some, xi, dark) -
         varied, triangle, uv = sample.surface
         color = np.tile(color, (len(position), 1))
         color[varied] = context.emission(triangle, uv)
+    if sample.tint is not None:
+        color = color * sample.tint
+    if color.ndim > 1:
         color = color.reshape(points.shape[0], -1, context.channels)
     return _visible_mean(context, blockers, position, sample, points.shape[0], color)
 

@@ -97,6 +97,8 @@ def _samples(context: Context, light: np.ndarray, position, normal, xi):
             place = sources.place[light[rows]]
             sample = kind.sample(place, position[rows], normal[rows], xi[rows])
             color = np.take(kind.color, place, axis=0)
+            if sample.tint is not None:
+                color = color * sample.tint
             if sample.surface is not None:
                 varied, triangle, uv = sample.surface
                 color[varied] = context.emission(triangle, uv)

@@ -12,6 +12,7 @@ from functools import partial
 import numpy as np
 
 from ..lights.context import Context
+from ..lights.polygons import NEAR
 from ..sampling.guide import Guide, Learning
 from ..sampling.points import grouped_chunks
 from ..sampling.sobol import sobol
@@ -59,7 +60,7 @@ def gather(
 ) -> Gathered:
     """Light that ``rays`` from each of ``count`` owners bring; ``place(chosen, group)`` gives the
     owners' Points. ``radiosity`` has ``elements`` and, by cell side, ``reflected`` and ``emitted``
-    (2 n_cells + 2, channels) float32, and bool whether it is ``unknown``. ``owners`` (count,) are
+    (2 n_cells + 2, channels) float32, how long those are that are ``varied``, and bool whether it is ``unknown``. ``owners`` (count,) are
     the receivers' numbers; where somebody ``learns``, lessons are given; ``guide`` aims the rays;
     None: nobody."""
     totals, unseen, lessons = np.zeros((2, count, context.channels)), [], []
@@ -92,7 +93,7 @@ def gather(
                 find_lost(sides, elements, len(whose))
             light = radiosity.reflected_at(sides, hits.triangle, hits.u, hits.v)
             bounced = bounced + mean_of_rays(light, part, rays, len(whose), weight)
-            direct = first_hand(context, emitted, sides, part, directions)
+            direct = first_hand(context, radiosity, emitted, sides, part, directions)
             if direct is not None:
                 first = first + mean_of_rays(direct, part, rays, len(whose), weight)
                 light = light + direct
@@ -162,9 +163,16 @@ def first_hand_table(context: Context, radiosity) -> np.ndarray | None:
     return table
 
 
-def first_hand(context: Context, emitted, sides: np.ndarray, met: Met, directions: np.ndarray):
-    """(k, channels) float32 light from the sky, and emission met; None where there is neither."""
+def first_hand(context: Context, radiosity, emitted, sides, met: Met, directions: np.ndarray):
+    """(k, channels) float32 light from the sky, and emission met; None where there is neither. What
+    a near ray meets of a picture is its value there, of a far one the mean over the cell."""
     light = None if emitted is None else np.take(emitted, sides, axis=0)
+    if radiosity.varied is not None:
+        near = np.take(radiosity.varied, sides) > NEAR * met.hits.distance
+        some = np.flatnonzero(near & (met.hits.triangle >= 0))
+        uv = np.stack([met.hits.u[some], met.hits.v[some]], 1).astype(float)
+        found = context.emission(met.hits.triangle[some], uv, met.hits.front[some])
+        light[some] = np.pi * found
     if context.sky is None or context.sky.constant:
         return light
     if light is None:

@@ -126,7 +126,7 @@ def _arrived(context, radiosity, table, met: list[Met], directions, count: int):
             find_lost(sides, radiosity.elements, count)
         hits = part.hits
         light = radiosity.reflected_at(sides, hits.triangle, hits.u, hits.v)
-        direct = first_hand(context, table, sides, part, directions)
+        direct = first_hand(context, radiosity, table, sides, part, directions)
         light = light if direct is None else light + direct
         arriving = arriving + mean_of_rays(light, part, rays, count)
         number = np.arange(len(sides)) if part.rays is None else part.rays

@@ -7,10 +7,11 @@ from functools import cached_property
 
 import numpy as np
 
-from ..fields import Constant, is_black
+from ..fields import is_black
 from ..geometry.triangles import Geometry, build_geometry
 from ..materials.channels import channels_of
 from ..materials.evaluate import evaluate_material
+from ..materials.region_means import Regions, material_means
 from ..progress import Progress
 from ..scene import Scene, sides, used_sides
 from ..tracing.blockers import Blockers, build_blockers, trace_visible
@@ -18,6 +19,7 @@ from ..tracing.crossings import Crossings, find_crossings
 from ..tracing.embree import Tracer
 from .convex import is_unobstructed
 from .sky import Skylight, split_sky
+from .sky_spots import sky_spots
 from .sources import Sources, build_sources
 
 
@@ -38,14 +40,6 @@ class Context:
     seed: int
     threads: int
     progress: Progress
-
-    @property
-    def varies(self) -> bool:
-        """Reflectance or emission varies within a triangle somewhere."""
-        return not all(
-            isinstance(material.reflectance, Constant) and isinstance(material.emission, Constant)
-            for material in sides(self.scene.materials)
-        )
 
     @cached_property
     def glows(self) -> bool:
@@ -94,6 +88,17 @@ class Context:
         bool tells; None: of the fronts."""
         return np.maximum(self._evaluate("emission", triangle, uv, front), 0) / self.unit
 
+    def mean_emission(self, regions: Regions, front: bool = True):
+        """(n, channels) float64 exact mean radiance over regions, in the context's unit, and its
+        deviation (n,) in there."""
+        mean, spread = material_means(self.scene, "emission", regions, front)
+        return mean[:, : self.channels] / self.unit, spread / self.unit
+
+    def mean_reflectance(self, regions: Regions) -> np.ndarray:
+        """(n, channels) float64 exact mean over regions of fronts."""
+        mean, _ = material_means(self.scene, "reflectance", regions)
+        return np.clip(mean[:, : self.channels], 0, 1)
+
     def _evaluate(self, quantity: str, triangle, uv, front=None) -> np.ndarray:
         found = evaluate_material(self.scene, quantity, triangle, uv, front)
         return found[:, : self.channels]
@@ -106,11 +111,12 @@ def build_context(scene: Scene, seed: int, threads: int, progress: Progress) -> 
     """
     geometry = build_geometry(scene.vertices, scene.triangles)
     tracer, transmits = trace_visible(scene, geometry), _transmitting(scene)
-    sky, suns = None, []
+    sky, spots = None, None
     if scene.sky is not None and np.any(scene.sky.pixels > 0):
-        pixels, suns = split_sky(scene.sky)
+        pixels, found = split_sky(scene.sky)
+        spots = sky_spots(pixels.shape[:2], found)
         sky = Skylight(pixels)
-    sources, explicit = build_sources(scene, geometry, tracer, suns)
+    sources, explicit = build_sources(scene, geometry, tracer, spots)
     if is_unobstructed(geometry, sources):
         blockers = (Blockers(None, None),) * len(sources.blocking)
     else:

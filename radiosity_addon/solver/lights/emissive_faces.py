@@ -140,8 +140,9 @@ def as_polygons(geometry: Geometry, cells: Cells) -> Polygons:
 def _pairs(cells: Cells, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Cells that form a parallelogram with the next one, and at which of their corners (n, 3, 3)
     lies the angle opposite the shared edge."""
-    whole = (cells.share == 1) & (cells.deviation == 0)
-    follows = (np.diff(cells.triangle) == 1) & (np.diff(cells.side) == 0) & whole[1:] & whole[:-1]
+    even = cells.deviation == 0
+    follows = np.isin(np.diff(cells.triangle), (0, 1)) & (np.diff(cells.side) == 0)
+    follows &= even[1:] & even[:-1]
     follows &= np.isclose(cells.radiance[1:], cells.radiance[:-1], rtol=1e-6, atol=0).all(axis=1)
     size = np.abs(corners - corners[:, :1]).max(axis=(1, 2))
     turns = np.full(len(follows), -1)

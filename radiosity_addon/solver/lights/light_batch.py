@@ -37,6 +37,7 @@ class Sample:
     whole: np.ndarray | None = None  # (n,) float64
     surface: tuple | None = None  # (k,) which of the n, (k,) triangles, (k, 2) barycentric: places
     # whose own emission takes the place of the light's colour
+    tint: np.ndarray | None = None  # (n, channels): multiplies the light's colour; None: 1
 
     def darken(self, dark: np.ndarray) -> None:
         """Nothing arrives at the points that are ``dark`` (n,) bool."""

@@ -1,8 +1,8 @@
-"""Skylight: radiance from infinitely far. Its small bright spots become suns.
+"""Skylight: radiance from infinitely far. Its small bright spots become lights.
 
 Cosine-distributed rays that escape bring the sky's radiance. A spot much smaller than the sky and
 much brighter than the rest (the sun in a photograph) would be met by few of them, so it is cut out
-and sampled explicitly as a distant disc.
+and sampled explicitly, pixel by pixel (``sky_spots``).
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..scene import Sky, SunLamp
+from ..scene import Sky
 
 BRIGHT = 16.0  # times the mean radiance: a spot
-LARGEST = 0.02  # steradians: a larger bright region is gathered like the rest
+LARGEST = 0.2  # steradians: a larger bright region is gathered like the rest
 MOST_SPOTS = 16
 
 
@@ -57,8 +57,9 @@ def solid_angles(height: int, width: int) -> np.ndarray:
     return (np.diff(edge) * 2 * np.pi / width)[:, None]
 
 
-def split_sky(sky: Sky) -> tuple[np.ndarray, list[SunLamp]]:
-    """(height, width, 3) radiance without its bright spots, and the spots as suns."""
+def split_sky(sky: Sky) -> tuple[np.ndarray, list[np.ndarray]]:
+    """(height, width, 3) radiance without its bright spots, and what was taken out of it: for each
+    spot the pixels' rows, columns, and radiance, (m, 5)."""
     from scipy import ndimage
 
     pixels = np.asarray(sky.pixels, np.float64)
@@ -77,16 +78,10 @@ def split_sky(sky: Sky) -> tuple[np.ndarray, list[SunLamp]]:
     sizes = ndimage.sum_labels(angle, labels, numbers)
     power = ndimage.sum_labels(level * angle, labels, numbers)
     spots = [k for k in np.argsort(-power)[:MOST_SPOTS] if sizes[k] <= LARGEST]
-    directions = pixel_directions(height, width)
-    rest, suns = pixels.copy(), []
+    rest, found = pixels.copy(), []
     for k in spots:
-        inside = labels == numbers[k]
-        base = np.minimum(pixels[inside], limit)
-        flux = (pixels[inside] - base) * angle[inside][:, None]
-        toward = (directions[inside] * flux.mean(axis=1)[:, None]).sum(axis=0)
-        toward /= np.linalg.norm(toward)
-        suns.append(
-            SunLamp("sky", -toward, flux.sum(axis=0), 2 * np.sqrt(sizes[k] / np.pi))
-        )
-        rest[inside] = base
-    return rest, suns
+        row, column = np.nonzero(labels == numbers[k])
+        base = np.minimum(pixels[row, column], limit)
+        found.append(np.column_stack([row, column, pixels[row, column] - base]))
+        rest[row, column] = base
+    return rest, found

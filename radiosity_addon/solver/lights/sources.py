@@ -16,6 +16,7 @@ from .light_choice import FEW, make_light_pool
 from .light_range import lights_that_reach
 from .light_tree import join_emitters
 from .polygons import Polygons, join_polygons
+from .sky_spots import SkySpots
 from .spheres import SphereLights
 from .suns import Suns
 
@@ -24,7 +25,7 @@ from .suns import Suns
 class Sources:
     """All explicit lights, numbered through their kinds."""
 
-    kinds: tuple  # of Polygons, Spheres, Balls, Suns
+    kinds: tuple  # of Polygons, FacingDiscs, SphereLights, Suns, SkySpots
     kind: np.ndarray  # (n,) int: which kind a light belongs to
     place: np.ndarray  # (n,) int: its place in there
     link: np.ndarray  # (n,) int: which row of ``allowed`` tells what it lights
@@ -68,15 +69,15 @@ class Sources:
 
 
 def build_sources(
-    scene: Scene, geometry: Geometry, tracer: Tracer, suns: list[SunLamp]
+    scene: Scene, geometry: Geometry, tracer: Tracer, spots: SkySpots | None
 ) -> tuple[Sources, np.ndarray]:
     """Every light to sample, and (n_triangles,) bool: whose emission that covers."""
     faces, explicit = emissive_faces(scene, geometry, tracer)
-    rows = {Polygons: [], FacingDiscs: [], SphereLights: [], Suns: []}
+    rows = {Polygons: [], FacingDiscs: [], SphereLights: [], Suns: [], SkySpots: []}
     linked = {kind: [(None, None)] * len(faces.color) * (kind is Polygons) for kind in rows}
     free = (None,) * len(scene.lamps)
     pairs = zip(scene.lamp_objects or free, scene.lamp_blockers or free)
-    for lamp, pair in (*zip(scene.lamps, pairs), *((sun, (None, None)) for sun in suns)):
+    for lamp, pair in zip(scene.lamps, pairs):
         if _shines(lamp):
             kind, row = _lamp_row(lamp, geometry)
             rows[kind].append(row)
@@ -87,6 +88,8 @@ def build_sources(
     }
     if len(faces.color):
         made[Polygons] = join_polygons([faces, made[Polygons]]) if Polygons in made else faces
+    if spots is not None:
+        made[SkySpots], linked[SkySpots] = spots, [(None, None)] * len(spots.color)
     present = [kind for kind in rows if kind in made]
     kinds = tuple(made[kind] for kind in present)
     sizes = [len(kind.color) for kind in kinds]

@@ -48,23 +48,28 @@ def _lookup(texture: Texture, place: np.ndarray) -> np.ndarray:
     height, width = texture.pixels.shape[:2]
     x, y = place[:, 0] * width, place[:, 1] * height
     if texture.interpolation == "Closest":
-        return _texels(texture, np.floor(x).astype(int), np.floor(y).astype(int))
-    x, y = x - 0.5, y - 0.5
+        return texels(texture, np.floor(x).astype(int), np.floor(y).astype(int))
+    return bilinear(texture, np.stack([x, y], 1))
+
+
+def bilinear(texture: Texture, place: np.ndarray) -> np.ndarray:
+    """(n, 3) pixels interpolated at ``place`` (n, 2) in texels, as they are encoded."""
+    x, y = place.T - 0.5
     column, row = np.floor(x).astype(int), np.floor(y).astype(int)
     fx, fy = (x - column)[:, None], (y - row)[:, None]
-    low = _texels(texture, column, row) * (1 - fx) + _texels(texture, column + 1, row) * fx
-    high = _texels(texture, column, row + 1) * (1 - fx) + _texels(texture, column + 1, row + 1) * fx
+    low = texels(texture, column, row) * (1 - fx) + texels(texture, column + 1, row) * fx
+    high = texels(texture, column, row + 1) * (1 - fx) + texels(texture, column + 1, row + 1) * fx
     return low * (1 - fy) + high * fy
 
 
-def _texels(texture: Texture, column: np.ndarray, row: np.ndarray) -> np.ndarray:
+def texels(texture: Texture, column: np.ndarray, row: np.ndarray) -> np.ndarray:
     """(n, 3) float64 pixels, with the image's extension beyond its edges."""
     height, width = texture.pixels.shape[:2]
     pixels = texture.pixels
     if texture.extension == "REPEAT":
         return pixels[row % height, column % width].astype(float)
     if texture.extension == "MIRROR":
-        row, column = _mirror(row, height), _mirror(column, width)
+        row, column = mirrored(row, height), mirrored(column, width)
         return pixels[row, column].astype(float)
     values = pixels[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)].astype(float)
     if texture.extension == "CLIP":
@@ -73,7 +78,7 @@ def _texels(texture: Texture, column: np.ndarray, row: np.ndarray) -> np.ndarray
     return values
 
 
-def _mirror(index: np.ndarray, size: int) -> np.ndarray:
+def mirrored(index: np.ndarray, size: int) -> np.ndarray:
     """Indices folded back and forth into ``range(size)``."""
     index = index % (2 * size)
     return np.where(index < size, index, 2 * size - 1 - index)

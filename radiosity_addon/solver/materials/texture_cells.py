@@ -1,24 +1,25 @@
 """Cells: emission that varies over a triangle, cut into parts of which each is nearly constant.
 
-Each triangle is cut into four again and again, down to the size of a texel, and from there parts
-that differ little are put together again: a dark part of a picture becomes no light at all, a
-bright spot many small ones.
+Each triangle is cut into four again and again, down to the size of a texel, where its parts differ
+much: a dark part of a picture becomes no light at all, a bright spot many small ones. The radiance
+of a cell is the mean of the picture over it, so that cells have the picture's power, all of it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from ..fields import Texture, decoded
+from ..fields import Texture, srgb_to_linear
 from ..scene import Scene
-from .evaluate import evaluate_field
+from .region_means import FieldMeans, triangle_regions
+from .texture_blocks import one_colored_parts
 
-MOST = 1 << 19  # finest parts of all triangles together
+MOST = 1 << 19  # parts of all triangles together, cut ones too
+MOST_CUT = 64  # triangles of a material that are looked at for parts of one colour
 DEEPEST = 9  # times that a triangle is cut into four
 SMOOTH = 3  # the same for colours that vary linearly
-ROUNDING = 1e-6  # of the radiance: a smaller deviation is none
 COARSE = 1e-3  # of all emission: the variation within a cell, at most
 WHOLE = np.array([[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]])  # a triangle's corners
 
@@ -57,44 +58,68 @@ def whole_triangles(triangle: np.ndarray, radiance: np.ndarray) -> Cells:
 def cut(scene: Scene, triangle: np.ndarray, area: np.ndarray) -> tuple[Cells, np.ndarray]:
     """Cells of triangles (n,) whose emission varies, of ``area`` (n,); and the share (n,) of each
     that counts as glowing: (∫L)² / (area ∫L²), 1 where it is constant."""
-    pyramids = list(_pyramids(scene, triangle))
-    glowing = np.zeros(len(triangle))
-    total = 0.0
-    for rows, levels in pyramids:
-        mean = levels[0].radiance.mean(axis=1)
-        glowing[rows] = mean**2 / np.maximum(mean**2 + levels[0].deviation ** 2, 1e-300)
+    materials = scene.material[triangle]
+    whole, glowing, total = [], np.zeros(len(triangle)), 0.0
+    for material in np.unique(materials):
+        rows = np.flatnonzero(materials == material)
+        means = FieldMeans(scene.materials[material].emission)
+        cells = _measured(means, triangle[rows], np.repeat(WHOLE, len(rows), axis=0), 1.0)
+        mean = cells.radiance.mean(axis=1)
+        glowing[rows] = mean**2 / np.maximum(mean**2 + cells.deviation**2, 1e-300)
         total += float((area[rows] * mean).sum())
+        whole.append((means, rows, cells))
     parts = [whole_triangles(triangle[:0], np.zeros((0, 3)))]
-    for rows, levels in pyramids:
-        parts += _leaves(levels, area[rows], COARSE * total)
+    for means, rows, cells in whole:
+        room = MOST - sum(len(part.triangle) for part in parts)
+        parts += _leaves(means, cells, area[rows], COARSE * total, room)
     return join_cells(parts), glowing
 
 
-def _leaves(levels: list[Cells], area: np.ndarray, limit: float):
-    """The coarsest cells of (k,) triangles that vary by no more than ``limit``, and shine."""
-    open_ = np.arange(len(area))
-    for depth, level in enumerate(levels):
-        size = area[open_ // 4**depth] * level.share[open_]
-        done = size * level.deviation[open_] <= limit
-        done |= depth == len(levels) - 1
-        leaf = open_[done]
-        yield level.take(leaf[level.radiance[leaf].max(axis=1) > 0])
-        open_ = (4 * open_[~done, None] + np.arange(4)).ravel()
+def _measured(means: FieldMeans, triangle: np.ndarray, corners: np.ndarray, share) -> Cells:
+    """Cells ``corners`` (n, 3, 2) of triangles (n,), each ``share`` of its triangle."""
+    radiance, deviation = means(triangle_regions(triangle, corners))
+    n = len(triangle)
+    return Cells(triangle, corners, radiance, deviation, np.full(n, share), np.zeros(n, int))
 
 
-def _pyramids(scene: Scene, triangle: np.ndarray):
-    """Yield (rows, levels) for triangles of one material that are cut equally often: their place
-    in ``triangle``, and Cells from the whole triangles to the finest, four for every one."""
-    materials = scene.material[triangle]
-    depth = np.zeros(len(triangle), int)
-    for material in np.unique(materials):
-        rows = np.flatnonzero(materials == material)
-        depth[rows] = _depth(scene.materials[material].emission, triangle[rows])
-    while (4.0**depth).sum() > MOST and depth.max() > 0:
-        depth = np.maximum(depth - 1, 0)
-    for material, d in sorted(set(zip(materials.tolist(), depth.tolist()))):
-        rows = np.flatnonzero((materials == material) & (depth == d))
-        yield rows, _pyramid(scene.materials[material].emission, triangle[rows], d)
+def _leaves(means: FieldMeans, cells: Cells, area: np.ndarray, limit: float, room: int):
+    """The coarsest parts of whole triangles, ``cells`` of ``area`` (k,), that vary by no more than
+    ``limit``, and shine; about ``room`` at most. Others are cut into four again and again."""
+    level, leaves = 0, []
+    if isinstance(means.field, Texture) and means.field.interpolation == "Closest":
+        cells, area, leaves = _one_colored(means.field, cells, area, limit)
+    depth = _depth(means.field, cells.triangle)
+    while len(cells.triangle):
+        room -= len(cells.triangle)
+        done = (area * 0.25**level * cells.deviation <= limit) | (depth <= level)
+        open_ = np.flatnonzero(~done)
+        if 3 * len(open_) > room:
+            done[:], open_ = True, open_[:0]
+        leaves.append(cells.take(np.flatnonzero(done & (cells.radiance.max(axis=1) > 0))))
+        depth, area, level = np.repeat(depth[open_], 4), np.repeat(area[open_], 4), level + 1
+        triangle = np.repeat(cells.triangle[open_], 4)
+        cells = _measured(means, triangle, _four(cells.corners[open_]), 0.25**level)
+    return leaves
+
+
+def _one_colored(field: Texture, cells: Cells, area: np.ndarray, limit: float):
+    """Whole triangles, ``cells`` of ``area`` (k,), without those that show few parts of one colour;
+    their area; and the cells of these."""
+    varied = np.flatnonzero(area * cells.deviation > limit)
+    left, parts = np.ones(len(area), bool), []
+    for k in varied if len(varied) <= MOST_CUT else ():
+        found = one_colored_parts(field, cells.triangle[k])
+        if found is None:
+            continue
+        left[k] = False
+        corners, color = found
+        color = srgb_to_linear(color) if field.encoded else color
+        edges = corners[:, 1:] - corners[:, :1]
+        n, share = len(corners), np.abs(np.linalg.det(edges))
+        triangle = np.full(n, cells.triangle[k])
+        parts.append(Cells(triangle, corners, color * field.factor, np.zeros(n), share,
+                           np.zeros(n, int)))  # fmt: skip
+    return cells.take(np.flatnonzero(left)), area[left], parts
 
 
 def _depth(field, triangle: np.ndarray) -> np.ndarray:
@@ -112,47 +137,9 @@ def _texels(field: Texture, triangle: np.ndarray) -> np.ndarray:
     return np.abs(place - np.roll(place, 1, axis=1)).max(axis=(1, 2))
 
 
-def _pyramid(field, triangle: np.ndarray, depth: int) -> list[Cells]:
-    """Means and deviations on all levels, from values in the middle of the finest cells."""
-    corners = [WHOLE]
-    for _ in range(depth):
-        corners.append(_four(corners[-1]))
-    finest = len(corners[-1])
-    place = np.tile(corners[-1].mean(axis=1), (len(triangle), 1))
-    field = _blurred(field, triangle, depth)
-    first = np.maximum(evaluate_field(field, np.repeat(triangle, finest), place), 0)
-    second = (first**2).mean(axis=1)
-    levels = []
-    for d in range(depth, -1, -1):
-        deviation = np.sqrt(np.maximum(second - (first**2).mean(axis=1), 0))
-        deviation[deviation < ROUNDING * first.mean(axis=1)] = 0
-        levels.insert(0, Cells(
-            np.repeat(triangle, 4**d), np.tile(corners[d], (len(triangle), 1, 1)), first, deviation,
-            np.full(len(first), 4.0**-d), np.zeros(len(first), int),
-        ))  # fmt: skip
-        if d:
-            first, second = first.reshape(-1, 4, 3).mean(axis=1), second.reshape(-1, 4).mean(axis=1)
-    return levels
-
-
 def _four(corners: np.ndarray) -> np.ndarray:
     """(4n, 3, 2) the quarters of n triangles, one after the other."""
     a, b, c = (corners[:, k] for k in range(3))
     ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
     quarters = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (bc, ca, ab)]
     return np.stack([np.stack(q, 1) for q in quarters], 1).reshape(-1, 3, 2)
-
-
-def _blurred(field, triangle: np.ndarray, depth: int):
-    """The field with texels of about the finest cells' size, as far as its size can be halved, so
-    that no bright texel falls between them."""
-    if not isinstance(field, Texture):
-        return field
-    edge = _texels(field, triangle).max() / 2**depth
-    field = decoded(field) if edge > 2 else field
-    pixels = field.pixels
-    while edge > 2 and pixels.shape[0] % 2 == pixels.shape[1] % 2 == 0:
-        h, w = pixels.shape[0] // 2, pixels.shape[1] // 2
-        pixels = pixels.reshape(h, 2, w, 2, 3).mean(axis=(1, 3))
-        edge /= 2
-    return replace(field, pixels=pixels)

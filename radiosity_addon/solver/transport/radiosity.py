@@ -15,6 +15,7 @@ from ..elements.discontinuities import MAX_GROWTH, set_apart
 from ..elements.elements import Elements, build_elements, refine
 from ..lights.context import Context
 from ..lights.emissive_faces import emits_apart
+from ..materials.region_means import triangle_regions
 from ..workers.parallel import map_chunks, ranges
 from .rays import shoot, sides_hit
 from .receiver_map import ReceiverMap
@@ -47,6 +48,7 @@ class Radiosity:
     elements: Elements
     reflected: np.ndarray
     emitted: np.ndarray | None
+    varied: np.ndarray | None  # (2 n_cells + 2,) float32 lengths of cells whose ``emitted`` varies
     unknown: np.ndarray  # (2 n_cells + 2,) bool: rays reached no such side when it was solved
     transport: Transport | None  # None: nothing that is reflected counts
     solution: np.ndarray  # (n_rows, channels) reflected radiosity
@@ -140,7 +142,7 @@ def without_reflection(context: Context, target: int) -> Radiosity:
     elements = build_elements(context.geometry, _groups(context.scene), target)
     nothing = np.zeros((elements.nowhere + 1, context.channels), np.float32)
     emitted, known = _gathered_emission(context, elements), np.zeros(len(nothing), bool)
-    return Radiosity(elements, nothing, emitted, known, None, nothing[:0], 0, 0.0, 0.0, 1.0)
+    return Radiosity(elements, nothing, *emitted, known, None, nothing[:0], 0, 0.0, 0.0, 1.0)
 
 
 def _seeds(context, elements, receivers: int, place, target: int, key) -> Places:
@@ -188,7 +190,10 @@ def solve_rows(
     """The linear system of the rows, and the table that rays look up. What rays meet beside the
     rows' own sides is as bright as ``known``; None: black."""
     sides = transport.sides
-    emitted = _gathered_emission(context, elements) if known is None else known.emitted
+    if known is None:
+        emitted, varied = _gathered_emission(context, elements)
+    else:
+        emitted, varied = known.emitted, known.varied
     source = sides.lit + sides.reflectance * transport.sky
     if emitted is not None:
         source = source + sides.reflectance * _light_met(transport, emitted)
@@ -208,8 +213,8 @@ def solve_rows(
     table = elements.values_of_cells(reflected, np.float32(0))
     unknown = elements.values_of_cells(transport.row == -1, False)
     return Radiosity(
-        elements, table, emitted, unknown, transport, solution, iterations, residual, seconds,
-        tolerance,
+        elements, table, emitted, varied, unknown, transport, solution, iterations, residual,
+        seconds, tolerance,
     )
 
 
@@ -238,24 +243,32 @@ def _groups(scene) -> np.ndarray:
     return np.unique(pair, return_inverse=True)[1].reshape(-1)
 
 
-def _gathered_emission(context: Context, elements: Elements) -> np.ndarray | None:
-    """(2 n_cells + 1, channels) float32 exitance of cell sides that rays must find, the same over
-    all of a cell (a texture's mean); None where there is none."""
+def _gathered_emission(context: Context, elements: Elements):
+    """(2 n_cells + 2, channels) float32 exitance of cell sides that rays must find, the exact mean
+    over each cell; and (2 n_cells + 2,) float32 the lengths of those in which it varies, else 0.
+    None where there is nothing such."""
     if not context.glows:
-        return None
-    cells = np.flatnonzero(~context.explicit[elements.triangle])
-    corners = elements.corners[cells].astype(float)
-    weights = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4], [2, 2, 2]]) / 6
-    emission = np.zeros((len(elements.triangle), 2, context.channels))
-    triangle = elements.triangle[cells]
-    apart = emits_apart(context.scene)[triangle]
-    for weight in weights:
-        uv = np.einsum("c,ncd->nd", weight, corners)
-        found = np.repeat(context.emission(triangle, uv)[:, None], 2, axis=1)
-        found[apart, 1] = context.emission(triangle[apart], uv[apart], np.zeros(apart.sum(), bool))
-        emission[cells] += np.pi / len(weights) * found
-    if not emission.any():
-        return None
-    table = np.zeros((elements.nowhere + 1, context.channels), np.float32)
-    table[:-2] = emission.reshape(-1, context.channels)
-    return table
+        return None, None
+    leaf = (elements.element >= 0) & ~context.explicit[elements.triangle]
+    cells = np.flatnonzero(leaf)
+    regions = triangle_regions(elements.triangle[cells], elements.corners[cells])
+    emission = np.zeros((elements.nowhere + 1, context.channels), np.float32)
+    length = np.zeros(elements.nowhere + 1, np.float32)
+    apart = emits_apart(context.scene)[regions.triangle]
+    size = _lengths(context, regions)
+    mean, spread = context.mean_emission(regions)
+    for side in (0, 1):
+        emission[2 * cells + side], length[2 * cells + side] = np.pi * mean, (spread > 0) * size
+    some = np.flatnonzero(apart)
+    mean, spread = context.mean_emission(regions.take(some), False)
+    emission[2 * cells[some] + 1], length[2 * cells[some] + 1] = (
+        np.pi * mean, (spread > 0) * size[some]
+    )
+    return emission if emission.any() else None, length if length.any() else None
+
+
+def _lengths(context: Context, regions) -> np.ndarray:
+    """(n,) the longest edges of triangular regions."""
+    e1, e2 = context.geometry.e1[regions.triangle], context.geometry.e2[regions.triangle]
+    u, v = (step[:, :1] * e1 + step[:, 1:] * e2 for step in (regions.u, regions.v))
+    return np.max([np.linalg.norm(edge, axis=1) for edge in (u, v, u - v)], axis=0)

@@ -1,0 +1,119 @@
+"""Region means: the mean of a field over a part of a triangle, and how much it varies there.
+
+What a light's cell sends out, what an element glows with and what a receiver reflects are such
+means: exact ones, so that nothing in a picture falls between places that are looked at.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..fields import Constant, CornerColors, Field
+from ..scene import Scene
+from .evaluate import evaluate_field
+from .texture_integrals import THIN, TextureSums, sum_texture
+
+SEEN = 2.0  # texels: within a smaller region interpolated values are looked at, too
+EVEN = 1e-4  # of the mean: a smaller deviation is none
+SAME = 1e-6  # of the mean: what integrals may be off by where nothing varies
+
+
+@dataclass(frozen=True)
+class Regions:
+    """n parts of triangles: places origin + s u + t v, barycentric, of all s and t in [0, 1] where
+    ``square``, else of those with s + t <= 1."""
+
+    triangle: np.ndarray  # (n,) int
+    origin: np.ndarray  # (n, 2) float64
+    u: np.ndarray  # (n, 2)
+    v: np.ndarray  # (n, 2)
+    square: bool
+
+    def take(self, chosen) -> Regions:
+        """Some of them."""
+        arrays = (self.triangle, self.origin, self.u, self.v)
+        return Regions(*(array[chosen] for array in arrays), self.square)
+
+    def middle(self) -> np.ndarray:
+        """(n, 2) barycentric middles."""
+        return self.origin + (self.u + self.v) / (2 if self.square else 3)
+
+
+def triangle_regions(triangle: np.ndarray, corners: np.ndarray) -> Regions:
+    """Triangles within triangles (n,), from their barycentric corners (n, 3, 2)."""
+    corners = np.asarray(corners, float)
+    first = corners[:, 0]
+    return Regions(triangle, first, corners[:, 1] - first, corners[:, 2] - first, False)
+
+
+@dataclass(frozen=True)
+class FieldMeans:
+    """The means of one field."""
+
+    field: Field
+
+    @cached_property
+    def _sums(self) -> TextureSums:
+        return sum_texture(self.field)
+
+    def __call__(self, regions: Regions) -> tuple[np.ndarray, np.ndarray]:
+        """(n, 3) means, not below 0, over regions, and (n,) root mean square deviations from them,
+        over the channels, too: of interpolated texels roughly, of others exactly."""
+        if isinstance(self.field, Constant) or len(regions.triangle) == 0:
+            return self._at(regions, regions.middle()), np.zeros(len(regions.triangle))
+        if isinstance(self.field, CornerColors):
+            return self._at(regions, regions.middle()), self._spread(regions)
+        return self._of_picture(regions)
+
+    def _of_picture(self, regions: Regions):
+        corners = self.field.uv[regions.triangle].astype(float)
+        first, edges = corners[:, 0], corners[:, 1:] - corners[:, :1]
+        place = first + np.einsum("nc,ncd->nd", regions.origin, edges)
+        u, v = (np.einsum("nc,ncd->nd", step, edges) for step in (regions.u, regions.v))
+        texels = np.array(self.field.pixels.shape[1::-1])
+        extent = np.maximum(np.abs(u * texels), np.abs(v * texels)).max(axis=1)
+        found, spread = self._at(regions, regions.middle()), np.zeros(len(u))
+        some = np.flatnonzero(extent >= THIN)  # the others are points
+        mean, square = np.split(
+            self._sums.means(place[some], u[some], v[some], regions.square), [3], axis=1
+        )
+        spread[some] = np.sqrt(np.maximum(square[:, 0] - (mean**2).mean(axis=1), 0))
+        if self.field.interpolation != "Closest":
+            small = some[extent[some] < SEEN]
+            spread[small] = self._spread(regions.take(small))
+        spread[spread < EVEN * found.mean(axis=1)] = 0
+        rounded = np.abs(mean - found[some]).max(axis=1) <= SAME * found[some].mean(axis=1)
+        kept = some[(spread[some] > 0) | ~rounded]
+        found[kept] = np.maximum(mean, 0)[(spread[some] > 0) | ~rounded]
+        return found, spread
+
+    def _at(self, regions: Regions, place: np.ndarray) -> np.ndarray:
+        return np.maximum(evaluate_field(self.field, regions.triangle, place), 0)
+
+    def _spread(self, regions: Regions) -> np.ndarray:
+        """(n,) deviation of what is nearly linear, from the values at three corners, or of
+        parallelograms from its two differences: variances (Σf² − (Σf)²/3) / 12, (a² + b²) / 12."""
+        o, u, v = regions.origin, regions.u, regions.v
+        a, b, c = (self._at(regions, place) for place in (o, o + u, o + v))
+        if regions.square:
+            variance = ((b - a) ** 2 + (c - a) ** 2) / 12
+        else:
+            variance = (a * a + b * b + c * c - (a + b + c) ** 2 / 3) / 12
+        return np.sqrt(np.maximum(variance.mean(axis=1), 0))
+
+
+def material_means(scene: Scene, quantity: str, regions: Regions, front: bool = True):
+    """(n, 3) means and (n,) deviations, as of ``FieldMeans``, of a quantity ("reflectance",
+    "emission") of the triangles' materials, on the fronts of all or on the backs of all."""
+    fields = [getattr(m if front else m.back or m, quantity) for m in scene.materials]
+    constants = [f.value if isinstance(f, Constant) else (0, 0, 0) for f in fields]
+    material, spread = scene.material[regions.triangle], np.zeros(len(regions.triangle))
+    mean = np.maximum(np.array(constants, float).reshape(-1, 3)[material], 0)
+    varying = [i for i, f in enumerate(fields) if not isinstance(f, Constant)]
+    for number in np.intersect1d(varying, np.unique(material)) if varying else ():
+        some = np.flatnonzero(material == number)
+        mean[some], spread[some] = FieldMeans(fields[number])(regions.take(some))
+    return mean, spread

@@ -1,0 +1,87 @@
+"""Texture blocks: the parts of a triangle on which a picture of nearest texels has one colour.
+
+Pixel art, screens and strips of lights have few: each becomes cells of constant radiance cut along
+the texels' borders, in place of many small ones cut without regard to them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..fields import Texture
+from .evaluate import texels
+
+MOST_BLOCKS = 64  # of a triangle: more are cut without regard to texels
+MOST_TEXELS = 1 << 16  # around a triangle that are looked through
+LEAST_AREA = 1e-9  # of the triangle: smaller parts are rounding
+
+
+def one_colored_parts(field: Texture, triangle: int) -> tuple[np.ndarray, np.ndarray] | None:
+    """Barycentric corners (m, 3, 2) of parts of one triangle in which ``field``, of nearest texels,
+    is constant and not black, and their texels (m, 3), not yet decoded; None where that makes many,
+    or where the triangle is none in the picture."""
+    size = np.array(field.pixels.shape[1::-1], float)
+    corners = field.uv[triangle].astype(float) * size
+    edges = corners[1:] - corners[0]
+    low, high = np.floor(corners.min(axis=0)), np.ceil(corners.max(axis=0))
+    extent = (high - low).astype(np.int64)
+    area = edges[0, 0] * edges[1, 1] - edges[0, 1] * edges[1, 0]
+    if abs(area) < LEAST_AREA * extent.max() ** 2 or extent.prod() > MOST_TEXELS:
+        return None
+    row, column = np.indices(extent[::-1])
+    colors = texels(field, (column + int(low[0])).ravel(), (row + int(low[1])).ravel())
+    blocks = _blocks(colors.reshape(*row.shape, 3))
+    if len(blocks) > MOST_BLOCKS:
+        return None
+    parts, found = [], []
+    to_barycentric = np.linalg.inv(edges)
+    for x0, x1, y0, y1 in blocks:
+        polygon = _clipped(corners, low + (x0, y0), low + (x1, y1))
+        polygon = (polygon - corners[0]) @ to_barycentric
+        for k in range(1, len(polygon) - 1):
+            part = polygon[[0, k, k + 1]]
+            (a, b), (c, d) = part[1:] - part[0]
+            if abs(a * d - b * c) > LEAST_AREA:
+                parts.append(part)
+                found.append(colors[y0 * extent[0] + x0])
+    return np.array(parts).reshape(-1, 3, 2), np.array(found).reshape(-1, 3)
+
+
+def _blocks(colors: np.ndarray) -> list[tuple[int, int, int, int]]:
+    """Rectangles (x0, x1, y0, y1) of equal colours in (height, width, 3), none of them black: runs
+    in rows, joined with those above that are alike; one more than MOST_BLOCKS at most."""
+    height, width = colors.shape[:2]
+    begins = np.ones((height, width), bool)
+    begins[:, 1:] = (colors[:, 1:] != colors[:, :-1]).any(axis=2)
+    row, start = np.nonzero(begins)
+    stop = np.append(start[1:], 0)
+    stop[stop == 0] = width
+    shining = colors[row, start].max(axis=1) > 0
+    done, open_ = [], {}
+    for y, a, b in zip(*(array[shining].tolist() for array in (row, start, stop))):
+        key = (a, b, *colors[y, a])
+        first, last = open_.get(key, (y, y))
+        if last == y or last == y - 1:
+            open_[key] = (first, y)
+        else:
+            done.append((a, b, first, last + 1))
+            open_[key] = (y, y)
+        if len(done) + len(open_) > MOST_BLOCKS:
+            break
+    return done + [(key[0], key[1], first, last + 1) for key, (first, last) in open_.items()]
+
+
+def _clipped(polygon: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """(k, 2) the part of a convex polygon within a box (Sutherland and Hodgman 1974)."""
+    for axis in (0, 1):
+        for limit, sign in ((low[axis], 1), (high[axis], -1)):
+            height = sign * (polygon[:, axis] - limit)
+            after, next_height = np.roll(polygon, -1, axis=0), np.roll(height, -1)
+            kept = []
+            for a, b, here, there in zip(polygon, after, height, next_height):
+                if here >= 0:
+                    kept.append(a)
+                if here * there < 0:
+                    kept.append(a + here / (here - there) * (b - a))
+            polygon = np.array(kept).reshape(-1, 2)
+    return polygon
