@@ -22,6 +22,7 @@ POOLED = 8  # paths by which all regions' variance counts beside a region's own
 DARKEST = 0.25  # of the mean irradiance: darker places are judged against that
 SIGNIFICANT = 2.5  # standard errors: a part's bias below is taken for noise
 WILD = 0.5  # standard deviation of a path, relative: above, elements with rare large values count
+MOST_OF_SQUARE = 0.8  # share of the variance that few elements must be behind
 FEW = 0.05  # share of elements that may be behind that: more of them are noisy, not wrong
 MOST_OF_BIAS = 0.9  # of what elements bring: those that bring the rest are not divided
 LARGEST = 3.0  # times the gathered light: more is not added to it, only told
@@ -118,15 +119,18 @@ def _level(relative, mine, number, count, parent, inside, scale):
     standard error (count,) of each measured mean; relative."""
     mean = np.bincount(mine, relative, count) / np.maximum(number, 1)
     around = parent.mean(axis=1)[inside[mine]] / scale
-    shift = np.bincount(mine, relative - around, count) / np.maximum(number, 1)
     square = np.bincount(mine, (relative - mean[mine]) ** 2, count)
     pooled = square.sum() / max(len(relative) - count, 1)
     some = number > 0
     weight = number / max(number.sum(), 1)
-    # One variance for all regions: rare paths bring most of it, and few regions have met one.
-    surplus = weight @ (shift**2 - np.where(some, pooled / np.maximum(number, 1), 0))
-    chance = np.sqrt(2 * some.sum()) * pooled / max(number.sum(), 1)  # its standard error
-    spread = surplus - chance**2 / surplus if surplus > chance else 0.0
+    halves = [
+        np.bincount(mine[half::2], (relative - around)[half::2], count)
+        / np.maximum(np.bincount(mine[half::2], minlength=count), 1)
+        for half in (0, 1)
+    ]
+    product = weight * halves[0] * halves[1]  # two independent means: no noise in the mean of it
+    surplus, chance = product.sum(), np.sqrt((product**2).sum())
+    spread = surplus if surplus > SIGNIFICANT * chance else 0.0
     variance = (square + POOLED * pooled) / np.maximum(number + POOLED - 1, 1)
     error = np.where(some, variance / np.maximum(number, 1), np.inf)
     return float(spread), error
@@ -173,7 +177,7 @@ def _rare(noise: np.ndarray, paths: int) -> np.ndarray:
     if square.sum() / paths < WILD**2:
         return np.zeros(len(square))
     order = np.argsort(-square, kind="stable")
-    behind = np.searchsorted(np.cumsum(square[order]), 0.5 * square.sum()) + 1
+    behind = np.searchsorted(np.cumsum(square[order]), MOST_OF_SQUARE * square.sum()) + 1
     if behind > max(FEW * len(square), 1):
         return np.zeros(len(square))
     result = np.zeros(len(square))

@@ -27,6 +27,7 @@ from ..workers.parallel import map_chunks, ranges
 from .gather import first_hand, first_hand_table
 
 NEXT_RAYS = 16  # rays at each place of a path: they find K (T + F) there
+LIGHT_SAMPLES = 8  # of each light, at each place of a path
 MAX_BOUNCES = 64  # places of a path; chance ends nearly all long before
 PATHS_PER_CHUNK = 4096
 STAGE = "transport"
@@ -174,7 +175,15 @@ def _surviving(ends: _Ends, xi: np.ndarray) -> _Ends:
 def _direct(context: Context, points: Points, key) -> np.ndarray:
     """(R, channels) irradiance from explicit lights at one point of each owner."""
     count = points.shape[1]
+    repeated = Points(
+        np.repeat(points.position, LIGHT_SAMPLES, axis=0),
+        np.broadcast_to(points.normal, (LIGHT_SAMPLES, count, 3)),
+        np.broadcast_to(points.triangle, (LIGHT_SAMPLES, count)),
+        lambda: np.broadcast_to(points.uv, (LIGHT_SAMPLES, count, 2)),
+        points.turn,
+    )
+    numbers = np.arange(count)  # Embree wants copies, not views by slices
     light, _ = direct_light(
-        context, count, 1, lambda some, group: points.take(some), key, STAGE
+        context, count, LIGHT_SAMPLES, lambda some, _: repeated.take(numbers[some]), key, STAGE
     )
     return light

@@ -37,6 +37,7 @@ from .second_kind import solve_second_kind
 SEEDS_PER_ELEMENT = 40  # rays from receivers that look for elements
 SEED_RAYS = 16  # from each receiver that takes part in that
 MAX_REFINEMENTS = 6
+HALVINGS = 2  # of an element's edges, where it is divided because it brings a bias
 
 
 @dataclass(frozen=True)
@@ -126,7 +127,11 @@ def divided(context: Context, radiosity: Radiosity, chosen, places: Places, key)
     """Solved anew with the elements ``chosen`` (k,) int divided, which are lit where ``places`` lie
     on their parts."""
     before = radiosity.transport
-    elements = refine(context.geometry, radiosity.elements, chosen)
+    elements = radiosity.elements
+    for fresh in range(HALVINGS):
+        parts = elements.count
+        elements = refine(context.geometry, elements, chosen if fresh == 0 else parts_of_chosen)
+        parts_of_chosen = np.arange(parts, elements.count)
     kept = before.sides.take(np.flatnonzero(~np.isin(before.sides.side // 2, chosen)))
     inside = np.isin(radiosity.elements.sides_of(places.side) // 2, chosen)
     places = places[np.flatnonzero(inside)].on(elements)
