@@ -97,7 +97,8 @@ def find_correction(residuals: Residuals, levels: list[np.ndarray]) -> Correctio
         mean = sums / np.maximum(number, 1)[:, None]
         base = parent[inside]
         parent = base + np.where(number > 0, shrink, 0.0)[:, None] * (mean - base)
-        found, left = found + spread, left[inside] + spread * (1 - shrink) ** 2
+        unseen = np.maximum(spread, error) if region is levels[0] else spread
+        found, left = found + spread, left[inside] + unseen * (1 - shrink) ** 2
         outer = region
     return Correction(outer, parent, left, float(np.sqrt(found)))
 

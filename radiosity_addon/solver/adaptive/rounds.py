@@ -22,6 +22,7 @@ MAX_ROUNDS = 20
 MAX_SAMPLES = 1 << 14  # rays or points of a receiver in one round
 ELEMENTS_SHARE = 0.8  # of the goal: a larger error common to neighbours wants finer elements
 MOST_ELEMENTS = 200_000
+LOOKS = 2  # rounds after which all rays look at receivers anew: what leaks into pockets dies out
 LAST_RESTART = 6  # rounds: later, too much would be gathered anew
 GROWTH = 8  # times the samples so far, at most, in one round;
 LARGE_ROUND, LARGE_GROWTH = 1.5e7, 3  # with so many rays this: the elements may be too coarse
@@ -83,7 +84,7 @@ class Rounds:
                 learning = joined(learning, *self._both("learn"))
                 guide = make_guide(learning)
                 learns = guide is not None  # the first rays tell well enough whether one pays
-            if step == 0 and self.first.needs.everything:
+            if step < LOOKS and self.first.needs.everything:
                 self._look_at_receivers(estimate)
                 direct, gathered = self._more(estimate, plan, light, guide)
                 gathered = [(everyone, plan.rays)]
@@ -91,21 +92,21 @@ class Rounds:
             shadows, dim = estimate.squares()
             told.append((light[0].rays.mean(), dim))
             floor = _floor(told, min(shadows, DIRECT_SHARE * plan.goal**2), plan.enough)
-            audited = self._audited(estimate, plan)
-            if not audited and floor > ELEMENTS_SHARE * plan.goal:
-                if step < LAST_RESTART and plan.elements < MOST_ELEMENTS:
-                    plan, told = plan.refined(floor / (ELEMENTS_SHARE * plan.goal)), []
-                    laps = self.clock.laps
-                    if not self._time_for(2 * (laps.get("transport", 0.0) + laps["gather"])):
-                        break
-                    plan = self._solve(plan)
-                    if self.first.needs.everything:
-                        self._look_at_receivers(estimate)
-                    direct = []
-                    gathered = [(everyone, round_up(light[0].rays.mean(), 4, MAX_SAMPLES))]
-                    continue
-                if estimate.error < NEAR * floor:
+            excess = max(self.estimator.common(estimate), floor) / (ELEMENTS_SHARE * plan.goal)
+            if excess > 1 and step < LAST_RESTART and plan.elements < MOST_ELEMENTS:
+                plan, told = plan.refined(excess), []
+                laps = self.clock.laps
+                if not self._time_for(2 * (laps.get("transport", 0.0) + laps["gather"])):
                     break
+                plan = self._solve(plan)
+                if self.first.needs.everything:
+                    self._look_at_receivers(estimate)
+                rays = round_up(np.median(light[0].rays), 4, MAX_SAMPLES)
+                direct, gathered = [], [(everyone, rays)]
+                continue
+            audited = self._audited(estimate, plan)
+            if not audited and (estimate.error < NEAR * floor or estimate.sampled <= plan.enough):
+                break
             direct, gathered = self._more(estimate, plan, light, guide)
             ahead = _samples(direct, gathered)
             if ahead == 0 and not audited:
@@ -151,12 +152,12 @@ class Rounds:
         self.clock.lap("transport")
 
     def _audited(self, estimate: Estimate, plan: Plan) -> bool:
-        """Whether both replicates have followed more paths along the residual, as neighborhoods
-        share more of the error than they may."""
+        """Whether both replicates have followed more paths along the residual, as they know of a
+        bias that is too large and not corrected."""
         if not self.first.needs.reflected or self.first.paths >= MOST_PATHS:
             return False
         known = np.sqrt(max(estimate.error**2 - estimate.sampled**2, 0.0))
-        excess = max(self.estimator.common(estimate), known) / (AUDIT_SHARE * plan.goal)
+        excess = known / (AUDIT_SHARE * plan.goal)
         if excess <= 1:
             return False
         self._both("audit", float(np.clip(excess**2, 2, MOST_MORE_PATHS)))

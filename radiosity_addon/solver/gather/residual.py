@@ -27,7 +27,7 @@ from ..workers.parallel import map_chunks, ranges
 from .gather import first_hand, first_hand_table
 
 NEXT_RAYS = 16  # rays at each place of a path: they find K (T + F) there
-LIGHT_SAMPLES = 8  # of each light, at each place of a path
+LIGHT_SAMPLES = 2  # of each light, at each place of a path
 MAX_BOUNCES = 64  # places of a path; chance ends nearly all long before
 PATHS_PER_CHUNK = 4096
 STAGE = "transport"
