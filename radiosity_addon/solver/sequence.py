@@ -21,6 +21,7 @@ from .direct.line_of_sight import LineOfSight
 from .energy import energy_balance
 from .filtering.graph import build_graph
 from .filtering.lattice import build_lattices
+from .filtering.walls import find_walls
 from .geometry.footprints import Footprints, build_footprints
 from .geometry.triangles import rounding_warning
 from .lights.context import Context, build_context
@@ -109,10 +110,11 @@ def _three(values: np.ndarray) -> np.ndarray:
 
 def _judge(context: Context, footprints, receivers: Receivers, passes, project, threads: int):
     position, normal = footprints.middle()
+    walls = find_walls(context, footprints, receivers)
     if receivers.grid is not None:
-        lattices = build_lattices(receivers.grid, position, normal, threads)
+        lattices = build_lattices(receivers.grid, position, normal, threads, walls=walls)
     else:
-        lattices = build_graph(position, normal, footprints.area, threads)
+        lattices = build_graph(position, normal, footprints.area, threads, walls)
     sees = LineOfSight(context, footprints, position, normal).sees_whole
     return ErrorEstimator(_surface(context, footprints), lattices, passes, threads, sees, project)
 
