@@ -37,7 +37,7 @@ from .workers.parallel import thread_count
 @np.errstate(under="ignore")  # light that vanishes beside the brightest is nothing
 def solve(
     scene: Scene, receivers: Receivers, settings, progress: Progress | None = None, project=None,
-    kept: SolveCache | None = None, beside=None,
+    kept: SolveCache | None = None, beside=None, context: Context | None = None,
 ) -> Solution:
     """Light at the receivers, to the relative error ``settings.target_error``.
 
@@ -45,17 +45,15 @@ def solve(
     receivers; None judges the receivers themselves. ``progress``
     may raise to stop. ``kept`` has solves to use again and takes those made. ``beside`` does the
     second half in another process (see ``half.Here`` for how it is spoken to); None does both here.
-    The result is the same. Raises ValueError for a scene that cannot be solved.
+    The result is the same. ``context`` is the scene's where it is open already. Raises ValueError for a scene that cannot be solved.
     """
     clock = Clock()
-    check_scene(scene, receivers)
-    threads = mine = thread_count(settings.threads)
+    context = context or open_scene(scene, receivers, settings, progress, beside)
+    threads = thread_count(settings.threads)
     if threads == 1:
         beside = None
     if beside is not None:
-        mine = (threads + 1) // 2
-        beside.ask("open", scene, receivers, settings, threads - mine)
-    context = build_context(scene, settings.seed, mine, progress or silent)
+        beside.ask("open", scene, receivers, settings, threads - context.threads)
     footprints = build_footprints(context.geometry, receivers)
     judge = _judge(context, footprints, receivers, settings.passes, project, threads)
     corners = project is not None
@@ -89,6 +87,18 @@ def solve(
             seconds={**clock.laps, "embree": context.embree_seconds + beside.embree_seconds},
         ),
     )
+
+
+def open_scene(
+    scene: Scene, receivers: Receivers, settings, progress: Progress | None = None, beside=None
+) -> Context:
+    """The scene made ready for rays, checked, with the threads that are left where ``beside`` does
+    the second half. Raises ValueError for a scene that cannot be solved."""
+    check_scene(scene, receivers)
+    threads = thread_count(settings.threads)
+    if beside is not None:
+        threads = (threads + 1) // 2
+    return build_context(scene, settings.seed, threads, progress or silent)
 
 
 def _opened(beside, first: Replicate):
