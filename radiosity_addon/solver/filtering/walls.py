@@ -49,7 +49,7 @@ def find_walls(context: Context, footprints: Footprints, receivers: Receivers) -
         return None
     position, normal = footprints.middle()
     normal = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
-    contacts = find_contacts(crossings, receivers)
+    contacts = find_contacts(crossings, receivers, context.threads)
     line, owner = contacts.line, receivers.receiver[contacts.cell]
     near, crossed = (np.zeros(receivers.count, bool) for _ in range(2))
     near[owner] = True

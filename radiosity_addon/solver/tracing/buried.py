@@ -15,7 +15,7 @@ from ..geometry.triangles import OFFSET, Geometry
 from ..receivers import Receivers
 from ..scene import Scene
 from .closed_meshes import DIRECTIONS
-from .contacts import find_contacts
+from .contacts import find_contacts, meets_cell
 from .crossings import Crossings
 from .embree import Tracer
 from .solids import Solids, find_solids
@@ -84,7 +84,7 @@ def without_buried(
 ) -> tuple[Receivers, np.ndarray]:
     """The receivers' open parts, and (count,) bool: those that have none, left as they are."""
     crossings = crossings.take(crossings.across & surroundings.solid[crossings.other])
-    contacts = find_contacts(crossings, receivers)
+    contacts = find_contacts(crossings, receivers, surroundings.solids.threads)
     hidden = _hidden_cells(surroundings, receivers, contacts)
     cut, part, corners = _cut_along(crossings, receivers, contacts)
     buried = surroundings.bury(receivers.triangle[part], corners.mean(axis=1))
@@ -125,11 +125,15 @@ def _cut_along(crossings: Crossings, receivers: Receivers, contacts):
     part = np.concatenate([np.arange(len(cut)), np.flatnonzero(square)])
     corners = np.concatenate([one, other])
     for k in range(min(int(number.max(initial=0)), MOST_LINES)):
-        some = number[part] > k
+        some = np.flatnonzero(number[part] > k)
         along = line[start[part[some]] + k]
+        met = meets_cell(crossings.ends[along], corners[some], np.zeros(len(some), bool))
+        some, along = some[met], along[met]
         pieces, owner = _halved(corners[some], crossings.height[along])
-        corners = np.concatenate([corners[~some], pieces])
-        part = np.concatenate([part[~some], part[some][owner]])
+        left = np.ones(len(part), bool)
+        left[some] = False
+        corners = np.concatenate([corners[left], pieces])
+        part = np.concatenate([part[left], part[some][owner]])
     return cut, cut[part], corners
 
 

@@ -31,7 +31,8 @@ class ClosedMesh:
     @cached_property
     def tracer(self) -> Tracer:
         """Of its triangles alone: of faces of several meshes on one another a ray meets one."""
-        return Tracer(self.geometry.vertices, self.geometry.triangles, self.triangles)
+        used, corner = np.unique(self.geometry.triangles[self.triangles], return_inverse=True)
+        return Tracer(self.geometry.vertices[used], corner.reshape(-1, 3))
 
     def surrounds(self, position: np.ndarray) -> np.ndarray:
         """(k,) bool: places (k, 3) lie inside: what a ray meets first is seen from there. Two of

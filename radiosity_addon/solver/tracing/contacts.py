@@ -12,7 +12,7 @@ import numpy as np
 
 from ..geometry.triangles import Geometry
 from ..receivers import Receivers
-from ..workers.parallel import ranges
+from ..workers.parallel import map_chunks, ranges
 from .crossings import Crossings
 
 EACH = 64  # cells in a square, about
@@ -32,7 +32,7 @@ class Contacts:
     met: np.ndarray
 
 
-def find_contacts(crossings: Crossings, receivers: Receivers) -> Contacts:
+def find_contacts(crossings: Crossings, receivers: Receivers, threads: int = 1) -> Contacts:
     """Of all the receivers' cells."""
     square, home = _squares(receivers.triangle, receivers.corners)
     order = np.argsort(square, kind="stable")
@@ -43,22 +43,27 @@ def find_contacts(crossings: Crossings, receivers: Receivers) -> Contacts:
         f.reduceat(bound[order], start[:-1]) if len(order) else bound
         for f, bound in ((np.minimum, low), (np.maximum, high))
     )
-    met, lines, cells = np.zeros(len(home), bool), [np.zeros(0, int)], [np.zeros(0, int)]
-    for some in ranges(len(crossings.triangle), LINES):
-        first, last = (np.searchsorted(home, crossings.triangle[some], side) for side in
-                       ("left", "right"))  # fmt: skip
-        line, box = _spread(np.arange(some.start, some.stop), first, last)
+
+    def work(some: slice):
+        bounds = (np.searchsorted(home, crossings.triangle[some], side) for side in
+                  ("left", "right"))  # fmt: skip
+        line, box = _spread(np.arange(some.start, some.stop), *bounds)
         hit = _meets_box(crossings.ends[line], low[box], high[box])
         line, box = line[hit], box[hit]
-        met[box] = True
-        line, place = _spread(line, start[box], start[box + 1])
+        lines, place = _spread(line, start[box], start[box + 1])
         cell = order[place]
-        hit = _meets_cell(
-            crossings.ends[line], receivers.corners[cell], receivers.square[cell]
+        hit = meets_cell(
+            crossings.ends[lines], receivers.corners[cell], receivers.square[cell]
         )
-        lines.append(line[hit])
-        cells.append(cell[hit])
-    return Contacts(np.concatenate(lines), np.concatenate(cells), square, met)
+        return lines[hit], cell[hit], box
+
+    chunks = ranges(len(crossings.triangle), LINES)
+    nothing = (np.zeros(0, int),) * 3
+    found = [nothing, *map_chunks(work, chunks, threads, lambda fraction: None)]
+    line, cell, box = (np.concatenate(part) for part in zip(*found))
+    met = np.zeros(len(home), bool)
+    met[box] = True
+    return Contacts(line, cell, square, met)
 
 
 def shares_above(geometry: Geometry, crossings: Crossings, receivers: Receivers, line, cell):
@@ -119,7 +124,7 @@ def _meets_box(ends: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarra
     return _within(bounds.reshape(-1, 4), np.stack([along, -along], 2).reshape(-1, 4))
 
 
-def _meets_cell(ends: np.ndarray, corners: np.ndarray, square: np.ndarray) -> np.ndarray:
+def meets_cell(ends: np.ndarray, corners: np.ndarray, square: np.ndarray) -> np.ndarray:
     """(k,) bool: segments meet cells (k, 3, 2)."""
     u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     twice = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
