@@ -111,8 +111,9 @@ def corner_fit(
     ``receivers`` lie on the target's triangles (scene numbers) and stand for the areas ``weights``
     (count,); weight 0 leaves a receiver out (a part of the face that nobody can see, inside
     another object). Corners of triangles that are all ``hidden`` (n,) bool take the colors of
-    those that they are joined to by faces; where there are none they are black. ``point`` gives a colour for each vertex up to the last one that a loop uses.
-    Raises ValueError for a target that was exported without its loops.
+    those that they are joined to by faces; where there are none they are black. ``point`` gives a
+    colour for each vertex up to the last one that a loop uses. Raises ValueError for a target that
+    was exported without its loops.
     """
     if target.corner_map is None or target.loop_vertex is None:
         raise ValueError(f"{target.name!r} was exported without its loops; export for vertices")

@@ -21,7 +21,6 @@ from .direct.line_of_sight import LineOfSight
 from .energy import energy_balance
 from .filtering.graph import build_graph
 from .filtering.lattice import build_lattices
-from .filtering.walls import find_walls
 from .geometry.footprints import Footprints, build_footprints
 from .geometry.triangles import rounding_warning
 from .lights.context import Context, build_context
@@ -45,7 +44,8 @@ def solve(
     receivers; None judges the receivers themselves. ``progress``
     may raise to stop. ``kept`` has solves to use again and takes those made. ``beside`` does the
     second half in another process (see ``half.Here`` for how it is spoken to); None does both here.
-    The result is the same. ``context`` is the scene's where it is open already. Raises ValueError for a scene that cannot be solved.
+    The result is the same. ``context`` is the scene's where it is open already. Raises ValueError
+    for a scene that cannot be solved.
     """
     clock = Clock()
     context = context or open_scene(scene, receivers, settings, progress, beside)
@@ -55,15 +55,15 @@ def solve(
     if beside is not None:
         beside.ask("open", scene, receivers, settings, threads - context.threads)
     footprints = build_footprints(context.geometry, receivers)
-    judge = _judge(context, footprints, receivers, settings.passes, project, threads)
+    needs = requirements_of(context, settings.passes)
+    first = Replicate(0, context, receivers, footprints, needs, settings.target_error)
+    judge = _judge(first, settings.passes, project, threads)
     corners = project is not None
     plan = make_plan(settings.target_error, receivers.count, bool(judge.lattices), corners)
     if kept is not None:
         kept.expect(scene, receivers, settings.seed)
     clock.lap("elements")
     deadline = None if settings.time_limit is None else clock.start + settings.time_limit
-    needs = requirements_of(context, settings.passes)
-    first = Replicate(0, context, receivers, footprints, needs, settings.target_error)
     beside, lost = _opened(beside, first)
     rounds = Rounds(first, beside, judge, deadline, clock, kept)
     verdict, solved = rounds.run(plan)
@@ -118,9 +118,10 @@ def _three(values: np.ndarray) -> np.ndarray:
     return np.repeat(values, 3 // values.shape[1], axis=1)
 
 
-def _judge(context: Context, footprints, receivers: Receivers, passes, project, threads: int):
+def _judge(first: Replicate, passes, project, threads: int) -> ErrorEstimator:
+    context, footprints, receivers = first.context, first.footprints, first.receivers
     position, normal = footprints.middle()
-    walls = find_walls(context, footprints, receivers)
+    walls = first.walls
     if receivers.grid is not None:
         lattices = build_lattices(receivers.grid, position, normal, threads, walls=walls)
     else:

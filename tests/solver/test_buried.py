@@ -1,5 +1,7 @@
 """What is buried in solids does not count, and light is not shared across what stands on a face."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,7 +15,7 @@ from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import PointLamp, Scene
 from radiosity_addon.solver.tracing.buried import find_surroundings, without_buried
-from dataclasses import replace
+from radiosity_addon.solver.transport.receiver_map import build_receiver_map
 from tests.solver import meshes
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
@@ -140,3 +142,19 @@ def test_light_is_not_smoothed_under_a_sheet_wall(target, turn):
         assert 100 < dark.sum() < receivers.count - 100
         light = spread_from(scene, receivers, ~dark)
         assert (light[dark].max() == 0) == (len(parts) == 2)
+
+
+def test_rays_read_no_light_from_receivers_that_a_sheet_divides():
+    """A sheet at x = 0.37 through the sixth of sixteen columns: of it alone no place is mapped."""
+    wall = np.array([[0.37, -1, -0.1], [0.37, 2, -0.1], [0.37, 2, 0.5], [0.37, -1, 0.5]])
+    scene = meshes.scene([FLOOR, (wall, FLOOR[1])])
+    context = build_context(scene, 0, 1, silent)
+    receivers = texel_receivers(UV, np.arange(2), 16)
+    footprints = build_footprints(context.geometry, receivers)
+    divided = find_walls(context, footprints, receivers).divided
+    found = build_receiver_map(receivers, footprints, len(scene.triangles), divided)
+    x, y = np.random.default_rng(0).random((2, 1000))
+    lower = x > y  # the first triangle: (0, 0), (1, 0), (1, 1); the second: (0, 0), (1, 1), (0, 1)
+    u, v = np.where(lower, x - y, x), np.where(lower, y, y - x)
+    owner = found.at(np.where(lower, 0, 1), u, v, np.ones(1000, bool))
+    assert np.array_equal(owner < 0, np.floor(x * 16) == 5)
