@@ -58,6 +58,7 @@ class CornerFit:
     normal: csr_matrix  # (unknowns, unknowns)
     per_loop: bool
     name: str
+    hidden: np.ndarray  # (unknowns,) bool: around them nothing is seen
 
     def colors(self, values: np.ndarray) -> np.ndarray:
         """Colours (n_loops, 3) of corners, or (n_vertices, 3) of points, float64, >= 0, that fit
@@ -71,7 +72,8 @@ class CornerFit:
         values = np.asarray(values, float)
         _check(self.name, values, self.weights)
         bounds = _bounds(
-            self.corners, self.light, values, self.weights, self.loop_vertex, self.group
+            self.corners, self.light, values, self.weights, self.loop_vertex, self.group,
+            self.hidden,
         )
         right = self.sampling.T @ (self.weights[:, None] * values)
         colors = np.empty((self.corners.shape[1], 3))
@@ -101,14 +103,17 @@ class CornerFit:
 
 
 def corner_fit(
-    target: ExportedObject, receivers: Receivers, weights: np.ndarray, domain: str = "corner"
+    target: ExportedObject, receivers: Receivers, weights: np.ndarray, domain: str = "corner",
+    hidden: np.ndarray | None = None,
 ) -> CornerFit:
     """The fit for a target's colours on ``domain``, corner or point.
 
     ``receivers`` lie on the target's triangles (scene numbers) and stand for the areas ``weights``
     (count,); weight 0 leaves a receiver out (a part of the face that nobody can see, inside
-    another object). ``point`` gives a colour for each vertex up to the last one that a loop uses.
-    Raises ValueError for a target that was exported without its loops.
+    another object). Corners of triangles that are all ``hidden`` (n,) bool take the colors of
+    those that they are joined to by faces; where there are none they are black. ``point`` gives a
+    colour for each vertex up to the last one that a loop uses. Raises ValueError for a target that
+    was exported without its loops.
     """
     if target.corner_map is None or target.loop_vertex is None:
         raise ValueError(f"{target.name!r} was exported without its loops; export for vertices")
@@ -121,8 +126,17 @@ def corner_fit(
     normal = (sampling.T @ diags(weights) @ sampling + _stiffness(corners, light)).tocsr()
     return CornerFit(
         weights, target.loop_vertex, group, corners, light, sampling, normal, domain != "point",
-        target.name,
+        target.name, _nowhere_seen(corners, light, hidden),
     )
+
+
+def _nowhere_seen(corners: csr_matrix, light: _Light, hidden: np.ndarray | None) -> np.ndarray:
+    """(unknowns,) bool: light is known on none of the triangles around, and some are ``hidden``."""
+    if hidden is None:
+        return np.zeros(corners.shape[1], bool)
+    share = abs(corners).T
+    lit, unseen = (share @ np.repeat(np.asarray(x, float), 3) for x in (light.area > 0, hidden))
+    return (lit == 0) & (unseen > 0)
 
 
 def _check(name: str, values: np.ndarray, weights: np.ndarray) -> None:
@@ -187,7 +201,7 @@ def _stiffness(corners: csr_matrix, light: _Light) -> csr_matrix:
     return total
 
 
-def _bounds(corners, light, values, weights, loop_vertex, group):
+def _bounds(corners, light, values, weights, loop_vertex, group, hidden):
     """Per unknown a first guess, the lowest and the highest colour allowed: (unknowns, 3) each.
 
     Over a triangle cut n-fold a linear function reaches 2/(3(n−1)) of what its receivers'
@@ -211,6 +225,7 @@ def _bounds(corners, light, values, weights, loop_vertex, group):
     guess = np.zeros((corners.shape[1], 3))
     guess[known] = (corners.T @ np.repeat(total, 3, axis=0))[known] / mass[known, None]
     guess = _fill(guess, known, mass, loop_vertex, group)
+    guess[hidden] = _spread_into(corners, guess, known, hidden)
     with np.errstate(invalid="ignore"):
         reach = np.where(reach > 0, reach, (high - low) / 2)
         low, high = np.maximum(low - reach, 0.0), np.maximum(high + reach, 0.0)
@@ -226,6 +241,31 @@ def _over_unknowns(corners: csr_matrix, value: np.ndarray, reduce: np.ufunc) -> 
     if len(used):
         out[used] = reduce.reduceat(value[around.indices // 3], around.indptr[used], axis=0)
     return out
+
+
+def _spread_into(corners: csr_matrix, guess, known, hidden) -> np.ndarray:
+    """(k, 3) colors of the unknowns ``hidden`` (unknowns,) bool: means of those they share a
+    triangle with, from the nearest that are ``known`` on; 0 where none is joined to any."""
+    used = abs(corners) > 0
+    around = csr_matrix(used.T.astype(float) @ _triangles_of(used.shape[0]))
+    around = (around @ around.T).tocsr()
+    colors, done = np.where(known[:, None], guess, 0.0), known.copy()
+    left = hidden & ~known
+    while left.any():
+        weight = around @ done.astype(float)
+        now = left & (weight > 0)
+        if not now.any():
+            break
+        colors[now] = (around @ (colors * done[:, None]))[now] / weight[now, None]
+        done |= now
+        left &= ~now
+    return colors[hidden]
+
+
+def _triangles_of(corners: int) -> csr_matrix:
+    """(corners, corners / 3): which triangle a corner is of."""
+    row = np.arange(corners)
+    return csr_matrix((np.ones(corners), (row, row // 3)), shape=(corners, corners // 3))
 
 
 def _fill(guess, known, mass, loop_vertex, group) -> np.ndarray:

@@ -36,7 +36,7 @@ from .workers.parallel import thread_count
 @np.errstate(under="ignore")  # light that vanishes beside the brightest is nothing
 def solve(
     scene: Scene, receivers: Receivers, settings, progress: Progress | None = None, project=None,
-    kept: SolveCache | None = None, beside=None,
+    kept: SolveCache | None = None, beside=None, context: Context | None = None,
 ) -> Solution:
     """Light at the receivers, to the relative error ``settings.target_error``.
 
@@ -44,27 +44,26 @@ def solve(
     receivers; None judges the receivers themselves. ``progress``
     may raise to stop. ``kept`` has solves to use again and takes those made. ``beside`` does the
     second half in another process (see ``half.Here`` for how it is spoken to); None does both here.
-    The result is the same. Raises ValueError for a scene that cannot be solved.
+    The result is the same. ``context`` is the scene's where it is open already. Raises ValueError
+    for a scene that cannot be solved.
     """
     clock = Clock()
-    check_scene(scene, receivers)
-    threads = mine = thread_count(settings.threads)
+    context = context or open_scene(scene, receivers, settings, progress, beside)
+    threads = thread_count(settings.threads)
     if threads == 1:
         beside = None
     if beside is not None:
-        mine = (threads + 1) // 2
-        beside.ask("open", scene, receivers, settings, threads - mine)
-    context = build_context(scene, settings.seed, mine, progress or silent)
+        beside.ask("open", scene, receivers, settings, threads - context.threads)
     footprints = build_footprints(context.geometry, receivers)
-    judge = _judge(context, footprints, receivers, settings.passes, project, threads)
+    needs = requirements_of(context, settings.passes)
+    first = Replicate(0, context, receivers, footprints, needs, settings.target_error)
+    judge = _judge(first, settings.passes, project, threads)
     corners = project is not None
     plan = make_plan(settings.target_error, receivers.count, bool(judge.lattices), corners)
     if kept is not None:
         kept.expect(scene, receivers, settings.seed)
     clock.lap("elements")
     deadline = None if settings.time_limit is None else clock.start + settings.time_limit
-    needs = requirements_of(context, settings.passes)
-    first = Replicate(0, context, receivers, footprints, needs, settings.target_error)
     beside, lost = _opened(beside, first)
     rounds = Rounds(first, beside, judge, deadline, clock, kept)
     verdict, solved = rounds.run(plan)
@@ -90,6 +89,18 @@ def solve(
     )
 
 
+def open_scene(
+    scene: Scene, receivers: Receivers, settings, progress: Progress | None = None, beside=None
+) -> Context:
+    """The scene made ready for rays, checked, with the threads that are left where ``beside`` does
+    the second half. Raises ValueError for a scene that cannot be solved."""
+    check_scene(scene, receivers)
+    threads = thread_count(settings.threads)
+    if beside is not None:
+        threads = (threads + 1) // 2
+    return build_context(scene, settings.seed, threads, progress or silent)
+
+
 def _opened(beside, first: Replicate):
     """What does the second half, and warnings: this process where the other is not there."""
     lost = ()
@@ -107,12 +118,14 @@ def _three(values: np.ndarray) -> np.ndarray:
     return np.repeat(values, 3 // values.shape[1], axis=1)
 
 
-def _judge(context: Context, footprints, receivers: Receivers, passes, project, threads: int):
+def _judge(first: Replicate, passes, project, threads: int) -> ErrorEstimator:
+    context, footprints, receivers = first.context, first.footprints, first.receivers
     position, normal = footprints.middle()
+    walls = first.walls
     if receivers.grid is not None:
-        lattices = build_lattices(receivers.grid, position, normal, threads)
+        lattices = build_lattices(receivers.grid, position, normal, threads, walls=walls)
     else:
-        lattices = build_graph(position, normal, footprints.area, threads)
+        lattices = build_graph(position, normal, footprints.area, threads, walls)
     sees = LineOfSight(context, footprints, position, normal).sees_whole
     return ErrorEstimator(_surface(context, footprints), lattices, passes, threads, sees, project)
 

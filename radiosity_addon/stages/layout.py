@@ -21,11 +21,13 @@ STAGE = "receivers"
 
 @dataclass(frozen=True)
 class Layout:
-    """The receivers of all targets in order; target i has ``spans[i]`` to ``spans[i + 1]``."""
+    """The receivers of all targets in order; target i has ``spans[i]`` to ``spans[i + 1]``. Those
+    that are ``buried`` get no light of their own (see ``bury``)."""
 
     receivers: Receivers
     spans: tuple[int, ...]
     warnings: tuple[str, ...]
+    buried: Receivers | None = None
 
     def part(self, index: int) -> Receivers:
         """One target's receivers, numbered from 0."""

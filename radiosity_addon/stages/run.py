@@ -10,9 +10,11 @@ import numpy as np
 from ..bake.corner_fit import CornerFit, corner_fit
 from ..bake.dilate import extend_islands
 from ..bake.faces import receiver_areas
+from ..bake.fill import fill_texels
 from ..solver.progress import Progress, silent
 from ..solver.receivers import Projection
 from ..solver.solution import Solution, Statistics, compose
+from .bury import open_layout
 from .job import Job, Result
 from .layout import Layout, lay_out
 
@@ -24,14 +26,16 @@ def run(job: Job, progress: Progress = silent, kept=None, beside=None) -> Result
     ``beside`` (twin.Twin) does half of the work in another process.
     Raises solver.progress.Cancelled (or whatever else ``progress`` raises) when told to stop.
     """
-    from ..solver.sequence import solve
+    from ..solver.sequence import open_scene, solve
 
     began = time.perf_counter()
     layout = lay_out(job, progress)
+    context = open_scene(job.scene, layout.receivers, job.settings, progress, beside)
+    layout = open_layout(layout, context)
     laid_out = time.perf_counter() - began
     receivers, fits = layout.receivers, _fits(job, layout)
     judged = fits and _where_judged(layout, fits)
-    solution = solve(job.scene, receivers, job.settings, progress, judged, kept, beside)
+    solution = solve(job.scene, receivers, job.settings, progress, judged, kept, beside, context)
     started = time.perf_counter()
     progress("Write", 0.0)
     light = compose(solution, job.settings.passes)
@@ -67,8 +71,18 @@ def _fits(job: Job, layout: Layout) -> list[CornerFit] | None:
     for index, target in enumerate(job.targets):
         part = layout.part(index)
         area = receiver_areas(job.scene.vertices, job.scene.triangles, part)
-        fits.append(corner_fit(target, part, area, job.settings.domain))
+        hidden = _hidden_faces(layout, target.start, target.stop)
+        fits.append(corner_fit(target, part, area, job.settings.domain, hidden))
     return fits
+
+
+def _hidden_faces(layout: Layout, start: int, stop: int) -> np.ndarray:
+    """(n,) bool: triangles from ``start`` to ``stop`` whose receivers are all buried."""
+    buried, shown = (
+        np.isin(np.arange(start, stop), [] if some is None else some.triangle)
+        for some in (layout.buried, layout.receivers)
+    )
+    return buried & ~shown
 
 
 def _where_judged(layout: Layout, fits: list[CornerFit]) -> Projection:
@@ -85,7 +99,8 @@ def _where_judged(layout: Layout, fits: list[CornerFit]) -> Projection:
 
 
 def _image(job: Job, layout: Layout, index: int, light: np.ndarray) -> np.ndarray:
-    """(height, width, 4) float32: the texels' ``light``, and the islands' margin around them."""
+    """(height, width, 4) float32: the texels' ``light``, what it says of those that are buried, and
+    the islands' margin around them."""
     span = slice(*layout.spans[index : index + 2])
     resolution = job.settings.resolution
     part = layout.receivers.grid[span]
@@ -93,6 +108,12 @@ def _image(job: Job, layout: Layout, index: int, light: np.ndarray) -> np.ndarra
     pixels = np.zeros((resolution, resolution, 3), np.float32)
     covered[part[:, 1], part[:, 2]] = True
     pixels[part[:, 1], part[:, 2]] = light
+    if layout.buried is not None:
+        buried = layout.buried.grid[layout.buried.grid[:, 0] == index]
+        hidden = np.zeros_like(covered)
+        hidden[buried[:, 1], buried[:, 2]] = True
+        fill_texels(pixels, covered, hidden)
+        covered |= hidden
     return extend_islands(pixels, covered, job.settings.margin)
 
 

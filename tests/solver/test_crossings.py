@@ -42,7 +42,7 @@ def test_triangles_through_each_other_are_both_cut():
 
 def test_what_stands_on_a_triangle_cuts_it_alone():
     found = crossings(upright(0.0, 0.5))
-    assert found.triangle.tolist() == [0]
+    assert found.triangle[found.across].tolist() == [0]
     np.testing.assert_allclose(found.height[0] * np.sign(found.height[0, 1]), [-0.25, 0.75, -0.25],
                                rtol=0.4)  # fmt: skip
 

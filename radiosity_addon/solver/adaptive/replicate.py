@@ -14,6 +14,7 @@ import numpy as np
 
 from ..gather.lighting import Lighting, add_direct, add_gathered, no_light, place_on
 from ..gather.residual import Residuals, follow_residual, join_residuals
+from ..filtering.walls import Walls, find_walls
 from ..geometry.footprints import Footprints, build_footprints
 from ..lights.context import Context, build_context
 from ..progress import silent
@@ -81,6 +82,11 @@ class Replicate:
 
     def __post_init__(self):
         self.light = no_light(self.footprints.count, self.context.channels)
+
+    @cached_property
+    def walls(self) -> Walls | None:
+        """What stands on the receivers."""
+        return find_walls(self.context, self.footprints, self.receivers)
 
     @cached_property
     def clusters(self) -> np.ndarray:
@@ -159,7 +165,8 @@ class Replicate:
         """From now on gather ``light`` (count, channels), as exitance, where rays end on receivers.
         It is finer than the elements' and has shadows in it."""
         known = build_receiver_map(
-            self.receivers, self.footprints, len(self.context.scene.triangles)
+            self.receivers, self.footprints, len(self.context.scene.triangles),
+            None if self.walls is None else self.walls.divided,
         )
         return self.take(self.radiosity.with_receivers(known, light))
 

@@ -18,6 +18,7 @@ from .elements import INSIDE, Elements, cut_cells, refine
 
 MAX_GROWTH = 4  # times the elements at the start
 SPENT = 2.5  # times these: as far as cuts and small faces go; the edges of shadows need some too
+SMALL = 0.004  # of the scene: a face less high over the plane of what cuts it is not cut
 FEW = 3  # lines across a cell; with more it is divided first
 FINER = 3  # times
 MOST_CUTS = 12  # of a cell
@@ -37,7 +38,7 @@ def set_apart(context: Context, elements: Elements, target: int, tolerance: floa
 
 def _cut(context: Context, elements: Elements, most: float) -> Elements:
     """Cells cut along all that crosses them or stands on them, to at most ``most`` elements."""
-    crossings = context.crossings
+    crossings = context.crossings.large(SMALL)
     n = elements.grid[crossings.triangle].astype(np.int64) ** 2
     line = np.repeat(np.arange(len(n)), n)
     cell = elements.base[crossings.triangle[line]] + np.arange(len(line)) - (np.cumsum(n) - n)[line]

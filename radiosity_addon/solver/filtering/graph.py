@@ -73,8 +73,9 @@ class Graph:
         return Graph(kept + diags_array(lost))
 
 
-def build_graph(position, normal, area, threads: int) -> list[Graph]:
-    """One graph of all receivers: ``position``, ``normal`` (n, 3), ``area`` (n,); [] for a few."""
+def build_graph(position, normal, area, threads: int, walls=None) -> list[Graph]:
+    """One graph of all receivers: ``position``, ``normal`` (n, 3), ``area`` (n,); [] for a few.
+    ``walls`` part neighbours (see ``walls``)."""
     if len(position) < LEAST:
         return []
     from scipy.spatial import cKDTree
@@ -87,6 +88,10 @@ def build_graph(position, normal, area, threads: int) -> list[Graph]:
     facing = np.einsum("nkc,nc->nk", unit[near], unit)
     height = np.abs(np.einsum("nkc,nc->nk", step, unit))
     weight = np.where((facing > FACING) & (height <= SLOPE * distance), area[near], 0.0)
+    if walls is not None:
+        one, k = np.nonzero((weight > 0) & (walls.crossed[:, None] | walls.crossed[near]))
+        cut = walls.between(one, near[one, k])
+        weight[one[cut], k[cut]] = 0
     weight[:, 0] = np.maximum(area[near[:, 0]], 1e-300)
     weight /= weight.sum(axis=1, keepdims=True)
     n = len(position)

@@ -140,9 +140,11 @@ class Lattice:
         return (row - self.pad) * (self.shape[1] - 2 * self.pad) + column - self.pad
 
 
-def build_lattices(grid, position, normal, threads: int = 1, levels: int = LEVELS) -> list[Lattice]:
+def build_lattices(
+    grid, position, normal, threads: int = 1, levels: int = LEVELS, walls=None
+) -> list[Lattice]:
     """One lattice an image. ``grid`` (count, 3) image, row, column, image by image; ``position``
-    (count, 3); ``normal`` (count, 3) unit."""
+    (count, 3); ``normal`` (count, 3) unit; ``walls`` that part neighbours (see ``walls``)."""
     lattices = []
     start = np.unique(grid[:, 0], return_index=True)[1]
     for first, end in zip(start, [*start[1:], len(grid)]):
@@ -154,12 +156,46 @@ def build_lattices(grid, position, normal, threads: int = 1, levels: int = LEVEL
         shape = tuple((high - low + 1 + 2 * pad).tolist())
         lattice = Lattice(index, row * shape[1] + column, shape, pad, ())
         weights = _weights(lattice, position, normal, levels, threads)
+        blocked = _blocked(lattice, walls, levels)
+        _cut_pairs(lattice, weights, blocked)
         lattice = replace(lattice, weights=weights)
-        lattices.append(replace(lattice, borders=_borders(lattice, position, normal)))
+        lattices.append(replace(lattice, borders=_borders(lattice, position, normal, blocked)))
     return lattices
 
 
-def _borders(lattice: Lattice, position, normal) -> tuple[Border, ...]:
+def _blocked(lattice: Lattice, walls, levels: int) -> list[list] | None:
+    """[level][direction]: (height · width,) bool, something stands between the texel and that one
+    in the direction, 1, 2, 4, ... texels away; None where nothing stands anywhere.
+
+    A line between neighbours runs through one of them or through a neighbour of both.
+    """
+    if walls is None or not walls.near[lattice.index].any():
+        return None
+    number = np.full(lattice.shape[0] * lattice.shape[1], -1)
+    number[lattice.cell] = np.arange(lattice.index.start, lattice.index.stop)
+    close = lattice.beside(lattice.spread(walls.near[:, None])[0])
+    here = lattice.cell[lattice.read(close) > 0]
+    result = [[] for _ in range(levels)]
+    for dy, dx, _ in DIRECTIONS:
+        step = dy * lattice.shape[1] + dx
+        some = here[number[here + step] >= 0]
+        found = np.zeros(len(number), bool)
+        found[some] = walls.between(number[some], number[some + step])
+        for level in range(levels):
+            result[level].append(found)
+            found = found | np.roll(found, -(step << level))
+    return result
+
+
+def _cut_pairs(lattice: Lattice, weights: tuple, blocked) -> None:
+    """Take the pairs out of ``weights`` of which one is ``blocked``."""
+    for level in range(len(weights) if blocked else 0):
+        for weight, found, (dy, dx, _) in zip(weights[level], blocked[level], DIRECTIONS):
+            either = found | np.roll(found, dy * lattice.shape[1] + dx << level)
+            weight[lattice.inner(either.reshape(lattice.shape), 0, 0)] = 0
+
+
+def _borders(lattice: Lattice, position, normal, blocked) -> tuple[Border, ...]:
     position, normal = position[lattice.index], normal[lattice.index]
     number = np.full(lattice.shape[0] * lattice.shape[1], -1)
     number[lattice.cell] = np.arange(len(lattice.cell))
@@ -170,8 +206,21 @@ def _borders(lattice: Lattice, position, normal) -> tuple[Border, ...]:
             (dy * lattice.shape[1] + dx, float(np.hypot(dy, dx)), share, weight.ravel()[place] == 0)
             for (dy, dx, share), weight in zip(DIRECTIONS, lattice.weights[level])
         ]
-        borders.append(find_border(lattice.cell, number, missing, position, normal, level))
+        border = find_border(lattice.cell, number, missing, position, normal, level)
+        if blocked:
+            border = border.take(~_is_blocked(border, missing, blocked[level], level))
+        borders.append(border)
     return tuple(borders)
+
+
+def _is_blocked(border: Border, missing: list, blocked: list, level: int) -> np.ndarray:
+    """(k,) bool: something stands between a border's texels and their neighbours."""
+    step, result = border.other - border.cell, np.zeros(len(border.cell), bool)
+    for (offset, *_), found in zip(missing, blocked):
+        for side, start in ((1, border.cell), (-1, border.other)):
+            some = step == side * (offset << level)
+            result[some] = found[start[some]]
+    return result
 
 
 def _parted_border(border: Border, number, dark: np.ndarray, sees) -> Border:

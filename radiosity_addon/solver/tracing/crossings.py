@@ -19,7 +19,6 @@ from .embree import Tracer
 REACH = 4 * OFFSET  # nearer than this triangles touch
 LARGE = 0.02  # of the scene: on both sides of larger triangles something may stand
 PARALLEL = 0.3  # sine of the angle between two triangles: below, all near the line is too near it
-SMALL = 0.004  # of the scene: a face less high over the other's plane is not cut
 MOST = 1 << 18  # pairs; with more, everything is cut by everything
 LAYERS = 32  # triangles met along one edge
 CHUNK = 1 << 15
@@ -30,11 +29,23 @@ CORNERS = np.array([[0.0, 0], [1, 0], [0, 1]])
 class Crossings:
     """``triangle`` (k,) int is cut along a line. ``height`` (k, 3) float64 above the other one's
     plane [unit box] at the triangle's corners, ``ends`` (k, 2, 2) barycentric of where they meet.
+    ``other`` (k,) int is what cuts it, or, where not ``across`` (k,) bool, stands on its edge.
     """
 
     triangle: np.ndarray
     height: np.ndarray
     ends: np.ndarray
+    other: np.ndarray
+    across: np.ndarray
+
+    def take(self, kept: np.ndarray) -> Crossings:
+        """Some of them."""
+        names = ("triangle", "height", "ends", "other", "across")
+        return Crossings(*(getattr(self, name)[kept] for name in names))
+
+    def large(self, least: float) -> Crossings:
+        """Those across triangles that are more than ``least`` [unit box] high over the other."""
+        return self.take(self.across & (np.ptp(self.height, axis=1) > least))
 
 
 def find_crossings(geometry: Geometry, tracer: Tracer, threads: int, tick) -> Crossings:
@@ -79,15 +90,17 @@ def _met(geometry: Geometry, tracer: Tracer, triangle: np.ndarray, side: int) ->
 
 
 def _verified(geometry: Geometry, triangle: np.ndarray, other: np.ndarray) -> Crossings:
-    """Those of (n,) pairs where the other one reaches a line across the triangle."""
+    """Those of (n,) pairs where the other one reaches a line across the triangle, or stands on
+    one of its edges, on the front."""
     normal, height = geometry.normal[triangle], _heights(geometry, triangle, other)
     axis = np.cross(normal, geometry.normal[other])
     sine = np.linalg.norm(axis, axis=1)
-    cut = (height.min(axis=1) < -REACH) & (height.max(axis=1) > REACH) & (sine > PARALLEL)
-    cut &= np.ptp(height, axis=1) > SMALL
-    triangle, other, height = triangle[cut], other[cut], height[cut]
-    axis = axis[cut] / sine[cut, None]
-    ends = _line(height)
+    across = (height.min(axis=1) < -REACH) & (height.max(axis=1) > REACH)
+    kept = (across | _on_edge(geometry, triangle, other, height)) & (sine > PARALLEL)
+    triangle, other, height, across = triangle[kept], other[kept], height[kept], across[kept]
+    axis = axis[kept] / sine[kept, None]
+    ends = np.empty((len(height), 2, 2))
+    ends[across], ends[~across] = _line(height[across]), _nearest_edge(height[~across])
     place = np.einsum("kec,kc->ke", geometry.at(triangle[:, None], ends), axis)
     back = place[:, 0] > place[:, 1]
     ends[back], place[back] = ends[back, ::-1], place[back, ::-1]
@@ -97,7 +110,22 @@ def _verified(geometry: Geometry, triangle: np.ndarray, other: np.ndarray) -> Cr
     share = np.clip(share, 0, 1)
     met = (share[:, 1] - share[:, 0]) * length > 4 * REACH
     ends = ends[:, :1] + share[..., None] * (ends[:, 1:] - ends[:, :1])
-    return Crossings(triangle[met], height[met], ends[met])
+    return Crossings(triangle[met], height[met], ends[met], other[met], across[met])
+
+
+def _on_edge(geometry: Geometry, triangle, other, height: np.ndarray) -> np.ndarray:
+    """(n,) bool: the others (n,) rise over triangles (n,) from an edge of theirs, and are no
+    neighbours there in a mesh that bends."""
+    level = np.sort(np.abs(height), axis=1)
+    rises = _heights(geometry, other, triangle).max(axis=1) > REACH
+    mine, theirs = geometry.triangles[triangle], geometry.triangles[other]
+    joined = (mine[:, :, None] == theirs[:, None]).any(axis=2).sum(axis=1) > 1
+    return rises & ~joined & (level[:, 1] <= REACH) & (level[:, 2] > REACH)
+
+
+def _nearest_edge(height: np.ndarray) -> np.ndarray:
+    """(n, 2, 2) barycentric ends of the edge whose corners have the least ``height``."""
+    return CORNERS[np.argsort(np.abs(height), axis=1, kind="stable")[:, :2]]
 
 
 def _heights(geometry: Geometry, triangle: np.ndarray, other: np.ndarray) -> np.ndarray:

@@ -52,9 +52,12 @@ class ReceiverMap:
         return result
 
 
-def build_receiver_map(receivers: Receivers, footprints: Footprints, triangles: int) -> ReceiverMap:
-    """The map for a scene of so many ``triangles``. Receivers that do not lie in one plane are left
-    out: what they hold is a mean over places that may see different light."""
+def build_receiver_map(
+    receivers: Receivers, footprints: Footprints, triangles: int, divided: np.ndarray | None = None
+) -> ReceiverMap:
+    """The map for a scene of so many ``triangles``. Receivers that do not lie in one plane, or are
+    ``divided`` (count,) bool by a wall, are left out: what they hold is a mean over places that may
+    see different light."""
     first, width = np.full(triangles, NOTHING, np.int64), np.zeros(triangles, np.int32)
     size, texel = np.zeros(triangles, np.int32), np.zeros((triangles, 3, 2), np.float32)
     if len(receivers.triangle) == 0:
@@ -72,7 +75,10 @@ def build_receiver_map(receivers: Receivers, footprints: Footprints, triangles: 
     first[which] = sum(map(len, entries)) + np.cumsum(cells**2) - cells**2
     size[which] = cells
     entries = np.concatenate([*entries, grids])
-    entries[(entries >= 0) & ~_flat(footprints)[entries]] = NOTHING
+    even = _flat(footprints)
+    if divided is not None:
+        even &= ~divided
+    entries[(entries >= 0) & ~even[entries]] = NOTHING
     return ReceiverMap(first, width, size, texel, entries)
 
 

@@ -1,0 +1,72 @@
+"""Walls: neighbours on the two sides of something that stands on their surface share no light.
+
+Where triangles cross or stand on one another is known (``tracing.crossings``), so only receivers
+near such a line are looked at: one that a line divides holds the light of both sides and is a
+neighbour of its like only, and others are neighbours where there is a way above the surface.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..direct.line_of_sight import is_way_free
+from ..geometry.footprints import Footprints
+from ..lights.context import Context
+from ..receivers import Receivers
+from ..tracing.contacts import find_contacts, shares_above
+
+DIVIDED = 1e-3  # of a receiver on one side of a line: with less it lies on the other
+
+
+@dataclass(frozen=True)
+class Walls:
+    """Of receivers: ``near`` (count,) bool, a line touches them, and ``divided`` (count,) bool;
+    ``crossed`` (count,) bool, lines run over one of their triangles."""
+
+    context: Context
+    position: np.ndarray  # (count, 3)
+    normal: np.ndarray  # (count, 3) unit
+    near: np.ndarray
+    divided: np.ndarray
+    crossed: np.ndarray
+
+    def between(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """(k,) bool: something stands between receivers (k,) and (k,), near each other."""
+        divided = self.divided[one], self.divided[other]
+        parted = divided[0] != divided[1]
+        some = np.flatnonzero(~(divided[0] | divided[1]))
+        places = ((self.position[end[some]], self.normal[end[some]]) for end in (one, other))
+        parted[some] = ~is_way_free(self.context, *(array for place in places for array in place))
+        return parted
+
+
+def find_walls(context: Context, footprints: Footprints, receivers: Receivers) -> Walls | None:
+    """None where nothing stands on anything."""
+    crossings = context.crossings
+    if crossings is None or len(crossings.triangle) == 0:
+        return None
+    position, normal = footprints.middle()
+    normal = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
+    contacts = find_contacts(crossings, receivers, context.threads)
+    line, owner = contacts.line, receivers.receiver[contacts.cell]
+    near, crossed = (np.zeros(receivers.count, bool) for _ in range(2))
+    near[owner] = True
+    crossed[receivers.receiver[np.isin(receivers.triangle, crossings.triangle)]] = True
+    line, owner = np.unique(np.stack([line, owner]), axis=1)
+    divided = np.zeros(receivers.count, bool)
+    divided[owner[_divides(context, footprints, receivers, line, owner)]] = True
+    return Walls(context, position, normal, near, divided, crossed)
+
+
+def _divides(context: Context, footprints, receivers: Receivers, line, owner) -> np.ndarray:
+    """(k,) bool: whether parts of the receivers ``owner`` (k,) lie on both sides of lines (k,)."""
+    start, number = footprints.start[owner], np.diff(footprints.start)[owner]
+    pair = np.repeat(np.arange(len(owner)), number)
+    cell = np.arange(len(pair)) + np.repeat(start - np.cumsum(number) + number, number)
+    above = shares_above(context.geometry, context.crossings, receivers, line[pair], cell)
+    area = np.diff(footprints.cumulative)[cell]
+    total = np.bincount(pair, area, len(owner))
+    above = np.bincount(pair, area * above, len(owner)) / np.maximum(total, 1e-300)
+    return (above > DIVIDED) & (above < 1 - DIVIDED)

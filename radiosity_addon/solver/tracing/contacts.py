@@ -1,0 +1,148 @@
+"""Contacts: which cells of receivers the lines run through along which triangles cross.
+
+A triangle may have many lines and a million cells, so its cells are sorted into squares of its
+barycentric plane, and only the squares that a line meets are looked into.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..geometry.triangles import Geometry
+from ..receivers import Receivers
+from ..workers.parallel import map_chunks, ranges
+from .crossings import Crossings
+
+EACH = 64  # cells in a square, about
+FINEST = 1 << 10  # squares along a triangle's edge, at most
+NEAR = 1e-5  # of a cell: a line so near to it touches it
+LINES = 1 << 10  # that are looked at together
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """``line`` (k,) of the crossings runs through ``cell`` (k,), or along its border. No line meets
+    the squares that are not ``met`` (m,) bool; ``square`` (n_cells,) tells where the cells are."""
+
+    line: np.ndarray
+    cell: np.ndarray
+    square: np.ndarray
+    met: np.ndarray
+
+
+def find_contacts(crossings: Crossings, receivers: Receivers, threads: int = 1) -> Contacts:
+    """Of all the receivers' cells."""
+    square, home = _squares(receivers.triangle, receivers.corners)
+    order = np.argsort(square, kind="stable")
+    start = np.searchsorted(square[order], np.arange(len(home) + 1))
+    corners = _outline(receivers.corners, receivers.square)
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    low, high = (
+        f.reduceat(bound[order], start[:-1]) if len(order) else bound
+        for f, bound in ((np.minimum, low), (np.maximum, high))
+    )
+
+    def work(some: slice):
+        bounds = (np.searchsorted(home, crossings.triangle[some], side) for side in
+                  ("left", "right"))  # fmt: skip
+        line, box = _spread(np.arange(some.start, some.stop), *bounds)
+        hit = _meets_box(crossings.ends[line], low[box], high[box])
+        line, box = line[hit], box[hit]
+        lines, place = _spread(line, start[box], start[box + 1])
+        cell = order[place]
+        hit = meets_cell(
+            crossings.ends[lines], receivers.corners[cell], receivers.square[cell]
+        )
+        return lines[hit], cell[hit], box
+
+    chunks = ranges(len(crossings.triangle), LINES)
+    nothing = (np.zeros(0, int),) * 3
+    found = [nothing, *map_chunks(work, chunks, threads, lambda fraction: None)]
+    line, cell, box = (np.concatenate(part) for part in zip(*found))
+    met = np.zeros(len(home), bool)
+    met[box] = True
+    return Contacts(line, cell, square, met)
+
+
+def shares_above(geometry: Geometry, crossings: Crossings, receivers: Receivers, line, cell):
+    """(k,) float64: how much of the cells (k,) lies above the plane of what makes the lines (k,).
+    """
+    corners, other = receivers.corners[cell], crossings.other[line]
+    place = geometry.at(receivers.triangle[cell, None], corners) - geometry.p0[other][:, None]
+    height = np.einsum("kic,kc->ki", place, geometry.normal[other])
+    share = _above(height)
+    square = receivers.square[cell]
+    mirrored = height[square][:, [1, 2, 0]]
+    mirrored[:, 2] = height[square, 1] + height[square, 2] - height[square, 0]
+    share[square] = (share[square] + _above(mirrored)) / 2
+    return share
+
+
+def _above(height: np.ndarray) -> np.ndarray:
+    """(k,) share of the area of triangles where a linear function is above 0, by its values at
+    their corners (k, 3)."""
+    low, middle, high = np.sort(height, axis=1).T
+    whole = np.maximum(high - low, 1e-300)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        tip = high**2 / (whole * (high - middle))
+        base = 1 - low**2 / (whole * (middle - low))
+    return np.where(low >= 0, 1.0, np.where(high <= 0, 0.0, np.where(middle <= 0, tip, base)))
+
+
+def _squares(triangle: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) int: numbers of the squares that cells (n, 3, 2) lie in, and (m,) the squares'
+    triangles, ascending."""
+    many = np.bincount(triangle) / EACH
+    fine = np.clip(np.ceil(np.sqrt(many)), 1, FINEST)[triangle]
+    middle = corners.mean(axis=1)
+    place = np.clip(np.floor(middle * fine[:, None]), 0, fine[:, None] - 1).astype(np.int64)
+    key = (triangle.astype(np.int64) * FINEST + place[:, 0]) * FINEST + place[:, 1]
+    keys, square = np.unique(key, return_inverse=True)
+    return square.reshape(-1), keys // FINEST**2
+
+
+def _outline(corners: np.ndarray, square: np.ndarray) -> np.ndarray:
+    """(n, 4, 2) corners of cells (n, 3, 2); triangles have one of them twice."""
+    fourth = np.where(square[:, None], corners[:, 1] + corners[:, 2] - corners[:, 0], corners[:, 0])
+    return np.concatenate([corners, fourth[:, None]], axis=1)
+
+
+def _spread(values: np.ndarray, first: np.ndarray, last: np.ndarray):
+    """``values`` (k,) repeated for each number from ``first`` to ``last`` (k,), and these."""
+    number = last - first
+    offset = np.repeat(first - np.cumsum(number) + number, number)
+    return np.repeat(values, number), np.arange(len(offset)) + offset
+
+
+def _meets_box(ends: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """(k,) bool: segments between ``ends`` (k, 2, 2) meet boxes (k, 2), by their slabs."""
+    slack = NEAR * (high - low)
+    bounds = np.stack([ends[:, 0] - (low - slack), (high + slack) - ends[:, 0]], 2)
+    along = ends[:, 1] - ends[:, 0]
+    return _within(bounds.reshape(-1, 4), np.stack([along, -along], 2).reshape(-1, 4))
+
+
+def meets_cell(ends: np.ndarray, corners: np.ndarray, square: np.ndarray) -> np.ndarray:
+    """(k,) bool: segments meet cells (k, 3, 2)."""
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    twice = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    inverse = np.stack([v[:, 1], -v[:, 0], -u[:, 1], u[:, 0]], 1).reshape(-1, 2, 2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        inverse = inverse / twice[:, None, None]
+        place = np.einsum("kab,keb->kea", inverse, ends - corners[:, :1])
+        first, along = place[:, 0], place[:, 1] - place[:, 0]
+        over = np.where(square[:, None], 1 - first, (1 - first.sum(axis=1))[:, None])
+        turn = np.where(square[:, None], -along, -along.sum(axis=1)[:, None])
+        meets = _within(np.concatenate([first, over], 1) + NEAR, np.concatenate([along, turn], 1))
+    return meets & (twice != 0)
+
+
+def _within(start: np.ndarray, change: np.ndarray) -> np.ndarray:
+    """(k,) bool: somewhere between 0 and 1, all of start + t · change (k, m) are >= 0."""
+    share = -start / np.where(change == 0, 1, change)
+    outside = np.where((change == 0) & (start < 0), 2.0, 0.0)
+    enter = np.where(change > 0, share, outside).max(axis=1).clip(0)
+    leave = np.where(change < 0, share, 1.0).min(axis=1).clip(None, 1)
+    return enter <= leave

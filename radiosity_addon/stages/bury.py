@@ -1,0 +1,49 @@
+"""Bury: leave out what nobody sees of the receivers, inside solids or flush against them. No bpy."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..solver.lights.context import Context
+from ..solver.receivers import Receivers
+from ..solver.tracing.buried import find_surroundings, without_buried
+from .layout import Layout
+
+
+def open_layout(layout: Layout, context: Context) -> Layout:
+    """The receivers' open parts. Those that are wholly buried are named as ``buried``; where
+    nothing would be left, all stay."""
+    scene, receivers = context.scene, layout.receivers
+    if context.crossings is None:
+        return layout
+    opaque = ~context.transmits
+    for objects in (scene.casts_shadow, scene.visible):
+        if objects is not None:
+            opaque &= objects[scene.object]
+    surroundings = find_surroundings(scene, context.geometry, opaque, context.threads)
+    if surroundings is None:
+        return layout
+    kept, buried = without_buried(surroundings, context.crossings, receivers)
+    if buried.all():
+        return layout
+    spans = np.concatenate([[0], np.cumsum(~buried)])[list(layout.spans)]
+    return replace(
+        layout, receivers=_some(kept, ~buried), spans=tuple(spans.tolist()),
+        buried=_some(receivers, buried),
+    )  # fmt: skip
+
+
+def _some(receivers: Receivers, chosen: np.ndarray) -> Receivers:
+    """Those ``chosen`` (count,) bool, numbered anew."""
+    cells = chosen[receivers.receiver]
+    number = np.cumsum(chosen, dtype=np.int32) - np.int32(1)
+    return Receivers(
+        count=int(chosen.sum()),
+        receiver=number[receivers.receiver[cells]],
+        triangle=receivers.triangle[cells],
+        corners=receivers.corners[cells],
+        square=receivers.square[cells],
+        grid=None if receivers.grid is None else receivers.grid[chosen],
+    )

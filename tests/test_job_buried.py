@@ -1,0 +1,77 @@
+"""Bakes of floors and boxes whose faces lie partly inside others."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from radiosity_addon.bake.fill import fill_texels
+from radiosity_addon.bake_job import Job, run
+from radiosity_addon.export.exported import CornerMap, ExportedObject
+from radiosity_addon.settings import Settings
+from radiosity_addon.solver.scene import Sky
+from tests.solver import meshes
+from tests.solver.test_buried import FLOOR, SQUARE, UV, block
+
+WALL = block((0.2, 80.0, 40.0), (0.47, -40.0, -0.1))  # x from 0.47 to 0.67, black, all but endless
+RHO = 0.5
+
+
+def job_of(parts, number: int, **options) -> Job:
+    """One of the parts is baked, under a white sky; the first one reflects."""
+    scene = meshes.scene(parts, [[RHO]] + [[0.0]] * (len(parts) - 1))
+    scene = replace(scene, sky=Sky(np.ones((1, 1, 3), np.float32)))
+    mine = np.flatnonzero(scene.object == number)
+    loops = 3 * len(mine)
+    vertex = np.unique(scene.triangles[mine], return_inverse=True)[1].reshape(-1).astype(np.int32)
+    one_hot = CornerMap(np.arange(loops)[:, None], np.ones((loops, 1)), loops)
+    uv = UV if number == 0 else None
+    target = ExportedObject("Part", int(mine[0]), int(mine[-1]) + 1, uv, one_hot, vertex,
+                            np.arange(loops, dtype=np.int32) // 6, n_loops=loops)  # fmt: skip
+    settings = Settings(resolution=16, error=0.02, passes=("direct", "indirect", "color"), **options)
+    return Job(settings, scene, (target,), (), (), ())
+
+
+def test_texels_beside_a_wall_are_as_bright_as_what_shows_of_them():
+    """Beside a black wall of height h at distance d the sky's factor is ½ + ½ d / √(d² + h²)
+    (endless strip). With h = 40 and d <= 0.5 it is ½ within 0.7 %, so that ρ/2 is shown by all
+    texels, also by those of which 0.03/0.0625 = 48 % and 28 % lie under the wall, and by those
+    that are filled. Counted whole they would have 52 and 72 % of it, and 0 below the wall."""
+    image = run(job_of([FLOOR, WALL], 0, target="image")).colors[0]
+    assert (image[..., 3] == 1).all()
+    assert image[..., :3] == pytest.approx(RHO / 2, rel=0.04)
+
+
+@pytest.mark.parametrize("domain", ["corner", "point"])
+def test_vertex_colors_of_a_floor_do_not_see_what_a_wall_covers(domain):
+    """The same floor by its four corners."""
+    colors = run(job_of([FLOOR, WALL], 0, target="vertex", domain=domain)).colors[0]
+    assert colors == pytest.approx(RHO / 2, rel=0.06)
+
+
+def test_the_underside_of_a_box_on_a_sheet_is_black():
+    """From just below the sheet the whole sky could be seen."""
+    floor = SQUARE * 20 - 10, FLOOR[1]
+    floor[0][:, 2] = 0
+    colors = run(job_of([floor, block()], 1, target="vertex")).colors[0]
+    triangles = np.arange(len(colors)).reshape(-1, 3)
+    vertices, faces = block()
+    p = vertices[faces]
+    down = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])[:, 2] < 0
+    assert down.sum() == 2 and not colors[triangles[down]].any()
+
+
+def test_fill_takes_the_nearest_texel_of_the_same_island():
+    """Two islands one texel apart: the second one's buried texel is nearer to the first, of which
+    it takes nothing; one of which nothing is known stays black."""
+    known, wanted = np.zeros((2, 3, 12), bool)
+    known[0, :4] = True  # brightness 1
+    wanted[0, 5:8] = True
+    known[0, 8] = True  # brightness 2
+    wanted[2, 0] = True
+    pixels = np.where(known, np.where(np.arange(12) < 5, 1.0, 2.0), 0.0)[..., None].repeat(3, 2)
+    fill_texels(pixels, known, wanted)
+    assert pixels[0, :, 0].tolist() == [1, 1, 1, 1, 0, 2, 2, 2, 2, 0, 0, 0]
+    assert not pixels[2].any()
