@@ -110,7 +110,8 @@ def _three(values: np.ndarray) -> np.ndarray:
 def _judge(context: Context, footprints, receivers: Receivers, passes, project, threads: int):
     position, normal = footprints.middle()
     if receivers.grid is not None:
-        lattices = build_lattices(receivers.grid, position, normal, threads)
+        facing, rounded = footprints.facing()
+        lattices = build_lattices(receivers.grid, position, facing, threads, rounded=rounded)
     else:
         lattices = build_graph(position, normal, footprints.area, threads)
     sees = LineOfSight(context, footprints, position, normal).sees_whole
