@@ -16,7 +16,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import parity_geometry, parity_lamps, parity_materials, parity_passes, parity_worlds
+from . import parity_geometry, parity_lamps, parity_materials, parity_passes, parity_shading, parity_worlds
 from .bake import our_bake, warm_up
 from .cycles import cycles_bake
 from .error import Measured, comparable_texels, reference_noise, relative_error, triangle_uvs
@@ -29,6 +29,7 @@ GROUPS = {
     "worlds": parity_worlds.CASES,
     "materials": parity_materials.CASES,
     "geometry": parity_geometry.CASES,
+    "shading": parity_shading.CASES,
     "passes": parity_passes.CASES,
 }
 BOUND = 0.02
@@ -189,8 +190,10 @@ KNOWN = """
   every such point would need its rays twice. The 5 % here are those of a large slab close to the floor.
 * **Light linked to objects**: lamps are linked as in Cycles; the links of an object that emits are not
   looked at, with a warning.
-* **Smooth shading**: Cycles lights a face as if it were turned to its smooth normal; we light it as it
-  lies. Flat faces and faces between sharp edges agree.
+* **Shading normals** count where light arrives to be baked; what a surface reflects onto others follows its
+  true normals. Cycles turns that light too, and loses what its normal maps mask: strong maps on all of a
+  room make its indirect light darker.
+* **Displacement** that moves the surface is not modelled, with a warning; as bump it is.
 * **Two sides**: where a node tree asks which side is seen (the Backfacing output), each side has its own
   reflectance, transmittance and emission.
 * **Lighting without colour on black surfaces**: Cycles bakes black there, we the light. The case

@@ -12,7 +12,6 @@ from .parity_stage import Case, glow, lamp, panel, scratch, stage
 
 GREEN, BLUE = (0.1, 0.6, 0.2), (0.1, 0.3, 0.8)
 PLACES = ((-1.3, 1.0, 0.4), (1.2, 1.2, 0.7), (1.2, -1.2, 0.3))
-SHADING = "Cycles shades by smooth normals; we by the true ones of the faces"
 
 
 def cube(name="Cube", edge: float = 0.6, color=GREEN):
@@ -310,5 +309,5 @@ CASES = (
     Case("lamp without shadow", shadowless),
     Case("smooth by angle, baked", smooth_by_angle),
     Case("smooth ball beside the stage", partial(smooth_ball, False)),
-    Case("smooth ball, baked", partial(smooth_ball, True), design=SHADING),
+    Case("smooth ball, baked", partial(smooth_ball, True)),
 )

@@ -128,6 +128,12 @@ def _add_accuracy(group) -> None:
     )
     add("--error", type=float, metavar="E", help="target relative error; overrides --quality")
     add("--time-limit", type=float, metavar="S", help="the best result within S seconds of solving")
+    add(
+        "--no-shading-normals",
+        dest="shading_normals",
+        action="store_false",
+        help="light faces as they lie, not as smooth shading, normal and bump maps show them",
+    )
     add("--seed", type=int, metavar="N", default=DEFAULTS.seed, help="(%(default)s)")
     add("--threads", type=int, metavar="N", default=DEFAULTS.threads, help="0: all cores")
 
@@ -161,6 +167,7 @@ def _settings(found: argparse.Namespace) -> Settings:
         passes=found.passes,
         quality=found.quality,
         error=found.error,
+        shading_normals=found.shading_normals,
         time_limit=found.time_limit,
         seed=found.seed,
         threads=found.threads,

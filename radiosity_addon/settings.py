@@ -29,6 +29,7 @@ class Settings:
     passes: tuple[str, ...] = PASSES
     quality: str = "medium"
     error: float | None = None  # target relative error; None: that of the quality
+    shading_normals: bool = True  # light counts as faces are shaded; False: as they lie
     time_limit: float | None = None  # seconds of solving; None: no limit
     seed: int = 0
     threads: int = 0  # 0: all cores

@@ -21,7 +21,7 @@ BOUND = 0.05
 SIZE, SAMPLES = 32, 16
 FAST = {"point, radius 0.3": {}, "area, disc": {}, "image with a small sun, turned": {"samples": 64},
         "image, sRGB": {"size": 64}, "tinted transparent": {}, "collection instances": {},
-        "direct, reflectance 0": {}}  # fmt: skip
+        "direct, reflectance 0": {}, "smooth ball": {}, "normal map": {"samples": 64}}  # fmt: skip
 
 
 @pytest.fixture(autouse=True)

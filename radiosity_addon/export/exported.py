@@ -48,6 +48,9 @@ class ExportedObject:
     identity: int = 0  # the object's session id, which a new name does not change
     n_loops: int = 0  # of the user's mesh
     modifiers: tuple[str, ...] = ()  # names of those that may change its faces
+    normals: np.ndarray | None = None  # (n, 3, 3) float32: how its triangles' corners are shaded
+    texel_normals: np.ndarray | None = None  # (size, size, 3) float32: means over texels, of maps
+    fades: bool = False  # light that grazes these texels, before maps turn them, fades
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from ..solver.scene import Material
 from .colors import Color, NotSimple, constant, extremes, to_field, values
 from .images import working_space_is_rec709
 from .parts import material_key
-from .remarks import bare_remarks, bent_remarks, material_remarks
+from .remarks import bare_remarks, material_remarks, moved_remarks
 from .shaders import Surface, read_sides
 from .sockets import Reader
 
@@ -71,7 +71,7 @@ def read_materials(parts) -> Palette:
             palette.difficult[key] = str(reason)
             continue
         palette.index[key] = palette.add(material.name, front, back)
-    palette.warnings.extend(bent_remarks(known[key] for key in _used(parts) if key in known))
+    palette.warnings.extend(moved_remarks(known[key] for key in _used(parts) if key in known))
     palette.warnings.extend(bare_remarks(parts))
     _warn_glossy(palette)
     return palette

@@ -28,6 +28,7 @@ class MeshArrays:
     colors: dict[str, np.ndarray]  # name -> (n_loops, 4) float32, linear
     active_uv: str = ""
     active_color: str = ""
+    normals: np.ndarray | None = None  # (n_loops, 3) float32; None: all faces are flat
 
 
 def bulk(collection, attribute: str, dtype, width: int = 1) -> np.ndarray:
@@ -56,6 +57,7 @@ def read_mesh(mesh) -> MeshArrays:
         colors=_read_colors(mesh, vertex),
         active_uv=active,
         active_color=_default_color(mesh),
+        normals=_read_normals(mesh),
     )
 
 
@@ -66,6 +68,13 @@ def read_loop_vertices(mesh) -> np.ndarray:
     if found is not None and len(found.data) == len(mesh.loops):
         return bulk(found.data, "value", np.int32)
     return bulk(mesh.loops, "vertex_index", np.int32)
+
+
+def _read_normals(mesh) -> np.ndarray | None:
+    """How each loop is shaded, (n_loops, 3) float32; None where that is how the faces lie."""
+    if mesh.normals_domain == "FACE":
+        return None
+    return bulk(mesh.corner_normals, "vector", np.float32, 3)
 
 
 def read_uv(layer) -> np.ndarray:

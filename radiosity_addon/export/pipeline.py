@@ -15,6 +15,7 @@ from .assemble import (Geometry, Placed, assemble, corner_loops, material_indice
                        scatter_atlas, scatter_colors, scatter_uvs)  # fmt: skip
 from .corner_weights import one_hot, traced
 from .evaluated import ATLAS, evaluate_steps
+from .remarks import bent_remarks
 from .render_depsgraph import with_render_depsgraph
 from .exported import Exported, ExportedObject
 from .images import working_space_is_rec709
@@ -23,6 +24,8 @@ from .lights import (Light, glow_remarks, lit_objects, read_lights, shading_obje
 from .materials import read_materials, scene_materials
 from .meshes import read_loop_vertices
 from .parts import Part, read_parts
+from .shading_normals import (bent_materials, corner_normals, light_fades,
+                              texel_normal_steps)  # fmt: skip
 from .smooth_groups import smooth_groups
 from .sockets import Reader
 from .targets import NO_FACES, UNTRACED, choose_objects, sort_out, uv_map_name
@@ -70,7 +73,14 @@ def steps(scene, view_layer, settings, progress):
         lights = with_node_colors(read.lights, warnings)
     yield 0.5
     for fraction in evaluate_steps(read.parts, palette, lambda: _find_scene(name)):
-        yield 0.5 + 0.3 * fraction
+        yield 0.5 + 0.2 * fraction
+    turned = {}
+    if settings.target == "image" and settings.shading_normals:
+        here = zip(read.receivers, geometry.placed)
+        for fraction in texel_normal_steps(list(here), settings, lambda: _find_scene(name), turned):
+            yield 0.7 + 0.1 * fraction
+    elif settings.shading_normals:
+        warnings += bent_remarks(bent_materials(read.parts[: len(read.receivers)]))
     with traceless():
         sky, suns = read_world(_find_scene(name), Reader(working_space_is_rec709()), warnings)
         lights += [Light(sun) for sun in suns]
@@ -78,8 +88,8 @@ def steps(scene, view_layer, settings, progress):
         warnings += glow_remarks(read.parts, palette)
     yield 0.8
     objects, skipped = [], list(read.skipped)
-    for receiver, placed in zip(read.receivers, geometry.placed):
-        found = _object(receiver, placed, settings)
+    for number, (receiver, placed) in enumerate(zip(read.receivers, geometry.placed)):
+        found = _object(receiver, placed, settings, turned.get(number))
         if isinstance(found, str):
             skipped.append((receiver.name, found))
         else:
@@ -154,7 +164,7 @@ def _receivers_first(parts, receivers):
     return [part for _, part in sorted(keyed, key=lambda pair: pair[0])]
 
 
-def _object(receiver: Receiver, placed: Placed, settings) -> ExportedObject | str:
+def _object(receiver: Receiver, placed: Placed, settings, texels) -> ExportedObject | str:
     """What the bake needs of one receiver, or why it is left out."""
     start, stop = placed.start, placed.stop
     if stop == start:
@@ -174,7 +184,14 @@ def _object(receiver: Receiver, placed: Placed, settings) -> ExportedObject | st
     return ExportedObject(
         receiver.name, start, stop, uv, weights, vertex, groups,
         receiver.identity, receiver.n_loops, receiver.modifiers,
+        _normals(placed, settings, texels), texels,
+        texels is not None and light_fades(placed.part),
     )  # fmt: skip
+
+
+def _normals(placed: Placed, settings, texels) -> np.ndarray | None:
+    """How the corners of a part's triangles are shaded; None: as they lie."""
+    return corner_normals(placed, texels is not None) if settings.shading_normals else None
 
 
 def _find_mesh(receiver: Receiver):

@@ -11,7 +11,6 @@ from .sockets import source, uses_nodes
 MAX_DEPTH = 16  # of groups in groups
 NAMED = 3  # of many objects or materials
 TRANSLUCENT = "ShaderNodeBsdfTranslucent"
-BENDING = ("ShaderNodeNormalMap", "ShaderNodeBump")  # nodes that turn a surface's normal
 IMAGE_NODES = ("ShaderNodeTexImage", "ShaderNodeTexEnvironment")
 
 
@@ -61,22 +60,49 @@ def bare_remarks(parts) -> list[str]:
 
 
 def bent_remarks(materials) -> list[str]:
-    """One sentence on materials whose maps bend or move the surface."""
-    names = [material.name for material in materials if _is_bent(material)]
+    """One sentence on materials whose maps turn light, for what does not show them."""
+    names = [material.name for material in materials]
     return [
-        "normal, bump and displacement maps change nothing, as faces are lit by their true normals; "
+        "normal and bump maps change nothing in vertex colours; bake images to show them; "
         f"materials: {_some(names)}"
     ] * bool(names)
 
 
-def _is_bent(material) -> bool:
+def moved_remarks(materials) -> list[str]:
+    """One sentence on materials that move the surface."""
+    names = [m.name for m in materials if _has_displacement(m) and m.displacement_method != "BUMP"]
+    return [
+        f"displacement maps move nothing; apply them as modifiers; materials: {_some(names)}"
+    ] * bool(names)
+
+
+def bends_light(material) -> bool:
+    """Whether its node tree turns normals: a shader's Normal is linked, or a bump map to the
+    output."""
+    return _is_bumped(material) or turns_shaders(material)
+
+
+def turns_shaders(material) -> bool:
+    """Whether a shader's own Normal is linked: light that grazes the surface then fades."""
+    return uses_nodes(material) and any(
+        _is_linked(node) and not node.mute and _is_shader(node)
+        and any(socket.name == "Normal" and source(socket) for socket in node.inputs)
+        for node in nodes_of(material.node_tree)
+    )  # fmt: skip
+
+
+def _is_bumped(material) -> bool:
+    return _has_displacement(material) and material.displacement_method != "DISPLACEMENT"
+
+
+def _is_shader(node) -> bool:
+    return any(output.type == "SHADER" for output in node.outputs)
+
+
+def _has_displacement(material) -> bool:
     if not uses_nodes(material):
         return False
-    tree = material.node_tree
-    if any(node.bl_idname in BENDING and _is_linked(node) and not node.mute
-           for node in nodes_of(tree)):  # fmt: skip
-        return True
-    output = tree.get_output_node("CYCLES")
+    output = material.node_tree.get_output_node("CYCLES")
     return output is not None and source(output.inputs["Displacement"]) is not None
 
 

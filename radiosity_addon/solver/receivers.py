@@ -13,6 +13,19 @@ import numpy as np
 
 
 @dataclass(frozen=True)
+class Shading:
+    """How cells are turned and rounded for the light that falls on them.
+
+    ``normal`` is the mean over a cell, shorter than 1 where it varies within; where it is 0, or
+    faces away from the triangle, the triangle's own counts.
+    """
+
+    normal: np.ndarray  # (n_cells, 3) float32: light counts by the cosine to it
+    smooth: np.ndarray | None  # (n_cells, 3) float32: before bump and normal maps; None: no maps
+    height: np.ndarray  # (n_cells,) float32 [scene's length]: of the rounded surface over the cell
+
+
+@dataclass(frozen=True)
 class Receivers:
     """Footprint cells, sorted by the receiver they belong to.
 
@@ -25,6 +38,7 @@ class Receivers:
     corners: np.ndarray  # (n_cells, 3, 2) float64: barycentric (u, v) of origin, +U, +V
     square: np.ndarray  # (n_cells,) bool: parallelogram origin + [0,1]U + [0,1]V, else triangle
     grid: np.ndarray | None = None  # (count, 3) int32: image, row, column of a texel; else None
+    shading: Shading | None = None  # None: every cell counts light by its triangle's normal
 
 
 @dataclass(frozen=True)
@@ -41,6 +55,9 @@ class Projection:
 
 def concatenate(parts: list[Receivers]) -> Receivers:
     """Join receivers of several objects in order; grids survive when every part has one."""
+    shading = [_shading_of(part) for part in parts]
+    if all(part.shading is None for part in parts):
+        shading = None
     offsets = np.cumsum([0] + [part.count for part in parts])
     grids = [part.grid for part in parts]
     return Receivers(
@@ -52,4 +69,40 @@ def concatenate(parts: list[Receivers]) -> Receivers:
         corners=np.concatenate([part.corners for part in parts]),
         square=np.concatenate([part.square for part in parts]),
         grid=None if any(grid is None for grid in grids) else np.concatenate(grids),
+        shading=shading and _joined(shading),
+    )
+
+
+def slice_receivers(receivers: Receivers, start: int, stop: int) -> Receivers:
+    """The receivers ``start`` to ``stop`` alone, numbered from 0."""
+    cells = slice(*np.searchsorted(receivers.receiver, (start, stop)))
+    found = receivers.shading
+    return Receivers(
+        count=stop - start,
+        receiver=receivers.receiver[cells] - np.int32(start),
+        triangle=receivers.triangle[cells],
+        corners=receivers.corners[cells],
+        square=receivers.square[cells],
+        grid=None if receivers.grid is None else receivers.grid[start:stop],
+        shading=found and Shading(
+            found.normal[cells], None if found.smooth is None else found.smooth[cells],
+            found.height[cells],
+        ),
+    )  # fmt: skip
+
+
+def _shading_of(part: Receivers) -> Shading:
+    n = len(part.triangle)
+    return part.shading or Shading(np.zeros((n, 3), np.float32), None, np.zeros(n, np.float32))
+
+
+def _joined(parts: list[Shading]) -> Shading:
+    smooth = None
+    if any(part.smooth is not None for part in parts):
+        smooth = np.concatenate(
+            [part.normal if part.smooth is None else part.smooth for part in parts]
+        )
+    return Shading(
+        np.concatenate([part.normal for part in parts]), smooth,
+        np.concatenate([part.height for part in parts]),
     )

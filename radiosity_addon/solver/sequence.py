@@ -123,7 +123,10 @@ def _judge(first: Replicate, passes, project, threads: int) -> ErrorEstimator:
     position, normal = footprints.middle()
     walls = first.walls
     if receivers.grid is not None:
-        lattices = build_lattices(receivers.grid, position, normal, threads, walls=walls)
+        facing, rounded = footprints.facing()
+        lattices = build_lattices(
+            receivers.grid, position, facing, threads, walls=walls, rounded=rounded
+        )
     else:
         lattices = build_graph(position, normal, footprints.area, threads, walls)
     sees = LineOfSight(context, footprints, position, normal).sees_whole

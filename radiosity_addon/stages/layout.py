@@ -5,15 +5,16 @@ For large images this takes longer than reading the scene, so it belongs to the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..bake.cell_normals import shading_of
 from ..bake.faces import face_receivers, receiver_budget, triangle_areas
 from ..bake.texels import overlapping_texels, texel_receivers
 from ..solver.workers.parallel import map_chunks
 from ..solver.progress import Progress
-from ..solver.receivers import Receivers, concatenate
+from ..solver.receivers import Receivers, concatenate, slice_receivers
 from .job import Job
 
 STAGE = "receivers"
@@ -41,6 +42,7 @@ def lay_out(job: Job, progress: Progress) -> Layout:
         make, range(len(job.targets)), job.settings.threads, lambda done: progress(STAGE, done)
     )
     receivers, warnings = zip(*parts)
+    receivers = [_shaded(job, *pair) for pair in zip(job.targets, receivers)]
     counts = [part.count for part in receivers]
     return Layout(
         concatenate(list(receivers)),
@@ -93,18 +95,16 @@ def _overlap(target, shared: int) -> str:
     )
 
 
+def _shaded(job: Job, target, part: Receivers) -> Receivers:
+    """The receivers, with the normals by which their light counts where these are not the faces'."""
+    if target.normals is None or not job.settings.shading_normals:
+        return part
+    own = job.scene.triangles[target.start : target.stop]
+    return replace(part, shading=shading_of(
+        part, job.scene.vertices, own, target.start, target.normals, target.texel_normals,
+        target.fades,
+    ))  # fmt: skip
+
+
 def _numbers(target) -> np.ndarray:
     return np.arange(target.start, target.stop, dtype=np.int32)
-
-
-def slice_receivers(receivers: Receivers, start: int, stop: int) -> Receivers:
-    """The receivers ``start`` to ``stop`` alone, numbered from 0."""
-    first, last = np.searchsorted(receivers.receiver, (start, stop))
-    return Receivers(
-        count=stop - start,
-        receiver=receivers.receiver[first:last] - np.int32(start),
-        triangle=receivers.triangle[first:last],
-        corners=receivers.corners[first:last],
-        square=receivers.square[first:last],
-        grid=None if receivers.grid is None else receivers.grid[start:stop],
-    )

@@ -118,6 +118,12 @@ class RadiositySettings(bpy.types.PropertyGroup):
         precision=3,
         step=1,
     )
+    shading_normals: BoolProperty(
+        name="Shading Normals",
+        description="Light counts as faces are shaded: smooth, by custom normals and, for images, "
+        "by normal and bump maps. Off: as the faces lie",
+        default=DEFAULTS.shading_normals,
+    )
     use_time_limit: BoolProperty(
         name="Time Limit",
         description="Stop refining after this time and bake the best result so far; the report "
@@ -187,6 +193,7 @@ def settings_of(properties: RadiositySettings, objects: tuple[str, ...] = ()) ->
         passes=tuple(name for name in DEFAULTS.passes if name in asked),
         quality=DEFAULTS.quality if properties.quality == CUSTOM else properties.quality.lower(),
         error=typed(properties.error) if properties.quality == CUSTOM else None,
+        shading_normals=properties.shading_normals,
         time_limit=typed(properties.time_limit) if properties.use_time_limit else None,
         seed=properties.seed,
         threads=properties.threads,

@@ -55,6 +55,8 @@ class SolveCache:
         if shape != self.shape:
             self.solves = []
         cells = (receivers.receiver, receivers.triangle, receivers.corners, receivers.square)
+        if receivers.shading is not None:
+            cells += (receivers.shading,)
         self._now, self.reused, self.changed = (shape, light, digest(cells)), "", False
 
     def find(self, context: Context, plan: Plan, tolerance: float):

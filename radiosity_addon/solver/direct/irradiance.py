@@ -13,6 +13,7 @@ import numpy as np
 
 from ..lights.context import Context
 from ..sampling.points import Middles, Points, grouped_chunks, light_places, masked, owned
+from ..sampling.shade import Shade
 from ..sampling.sobol import GROUPS
 from ..tracing.blockers import Blockers
 from ..workers.parallel import map_chunks
@@ -84,7 +85,8 @@ def _visible_share(context: Context, blockers: Blockers, whole, points: Points, 
         s, t = whole.warp(some, s, t)
     segments = whole.segments(some, position, s, t)
     visible = visibility(
-        context, blockers, position.reshape(-1, 3), segments.reshape(-1, 3), whole.length
+        context, blockers, position.reshape(-1, 3), segments.reshape(-1, 3), whole.length,
+        points.shade and points.shade.take(some).together(),
     ).reshape(*s.shape, -1)
     share = visible.mean(axis=0, dtype=np.float32).astype(float)
     single = len(s) == 1  # one place alone brings what it stands for, not a share
@@ -119,14 +121,17 @@ def _from_points(context: Context, light: int, points: Points, some, xi, dark) -
         color = color * sample.tint
     if color.ndim > 1:
         color = color.reshape(points.shape[0], -1, context.channels)
-    return _visible_mean(context, blockers, position, sample, points.shape[0], color)
+    shade = points.shade and points.shade.take(some).together()
+    return _visible_mean(context, blockers, position, sample, points.shape[0], color, shade)
 
 
-def _visible_mean(context: Context, blockers: Blockers, origins, sample, per: int, color):
+def _visible_mean(
+    context: Context, blockers: Blockers, origins, sample, per: int, color, shade: Shade | None
+) -> np.ndarray:
     """(R, channels) irradiance of a light of this ``color``, (channels,) or (per, R, channels):
     the mean of what is visible of the samples, or of the whole light that share. Rays are traced
     only where they carry anything."""
-    visible = visible_samples(context, blockers, origins, sample)
+    visible = visible_samples(context, blockers, origins, sample, shade)
     visible = visible.reshape(per, -1, visible.shape[1])
     irradiance = sample.irradiance.reshape(per, -1, 1)
     if sample.whole is None or per == 1:

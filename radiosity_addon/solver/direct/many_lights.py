@@ -50,7 +50,9 @@ def _from_chosen(context: Context, points: Points, middles: Middles, key):
             if dark is not None:
                 sample.darken(dark)
             origins = points.position.reshape(-1, 3)[rows]
-            found = visible_samples(context, context.blockers[0], origins, sample)  # all block
+            shade = points.shade and points.shade.together().rows(rows)
+            blockers = context.blockers[0]  # all block
+            found = visible_samples(context, blockers, origins, sample, shade)
             found *= sample.irradiance[:, None]
             arriving[rows] = found * factor[rows, None] * color
         irradiance += arriving.reshape(per, count, -1).mean(axis=0)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry.triangles import OFFSET
+from ..sampling.shade import Shade
 from ..tracing.blockers import Blockers
 from ..tracing.embree import Hits
 
@@ -42,12 +43,16 @@ def followed(context, origins: np.ndarray, directions: np.ndarray, hits: Hits):
 
 
 def visibility(
-    context, blockers: Blockers, origins: np.ndarray, segments: np.ndarray, length: float
+    context, blockers: Blockers, origins: np.ndarray, segments: np.ndarray, length: float,
+    shade: Shade | None = None,
 ) -> np.ndarray:
     """(n,) bool, or (n, channels) where blockers transmit: share of light along segments.
 
-    ``segments`` need not be unit; light starts at ``length`` of them.
+    ``segments`` need not be unit; light starts at ``length`` of them. ``shade`` of the origins,
+    where they have one, moves them and takes its share.
     """
+    if shade is not None:
+        return _shaded_visibility(context, blockers, origins, segments, length, shade)
     if blockers.shadow is None:
         clear = np.ones(len(origins), bool)
     else:
@@ -76,14 +81,26 @@ def visibility(
     return share
 
 
-def visible_samples(context, blockers: Blockers, origins: np.ndarray, sample) -> np.ndarray:
+def _shaded_visibility(context, blockers, origins, segments, length, shade: Shade) -> np.ndarray:
+    start, way = shade.lifted(origins, segments), segments
+    if start is not origins and np.isfinite(length):
+        way = segments - (start - origins)
+    visible = visibility(context, blockers, start, way, length)
+    share = shade.share(segments)
+    return visible * (share if visible.ndim == 1 else share[:, None])
+
+
+def visible_samples(
+    context, blockers: Blockers, origins: np.ndarray, sample, shade: Shade | None = None
+) -> np.ndarray:
     """(n, 1 or channels) float64 share of a light's ``sample`` that comes through to ``origins``
     (n, 3); 0 where it carries nothing: no ray is traced there."""
     carrying = np.flatnonzero(sample.irradiance > 0)
     share = np.zeros((len(sample.irradiance), 1 if blockers.veil is None else context.channels))
     if len(carrying):
         share[carrying] = visibility(
-            context, blockers, origins[carrying], sample.segment[carrying], sample.length
+            context, blockers, origins[carrying], sample.segment[carrying], sample.length,
+            shade and shade.rows(carrying),
         ).reshape(len(carrying), -1)
     return share
 

@@ -23,6 +23,7 @@ BAND = 1 << 16  # texels that are averaged together
 LEVELS = 5  # kernels reach 1, 3, 7, 15, 31 texels
 DIRECTIONS = ((0, 1, 1 / 8), (1, 0, 1 / 8), (1, 1, 1 / 16), (1, -1, 1 / 16))  # row, column, weight
 FLAT = 0.1  # a pair counts where its middle is this near the texel [of its distance]
+ROUND = 0.3  # the same where faces are shaded smooth: edges up to 33° are
 STRETCH = 2.0  # and where it is not this much wider than the texels nearby say
 
 
@@ -141,10 +142,15 @@ class Lattice:
 
 
 def build_lattices(
-    grid, position, normal, threads: int = 1, levels: int = LEVELS, walls=None
+    grid, position, normal, threads: int = 1, levels: int = LEVELS, walls=None, rounded=None
 ) -> list[Lattice]:
     """One lattice an image. ``grid`` (count, 3) image, row, column, image by image; ``position``
-    (count, 3); ``normal`` (count, 3) unit; ``walls`` that part neighbours (see ``walls``)."""
+    (count, 3); ``normal`` (count, 3) unit, by which light counts; ``walls`` that part neighbours
+    (see ``walls``); ``rounded`` (count,) bool where the normal is not the surface's own, which may
+    then bend more between texels; None: nowhere."""
+    flat = np.full(len(grid), FLAT**2, np.float32)
+    if rounded is not None:
+        flat[rounded] = ROUND**2
     lattices = []
     start = np.unique(grid[:, 0], return_index=True)[1]
     for first, end in zip(start, [*start[1:], len(grid)]):
@@ -155,7 +161,7 @@ def build_lattices(
         row, column = (axis.astype(np.intp) - least + pad for axis, least in zip(places, low))
         shape = tuple((high - low + 1 + 2 * pad).tolist())
         lattice = Lattice(index, row * shape[1] + column, shape, pad, ())
-        weights = _weights(lattice, position, normal, levels, threads)
+        weights = _weights(lattice, position, normal, flat, levels, threads)
         blocked = _blocked(lattice, walls, levels)
         _cut_pairs(lattice, weights, blocked)
         lattice = replace(lattice, weights=weights)
@@ -231,15 +237,16 @@ def _parted_border(border: Border, number, dark: np.ndarray, sees) -> Border:
     return border.take(kept)
 
 
-def _weights(lattice: Lattice, position, normal, levels: int, threads: int) -> tuple:
+def _weights(lattice: Lattice, position, normal, flat, levels: int, threads: int) -> tuple:
     place, facing = lattice.spread(position), lattice.spread(normal)
+    flat = lattice.spread(flat[:, None])[0]
     covered = lattice.spread(np.ones((len(position), 1), bool))[0] > 0
     height, width = lattice.inner(covered, 0, 0).shape
     weights = np.empty((levels, len(DIRECTIONS), height, width), np.float32)
 
     def weigh(rows: slice) -> None:
         pairs = [
-            [_pairs(lattice, place, facing, covered, dy << level, dx << level, rows)
+            [_pairs(lattice, place, facing, flat, covered, dy << level, dx << level, rows)
              for dy, dx, _ in DIRECTIONS]
             for level in range(levels)
         ]  # fmt: skip
@@ -254,7 +261,7 @@ def _weights(lattice: Lattice, position, normal, levels: int, threads: int) -> t
     return tuple(list(level) for level in weights)
 
 
-def _pairs(lattice: Lattice, place, facing, covered, dy: int, dx: int, rows: slice):
+def _pairs(lattice: Lattice, place, facing, flat, covered, dy: int, dx: int, rows: slice):
     """Where the texels (dy, dx) to both sides lie in one plane with this one, (rows, width) bool,
     and the square of how wide a step between them is; without the padding."""
 
@@ -267,7 +274,7 @@ def _pairs(lattice: Lattice, place, facing, covered, dy: int, dx: int, rows: sli
     width = dot(apart, apart)
     bent = one + other
     bent -= 2 * here
-    ok = dot(bent, bent) <= np.float32(FLAT**2) * width
+    ok = dot(bent, bent) <= lattice.inner(flat, 0, 0)[rows] * width
     for part in three(covered):
         ok &= part
     normal, one, other = three(facing)

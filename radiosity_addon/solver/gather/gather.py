@@ -77,18 +77,23 @@ def gather(
         else:
             met, directions, cells = shoot_guided(context, points, rays, guide, whose, *key_)
             weight = np.take(guide.weight, cells.ravel())[:, None]
+        share = None if points.shade is None else points.shade.share_of_rays(directions)
+        if share is not None:
+            weight = share if weight is None else weight * share
         bounced, first, brought = 0.0, 0.0, None
         unseen = []
         for part in met:
             sides = sides_hit(elements, part.hits)
             hits = part.hits
             unknown = radiosity.unknown_at(sides, hits.triangle, hits.u, hits.v)
+            if share is not None:
+                unknown = unknown[of_first(share, part)[unknown, 0] > 0]
             if len(unknown):
-                share = 1 if part.weight is None else part.weight[unknown]
-                share = share * (1 if weight is None else of_first(weight, part)[unknown])
-                share = np.broadcast_to(share / rays, (len(unknown), context.channels))
+                worth = 1 if part.weight is None else part.weight[unknown]
+                worth = worth * (1 if weight is None else of_first(weight, part)[unknown])
+                worth = np.broadcast_to(worth / rays, (len(unknown), context.channels))
                 numbers = np.arange(count)[chosen]
-                unseen.append(_unseen(sides, part, unknown, numbers, share))
+                unseen.append(_unseen(sides, part, unknown, numbers, worth))
             if part.rays is None:
                 find_lost(sides, elements, len(whose))
             light = radiosity.reflected_at(sides, hits.triangle, hits.u, hits.v)
@@ -98,7 +103,8 @@ def gather(
                 first = first + mean_of_rays(direct, part, rays, len(whose), weight)
                 light = light + direct
             if learns:
-                brought = _brought(light, part, brought)
+                seen = light if share is None else light * of_first(share, part)
+                brought = _brought(seen, part, brought)
         if not learns:
             lesson = None
         elif guide is None:  # most bakes end with their first round: nobody asks

@@ -11,7 +11,7 @@ light in the mean, whatever the elements (the dual-weighted residual of Becker a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -92,6 +92,9 @@ def _follow(context, footprints, radiosity, table, owners, explicit: bool, key) 
     points = footprint_points(footprints, owners, uniform((count, 3), *key, 2), 1, *key)
     met, directions = shoot_apart(context, points, 1, *key, 3)
     known, ends = _arrived(context, radiosity, table, met, directions, count)
+    if points.shade is not None:
+        share = points.shade.share_of_rays(directions)
+        known, ends = known * share, replace(ends, weight=ends.weight * share[ends.path])
     if explicit:
         known = known + _direct(context, points, (*key, 4))
     lack = np.zeros((count, context.channels))

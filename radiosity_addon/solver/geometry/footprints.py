@@ -8,6 +8,7 @@ import numpy as np
 
 from ..receivers import Receivers
 from ..workers.parallel import ranges
+from .cell_shading import CellShading, build_cell_shading
 from .triangles import OFFSET, Geometry
 
 BAND = 1 << 15  # cells that are placed together
@@ -26,6 +27,7 @@ class Footprints:
     square: np.ndarray  # (n_cells,) bool
     start: np.ndarray  # (count + 1,) int64
     cumulative: np.ndarray  # (n_cells + 1,) float64: areas of the cells before
+    shading: CellShading | None = None  # None: light counts by ``normal``
 
     @property
     def count(self) -> int:
@@ -57,6 +59,16 @@ class Footprints:
         center = self.origin + half * (self.u + self.v)
         return self.mean_of_cells(center), self.mean_of_cells(self.normal)
 
+    def facing(self) -> tuple[np.ndarray, np.ndarray | None]:
+        """(count, 3) float32 mean normal by which light counts, and (count,) bool where it is not
+        the triangles'; None where there is no shading."""
+        if self.shading is None:
+            return self.middle()[1], None
+        normal = self.mean_of_cells(self.shading.normal)
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        turned = np.add.reduceat(self.shading.turned, self.start[:-1]) > 0
+        return normal / np.maximum(length, np.float32(1e-30)), turned
+
 
 def build_footprints(geometry: Geometry, receivers: Receivers) -> Footprints:
     """Place receivers in space."""
@@ -80,5 +92,6 @@ def build_footprints(geometry: Geometry, receivers: Receivers) -> Footprints:
     start = np.searchsorted(receivers.receiver, np.arange(receivers.count + 1))
     cumulative = np.concatenate([[0.0], np.cumsum(area)])
     return Footprints(
-        origin, u, v, normal, receivers.triangle, corners, receivers.square, start, cumulative
+        origin, u, v, normal, receivers.triangle, corners, receivers.square, start, cumulative,
+        build_cell_shading(geometry, receivers),
     )

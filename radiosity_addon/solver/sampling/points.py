@@ -10,6 +10,7 @@ import numpy as np
 from ..geometry.footprints import Footprints
 from ..geometry.triangles import OFFSET, Geometry
 from ..geometry.vectors import columns, dot
+from .shade import Shade, shade_of_cells
 from .sobol import GROUPS, sobol, tangent_axes
 
 FLAT = 1e-6  # normals nearer than this are the same
@@ -25,6 +26,7 @@ class Points:
     triangle: np.ndarray  # (per, R) int32
     barycentric: np.ndarray | Callable  # (per, R, 2) float32, or what makes it: few ask
     turn: np.ndarray  # (R, 3) float32: the owners' random shifts
+    shade: Shade | None = None  # where ``normal`` is not the triangles'
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -39,7 +41,8 @@ class Points:
     def take(self, chosen: np.ndarray) -> Points:
         """The points of some owners."""
         arrays = (owned(array, chosen) for array in (self.position, self.normal, self.triangle))
-        return Points(*arrays, lambda: owned(self.uv, chosen), self.turn[chosen])
+        shade = self.shade and self.shade.take(chosen)
+        return Points(*arrays, lambda: owned(self.uv, chosen), self.turn[chosen], shade)
 
     def single(self) -> Points:
         """Every point an owner of its own, in the order of (per, R) flattened."""
@@ -49,6 +52,7 @@ class Points:
         return Points(
             self.position.reshape(1, -1, 3), self.normal.reshape(1, -1, 3),
             self.triangle.reshape(1, -1), lambda: self.uv.reshape(1, -1, 2), turn,
+            self.shade and self.shade.single(),
         )
 
     def middles(self) -> Middles:
@@ -132,13 +136,15 @@ def footprint_points(
         along = s * footprints.u[cell, axis]
         along += t * footprints.v[cell, axis]
         np.add(along, footprints.origin[cell, axis], out=position[..., axis])
+    shade = shade_of_cells(footprints.shading, footprints.normal, cell, position.shape[:2])
     return Points(
         position,
-        np.broadcast_to(np.take(footprints.normal, cell, axis=0), position.shape),
+        np.broadcast_to(np.take(footprints.normal, cell, axis=0), position.shape)
+        if shade is None else shade.normal,
         np.broadcast_to(np.take(footprints.triangle, cell), position.shape[:2]),
         lambda: _barycentric(footprints.corners[cell], s[..., None], t[..., None]),
-        turn,
-    )
+        turn, shade,
+    )  # fmt: skip
 
 
 def light_places(points: Points, *key: int) -> tuple[np.ndarray, np.ndarray]:

@@ -83,13 +83,16 @@ def build_receiver_map(
 
 
 def _flat(footprints: Footprints) -> np.ndarray:
-    """(count,) bool: all cells of the footprint lie in one plane."""
+    """(count,) bool: all cells of the footprint lie in one plane, and light on them counts by the
+    normal of that: what a surface reflects onto others follows its true normals."""
     number = np.diff(footprints.start)
     one = np.repeat(footprints.start[:-1], number)
     turned = np.abs(footprints.normal - footprints.normal[one]).max(axis=1, initial=0)
     step = footprints.origin - footprints.origin[one]
     height = np.abs(np.einsum("nc,nc->n", step, footprints.normal[one]))
     apart = (turned > SAME_NORMAL) | (height > SAME_PLANE)
+    if footprints.shading is not None:
+        apart |= footprints.shading.turned
     return np.add.reduceat(apart, footprints.start[:-1]) == 0
 
 

@@ -1,0 +1,58 @@
+"""Cell normals: how receivers' cells are shaded, from the normals of their triangles' corners and,
+where maps turn them, those of the texels. NumPy only."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..solver.receivers import Receivers, Shading
+from ..solver.workers.parallel import ranges
+
+BAND = 1 << 15  # cells that are worked on together
+
+
+def shading_of(
+    receivers: Receivers, vertices: np.ndarray, triangles: np.ndarray, start: int,
+    normals: np.ndarray, texel_normals: np.ndarray | None = None, fades: bool = False,
+) -> Shading:
+    """Shading of one object's receivers.
+
+    ``vertices`` (v, 3), ``triangles`` (n, 3) and ``normals`` (n, 3, 3) of the object's corners, of
+    which ``start`` is the first in the scene; ``texel_normals`` (size, size, 3) are means over the
+    texels of its image, 0 where there is none, on which grazing light ``fades``.
+    """
+    count = len(receivers.triangle)
+    smooth, height = np.empty((count, 3), np.float32), np.empty(count, np.float32)
+    for band in ranges(count, BAND):
+        own = receivers.triangle[band] - start
+        weight = _middles(receivers.corners[band], receivers.square[band])
+        corners = normals[own].astype(float)
+        mean = np.einsum("ki,kij->kj", weight, corners)
+        length = np.linalg.norm(mean, axis=1, keepdims=True)
+        smooth[band] = mean = mean / np.where(length > 0, length, 1)
+        height[band] = _heights(vertices[triangles[own]], corners, weight, mean)
+    if texel_normals is None:
+        return Shading(smooth, None, height)
+    cell = receivers.grid[receivers.receiver]
+    turned = texel_normals[cell[:, 1], cell[:, 2]]
+    # A texel with parts of faces that turn away from each other has one normal for all.
+    away = ~(np.einsum("ij,ij->i", turned, smooth) > 0)
+    turned[away] = smooth[away]
+    return Shading(turned, smooth if fades else None, height)
+
+
+def _middles(corners: np.ndarray, square: np.ndarray) -> np.ndarray:
+    """(k, 3) weights of a triangle's corners in the middle of each cell."""
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    place = corners[:, 0] + np.where(square, 0.5, 1 / 3)[:, None] * (u + v)
+    return np.concatenate([1 - place.sum(axis=1, keepdims=True), place], axis=1)
+
+
+def _heights(corners, normals, weight, mean) -> np.ndarray:
+    """(k,) how high the rounded surface lies over places of ``weight`` (k, 3) in triangles
+    (k, 3, 3), along the unit normal ``mean`` (k, 3) there: the place's projections on the planes that touch the
+    corners, where these are above it (Hanika 2021, "Hacking the Shadow Terminator")."""
+    place = np.einsum("ki,kij->kj", weight, corners)
+    depth = np.einsum("kij,kij->ki", place[:, None] - corners, normals)
+    lift = -np.einsum("ki,kij->kj", weight * np.minimum(depth, 0), normals)
+    return np.maximum(np.einsum("kj,kj->k", lift, mean), 0)

@@ -1,0 +1,115 @@
+"""Bake stage: Cycles bakes copies of a part's triangles in a temporary scene.
+
+Call inside ``traceless()``: what is made here is gone afterwards.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .materials import slot_keys
+from .panorama import set_up_cycles
+from .parts import Part, material_key
+
+SAMPLES = 4
+UV_LIMIT = 7  # of Blender's 8 maps one is ours
+
+
+def user_materials(keys) -> dict:
+    """{key: the user's material}."""
+    import bpy
+
+    known = {material_key(material): material for material in bpy.data.materials}
+    gone = [key for key in keys if key not in known]
+    if gone:
+        raise ValueError(f"material {gone[0]!r} was removed while it was read; bake again")
+    return {key: known[key] for key in keys}
+
+
+def bake_stage(part: Part, chosen, keys, size: int, uv: np.ndarray, like):
+    """A temporary scene, the chosen triangles (k,) in it with a slot for each key, and the image of
+    ``size`` that a bake writes, where their corners lie at ``uv`` (k, 3, 2)."""
+    import bpy
+
+    stage = bpy.data.scenes.new("Radiosity temporary")
+    stage.frame_current = like.frame_current
+    set_up_cycles(stage, SAMPLES)
+    image = bpy.data.images.new(
+        "Radiosity temporary", size, size, float_buffer=True, is_data=True
+    )
+    mesh = _mesh(part, chosen, uv)
+    thing = bpy.data.objects.new("Radiosity temporary", mesh)
+    original = bpy.data.objects.get(part.name)
+    if original is not None:
+        thing.pass_index, thing.color = original.pass_index, original.color
+    thing.matrix_world = part.matrix.tolist()
+    stage.collection.objects.link(thing)
+    for _ in keys:
+        mesh.materials.append(None)
+    slots = np.array([keys.index(k) if k in keys else 0 for k in part.materials])
+    mesh.polygons.foreach_set("material_index", slots[slot_keys(part)[chosen]].astype(np.int32))
+    mesh.update()
+    return stage, thing, image
+
+
+def aim(material, image) -> None:
+    """Make the image, which the bake writes, the active node of a temporary material."""
+    nodes = material.node_tree.nodes
+    node = nodes.new("ShaderNodeTexImage")
+    node.image = image
+    for other in nodes:
+        other.select = False
+    node.select = True
+    nodes.active = node
+
+
+def _mesh(part: Part, chosen, uv: np.ndarray):
+    """A temporary mesh of the chosen triangles with all UV maps, colours and the map baked to."""
+    import bpy
+
+    source, loops = part.mesh, part.mesh.triangle_loops[chosen].reshape(-1)
+    mesh = bpy.data.meshes.new("Radiosity temporary")
+    mesh.vertices.add(len(source.vertices))
+    mesh.loops.add(len(loops))
+    mesh.polygons.add(len(chosen))
+    points = np.nan_to_num(source.vertices, posinf=0.0, neginf=0.0)
+    mesh.vertices.foreach_set("co", points.astype(np.float32).reshape(-1))
+    mesh.loops.foreach_set("vertex_index", source.triangles[chosen].astype(np.int32).reshape(-1))
+    mesh.polygons.foreach_set("loop_start", np.arange(0, len(loops), 3, dtype=np.int32))
+    mesh.update(calc_edges=True)
+    for name, values in list(source.uvs.items())[:UV_LIMIT]:
+        layer = mesh.uv_layers.new(name=name, do_init=False)
+        layer.uv.foreach_set("vector", np.ascontiguousarray(values[loops]).reshape(-1))
+        layer.active_render = name == source.active_uv
+    for name, values in source.colors.items():
+        attribute = mesh.color_attributes.new(name, "FLOAT_COLOR", "CORNER")
+        attribute.data.foreach_set("color", np.ascontiguousarray(values[loops]).reshape(-1))
+    names = [attribute.name for attribute in mesh.color_attributes]
+    if source.active_color in names:
+        mesh.color_attributes.render_color_index = names.index(source.active_color)
+    layer = mesh.uv_layers.new(name="Radiosity temporary map", do_init=False)
+    layer.uv.foreach_set("vector", uv.astype(np.float32).reshape(-1))
+    mesh.uv_layers.active = layer
+    return mesh
+
+
+def bake_pass(stage, thing, image, kind: str, passes: set, **options) -> np.ndarray:
+    """(size, size, 3) float32 of one bake."""
+    import bpy
+
+    layer = stage.view_layers[0]
+    layer.update()
+    bake = stage.render.bake
+    bake.margin, bake.margin_type, bake.use_clear = 2, "EXTEND", True
+    bake.use_selected_to_active = False
+    thing.select_set(True, view_layer=layer)
+    layer.objects.active = thing
+    things = [thing]
+    with bpy.context.temp_override(
+        scene=stage, view_layer=layer, active_object=thing, object=thing,
+        selected_objects=things, selected_editable_objects=things,
+    ):  # fmt: skip
+        bpy.ops.object.bake(type=kind, pass_filter=passes, margin=2, use_clear=True, **options)
+    values = np.empty(image.size[0] * image.size[1] * 4, np.float32)
+    image.pixels.foreach_get(values)
+    return values.reshape(image.size[1], image.size[0], 4)[..., :3].copy()

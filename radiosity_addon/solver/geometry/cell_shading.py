@@ -1,0 +1,53 @@
+"""Cell shading: the normals by which light on footprint cells counts, in place of the triangles'."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..receivers import Receivers
+from ..workers.parallel import ranges
+from .triangles import Geometry
+
+BAND = 1 << 15  # cells that are looked at together
+SAME = 1e-6  # normals whose parts differ by less are one
+
+
+@dataclass(frozen=True)
+class CellShading:
+    """Of n cells; light on those that are not ``turned`` counts by their triangle's normal."""
+
+    normal: np.ndarray  # (n, 3) float32 unit
+    level: np.ndarray  # (n,) float32: length of the mean of a cell's normals, at most 1
+    smooth: np.ndarray | None  # (n, 3) float32 unit: before bump and normal maps; None: no maps
+    height: np.ndarray  # (n,) float32 normalised: of the rounded surface over the cell
+    turned: np.ndarray  # (n,) bool
+
+
+def build_cell_shading(geometry: Geometry, receivers: Receivers) -> CellShading | None:
+    """Unit normals, and the triangle's where none is told or it faces away."""
+    told = receivers.shading
+    if told is None:
+        return None
+    n = len(receivers.triangle)
+    normal = np.empty((n, 3), np.float32)
+    smooth = None if told.smooth is None else np.empty((n, 3), np.float32)
+    level, turned = np.empty(n, np.float32), np.empty(n, bool)
+    for band in ranges(n, BAND):
+        true = geometry.normal[receivers.triangle[band]]
+        normal[band], level[band] = _facing(told.normal[band], true)
+        turned[band] = (np.abs(normal[band] - true) > SAME).any(axis=1) | (level[band] < 1 - SAME)
+        if smooth is not None:
+            smooth[band], _ = _facing(told.smooth[band], true)
+    height = np.where(turned, told.height / geometry.scale, 0).astype(np.float32)
+    return CellShading(normal, level, smooth, height, turned)
+
+
+def _facing(told: np.ndarray, true: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 3) unit vectors along ``told`` and their lengths before (n,), at most 1; ``true`` and 1
+    where there are none, or they face away from it."""
+    length = np.sqrt(np.einsum("ij,ij->i", told, told, dtype=float))
+    away = ~(np.einsum("ij,ij->i", told, true) > 0)
+    unit = told / np.where(away, 1, length)[:, None]
+    return np.where(away[:, None], true, unit), np.where(away, 1, np.minimum(length, 1))
