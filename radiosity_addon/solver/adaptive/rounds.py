@@ -30,7 +30,7 @@ AUDIT_SHARE = 0.5  # of the goal: a larger error of the elements wants more path
 MOST_MORE_PATHS = 8  # times the paths along the residual, at most, in one round
 CLOSE = 0.95  # of what is enough: an error that stays so near to it leaves rays next to no room
 NEAR = 1.1  # times what more rays would not lower: they are not worth their time
-TELLING = 1.5  # times the rays, from which on two rounds tell what more rays would not lower
+TELLING = 1.25  # times the rays, from which on two rounds tell what more rays would not lower
 
 
 class Clock:
