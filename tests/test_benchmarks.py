@@ -368,3 +368,19 @@ def test_real_scenes_in_a_furnace(number, blender):
     if np.isnan(row.deviation):
         pytest.skip(row.verdict)
     assert row.held, row.verdict
+
+
+def test_bias_goes_on_where_it_stopped(tmp_path, capsys):
+    """A scene, few paths: done once, read again the second time; the page tells it."""
+    from benchmarks.bias import main, page, read
+
+    out = tmp_path / "bias.jsonl"
+    arguments = f"--families tiny_lamps --scenes 1 --seeds 1 --points 2 --errors 0.2 --out {out}"
+    arguments = [*arguments.split(), "--paths", "2000", "--no-page"]
+    main(arguments)
+    assert capsys.readouterr().out.startswith("tiny_lamps")
+    main(arguments)
+    assert capsys.readouterr().out == ""
+    (record,) = read(out)
+    assert (record["family"], record["scene"], record["asked"]) == ("tiny_lamps", 0, 0.2)
+    assert "| tiny lamps | 20 % | 1 |" in page([record])

@@ -10,7 +10,7 @@ OF_BENCHMARKS = ("test_benchmarks.py", "test_faults.py", "test_parity.py")  # so
 
 
 def imported(path: Path) -> set[str]:
-    """Full names of the modules that a file imports anywhere, its relative imports made absolute."""
+    """Full names of the modules that a file imports anywhere, relative imports made absolute."""
     package = path.relative_to(PROJECT).with_suffix("").parts
     names = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):

@@ -24,7 +24,7 @@ from verification.path_tracer_fields import side_value
 OFFSET = 1e-6  # of the scene: rays start so far above a surface, and end so far before one
 LAYERS = 64  # surfaces that a shadow ray is followed through
 SURVIVAL = 0.95  # at most: a path's chance to go on
-BATCH = 100_000  # paths traced together
+BATCH = 16_384  # paths traced together
 
 
 @dataclass(frozen=True)
@@ -38,10 +38,15 @@ class Irradiance:
     indirect_error: np.ndarray
 
 
-def irradiance(scene: Scene, triangle, uv, paths: int, seed: int = 0) -> Irradiance:
+def irradiance(
+    scene: Scene, triangle, uv, paths: int, seed: int = 0, chance_only: bool = False
+) -> Irradiance:
     """Irradiance of the fronts of ``triangle`` (n,) at barycentric ``uv`` (n, 2), from ``paths``
-    for each point. Raises ValueError for scenes with objects that some rays do not meet."""
+    for each point. With ``chance_only`` emissive faces and sky are met by chance alone: slower, and
+    simpler still. Raises ValueError for scenes with objects that some rays do not meet."""
     world, random = World(scene), np.random.default_rng(seed)
+    if chance_only:
+        world.emitter[:], world.sky.sampled = 0, False
     triangle, uv = np.asarray(triangle), np.asarray(uv, float)
     count, done, sums = len(triangle), 0, np.zeros((4, len(triangle), 3))
     while done < paths:

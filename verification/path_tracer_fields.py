@@ -11,12 +11,18 @@ from radiosity_addon.solver.scene import Scene
 def side_value(scene: Scene, name: str, triangle, uv, front) -> np.ndarray:
     """(n, 3) float64: what the material's side that ``front`` (n,) bool tells has for ``name``, at
     barycentric ``uv`` (n, 2)."""
-    result, material = np.zeros((len(triangle), 3)), scene.material[triangle]
-    for k in np.unique(material):
-        both = scene.materials[k], scene.materials[k].back or scene.materials[k]
-        for side, seen in zip(both, (front, ~front)):
-            some = np.flatnonzero((material == k) & seen)
-            result[some] = _field(getattr(side, name), triangle[some], uv[some])
+    material, table = scene.material[triangle], np.zeros((len(scene.materials), 2, 3))
+    varying = []
+    for k, of_front in enumerate(scene.materials):
+        for back, side in enumerate((of_front, of_front.back or of_front)):
+            if isinstance(getattr(side, name), Constant):
+                table[k, back] = getattr(side, name).value
+            else:
+                varying.append((k, back, getattr(side, name)))
+    result = table[material, np.where(front, 0, 1)]
+    for k, back, field in varying:
+        some = np.flatnonzero((material == k) & (front != bool(back)))
+        result[some] = _field(field, triangle[some], uv[some])
     return np.maximum(result, 0) if name == "emission" else np.clip(result, 0, 1)
 
 

@@ -16,8 +16,8 @@ def placed(lamps: tuple[Lamp, ...], center, scale) -> list[Lamp]:
     result = []
     for lamp in lamps:
         if isinstance(lamp, PointLamp):
-            lamp = replace(lamp, position=(lamp.position - center) / scale, radius=lamp.radius / scale,
-                           intensity=np.asarray(lamp.intensity) / scale**2)  # fmt: skip
+            place, power = (lamp.position - center) / scale, np.asarray(lamp.intensity) / scale**2
+            lamp = replace(lamp, position=place, radius=lamp.radius / scale, intensity=power)
         elif isinstance(lamp, AreaLamp):
             lamp = replace(lamp, center=(lamp.center - center) / scale,
                            u=np.asarray(lamp.u) / scale, v=np.asarray(lamp.v) / scale)  # fmt: skip
