@@ -12,9 +12,10 @@ import argparse
 import json
 
 from radiosity_addon.solver.workers.parallel import thread_count
+from verification.error import reference_noise
+from verification.texels import comparable_texels, triangle_uvs
 
 from .bake import our_bake, warm_up
-from .error import comparable_texels, reference_noise, triangle_uvs
 from .ladder import Rung, cycles_ladder, judged, seconds_for, table
 from .machine import machine
 from .references import cycles_references

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from verification.error import Measured, relative_error
+
 from .cycles import cycles_bake
 from .denoise import denoise
-from .error import Measured, relative_error
 from .references import References
 
 SEED = 7  # none of the references'

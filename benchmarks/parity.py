@@ -16,10 +16,19 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import parity_geometry, parity_lamps, parity_materials, parity_passes, parity_shading, parity_worlds
+from verification.error import Measured, reference_noise, relative_error
+from verification.texels import comparable_texels, triangle_uvs
+
+from . import (
+    parity_geometry,
+    parity_lamps,
+    parity_materials,
+    parity_passes,
+    parity_shading,
+    parity_worlds,
+)
 from .bake import our_bake, warm_up
 from .cycles import cycles_bake
-from .error import Measured, comparable_texels, reference_noise, relative_error, triangle_uvs
 from .machine import machine
 from .parity_stage import Case
 from .references import SEEDS, kept

@@ -16,9 +16,11 @@ import numpy as np
 
 from benchmarks.machine import commit
 from benchmarks.scenes import SceneMissing
-from benchmarks.stability_cases import CASES, Case
-from benchmarks.stability_measures import random_failures
+from benchmarks.stability_real import CASES as REAL
+from verification.stability_cases import CASES, Case
+from verification.stability_measures import random_failures
 
+ALL = (*CASES, *REAL)
 MISSING = float("nan")
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "stability.md"
 INTRODUCTION = """# Numerical stability at the extremes
@@ -91,7 +93,7 @@ def main(argv: list[str] | None = None) -> int:
     if arguments.scenes:
         return int(random_failures(arguments.scenes))
     only, rows = arguments.only, []
-    for case in CASES:
+    for case in ALL:
         if only in (None, case.axis):
             rows.append(measure(case))
             print(f"{rows[-1].deviation:10.2e}  {rows[-1].seconds:6.1f} s  {case.name}", flush=True)

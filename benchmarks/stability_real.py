@@ -1,47 +1,27 @@
-"""Real meshes for the furnace: Suzanne, and scene files where they are. Needs bpy."""
+"""Furnaces closed around scene files, where they are. Needs bpy."""
 
 from __future__ import annotations
 
-import numpy as np
+from functools import partial
 
 from benchmarks.scenes import SCENES
-from radiosity_addon.export import export_scene
-from radiosity_addon.settings import Settings
-from tests.solver import meshes
+from verification.real_meshes import exported, room_around
+from verification.stability_cases import Case
+from verification.stability_measures import furnace
 
 
-def suzanne(levels: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices and triangles of Suzanne, subdivided so often."""
+def real_furnace(name: str, rho: float) -> float:
+    """A furnace around all triangles of the study scene ``name``. Raises SceneMissing where its
+    file is not here."""
     import bpy
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    bpy.ops.mesh.primitive_monkey_add()
-    if levels:
-        bpy.context.object.modifiers.new("Subdivision", "SUBSURF").render_levels = levels
-    return _exported()
+    SCENES[name].build()
+    return furnace(room_around(*exported()), rho, 0.03)
 
 
-def room_around(name: str) -> list:
-    """All triangles of the scene ``name`` ("suzanne", or a file of ``benchmarks.scenes``), and a
-    closed box around them. Raises SceneMissing where its file is not there."""
-    import bpy
-
-    if name == "suzanne":
-        vertices, triangles = suzanne()
-    else:
-        bpy.ops.wm.read_factory_settings(use_empty=True)
-        SCENES[name].build()
-        vertices, triangles = _exported()
-    low, high = vertices.min(axis=0), vertices.max(axis=0)
-    margin = 0.05 * (high - low).max()
-    box, _ = meshes.box_polygons(high - low + 2 * margin, low - margin)
-    return [*(meshes.grid(face, 1) for face in box), (vertices, triangles)]
-
-
-def _exported() -> tuple[np.ndarray, np.ndarray]:
-    """Vertices and triangles of the open file."""
-    import bpy
-
-    bpy.context.view_layer.update()
-    scene = export_scene(bpy.context, Settings(), lambda fraction: None).scene
-    return scene.vertices, scene.triangles
+CASES = tuple(
+    Case("furnace", f"{name}, ρ = {rho:g}", "B = 1", limit, partial(real_furnace, name, rho), True)
+    for rho, limit in ((0.5, 5e-3), (0.99, 2e-2))
+    for name in ("living_room", "room")
+)

@@ -20,11 +20,10 @@ from pathlib import Path
 import numpy as np
 
 from radiosity_addon.solver.workers.parallel import thread_count
+from verification.error import Measured, reference_noise, relative_error
+from verification.texels import comparable_texels, doubled_texels, triangle_uvs
 
 from .bake import our_bake, warm_up
-from .error import (
-    Measured, comparable_texels, doubled_texels, reference_noise, relative_error, triangle_uvs,
-)  # fmt: skip
 from .ladder import cycles_ladder
 from .machine import machine
 from .references import References, cycles_references

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .error import Measured
+from verification.error import Measured
+
 from .ladder import Rung, seconds_for
 
 RIVALS = ("Cycles", "Cycles + OIDN")

@@ -18,8 +18,8 @@ import numpy as np
 from radiosity_addon.settings import Settings
 from radiosity_addon.stages.prepare import prepare
 from radiosity_addon.stages.run import run
+from verification.error import Measured, relative_error
 
-from .error import Measured, relative_error
 from .scenes import SCENES, build
 
 SEEDS = (101, 202)  # of the two finer bakes

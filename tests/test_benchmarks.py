@@ -3,30 +3,33 @@
 import numpy as np
 import pytest
 
-from benchmarks.error import (
-    comparable_texels, doubled_texels, reference_noise, relative_error, triangle_uvs,
-)  # fmt: skip
 from benchmarks.ladder import Rung, seconds_for
 from benchmarks.materials import matte, point, sky
+from verification.error import reference_noise, relative_error
+from verification.texels import comparable_texels, doubled_texels, triangle_uvs
 
 
 def test_error_by_hand():
-    """Two grey receivers 3 and 1: L̄ = 2, so scales 3 and 2; off by 0.3 and 0.4:
-    sqrt((0.1² + 0.2²)/2)."""
-    truth = np.array([[3.0, 3, 3], [1, 1, 1]])
-    measured = relative_error(truth + [[0.3], [-0.4]], truth)
+    """Two grey receivers 3 and 0.2, of equal areas: L̄ = 1.6, so scales 3 and 0.4; off by 0.3 and
+    0.08: sqrt((0.1² + 0.2²)/2). Of areas 3 and 1: L̄ = 2.3, scales 3 and 0.575, off by 0.1 and
+    0.08/0.575 of them: sqrt((3 · 0.1² + (0.08/0.575)²)/4)."""
+    truth = np.array([[3.0, 3, 3], [0.2, 0.2, 0.2]])
+    found = truth + [[0.3], [-0.08]]
+    measured = relative_error(found, truth)
     assert measured.error == pytest.approx(np.sqrt((0.01 + 0.04) / 2))
     assert measured.uncertainty == 0.0
+    weighted = relative_error(found, truth, area=np.array([3.0, 1.0]))
+    assert weighted.error == pytest.approx(np.sqrt((3 * 0.01 + (0.08 / 0.575) ** 2) / 4))
 
 
 def test_two_noisy_references_are_unbiased_and_their_uncertainty_is_true():
     """x is 3 % off, the references 20 % each: (x−a)² would say 20 %. 200 repetitions must scatter
     about 0.03² as the stated uncertainty says; their mean lies within 4 standard errors. One bright
-    receiver, without noise, lifts L̄ above all others: their scale is L̄ and as good as exact."""
+    receiver, without noise, lifts L̄/4 above all others: their scale is that, as good as exact."""
     random = np.random.default_rng(0)
     truth = random.uniform(0.5, 1, (4000, 1)) * np.ones(3)
-    truth[0] = 4000.0
-    scale = np.maximum(truth, truth.mean())
+    truth[0] = 40000.0
+    scale = np.maximum(truth, truth.mean() / 4)
     noise = 0.2 * scale
     noise[0] = 0.0
     x = truth + 0.03 * scale
@@ -88,7 +91,7 @@ def test_comparable_texels_of_a_split_square():
 
 
 def rung(seconds, error, method="Cycles"):
-    from benchmarks.error import Measured
+    from verification.error import Measured
 
     return Rung(method, "", seconds, Measured(error, 0.0))
 
@@ -326,3 +329,58 @@ def test_shares_of_a_bake(blender):
     seconds, found = shares(lit_by_a_lamp_panel(), 64, 0.1, 1)
     assert seconds > 0 and len(found) == 1 + len(WORKS)
     assert all(0 < share < 1 for share in found.values())
+
+
+def stability_row(deviation):
+    from benchmarks.stability import measure
+    from verification.stability_cases import Case
+
+    return measure(Case("axis", "tried", "holds", 1.0, lambda: deviation))
+
+
+def test_stability_table_says_where_a_limit_is_not_met():
+    from benchmarks.stability import page
+
+    text = page([stability_row(7.0)], "")
+    assert "| 7 **not met** |" in text and "0 of 1 rows hold" in text
+
+
+def test_a_deviation_that_is_no_number_is_not_met():
+    row = stability_row(np.nan)
+    assert not row.held and "not met" in row.verdict
+
+
+def test_every_axis_is_in_the_page_of_stability():
+    from benchmarks.stability import ALL, PAGE
+
+    page = PAGE.read_text(encoding="utf-8")
+    for case in ALL:
+        assert f"| {case.axis} | {case.tried} |" in page
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(4))
+def test_real_scenes_in_a_furnace(number, blender):
+    from benchmarks.stability import measure
+    from benchmarks.stability_real import CASES
+
+    row = measure(CASES[number])
+    if np.isnan(row.deviation):
+        pytest.skip(row.verdict)
+    assert row.held, row.verdict
+
+
+def test_bias_goes_on_where_it_stopped(tmp_path, capsys):
+    """A scene, few paths: done once, read again the second time; the page tells it."""
+    from benchmarks.bias import main, page, read
+
+    out = tmp_path / "bias.jsonl"
+    arguments = f"--families tiny_lamps --scenes 1 --seeds 1 --points 2 --errors 0.2 --out {out}"
+    arguments = [*arguments.split(), "--paths", "2000", "--no-page"]
+    main(arguments)
+    assert capsys.readouterr().out.startswith("tiny_lamps")
+    main(arguments)
+    assert capsys.readouterr().out == ""
+    (record,) = read(out)
+    assert (record["family"], record["scene"], record["asked"]) == ("tiny_lamps", 0, 0.2)
+    assert "| tiny lamps | 20 % | 1 |" in page([record])

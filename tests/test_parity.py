@@ -13,9 +13,9 @@ picture is measured at 64².
 import pytest
 
 from benchmarks import parity
-from benchmarks.error import Measured
 from benchmarks.parity import GROUPS, Row, chosen, line, measure, write_page
 from benchmarks.parity_stage import Case
+from verification.error import Measured
 
 BOUND = 0.05
 SIZE, SAMPLES = 32, 16

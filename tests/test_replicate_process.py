@@ -13,14 +13,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from radiosity_addon.replicate_process import ReplicateProcess, peak_memory, start_twin
 from radiosity_addon.settings import Settings
-from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.adaptive.replicate import ReplicateLost
 from radiosity_addon.solver.adaptive.solve_cache import SolveCache
+from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.progress import Cancelled
 from radiosity_addon.solver.sequence import solve
-from radiosity_addon.replicate_process import ReplicateProcess, peak_memory, start_twin
-from tests.solver import meshes
+from verification import meshes
 
 SETTINGS = Settings(error=0.02, threads=2)
 

@@ -5,7 +5,7 @@ import pytest
 
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.sequence import solve
-from tests.solver import meshes
+from verification import meshes
 
 
 def test_indirect_light_on_black_octants():

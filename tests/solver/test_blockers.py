@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from radiosity_addon.settings import Settings
-from radiosity_addon.solver.lights.light_choice import FEW
-from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.fields import Constant
+from radiosity_addon.solver.lights.context import build_context
+from radiosity_addon.solver.lights.light_choice import FEW
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import Material, Scene, SunLamp
 from radiosity_addon.solver.sequence import solve
-from tests.solver import meshes
+from verification import meshes
 
 SQUARE = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
 SUN = SunLamp("Sun", np.array([0.0, 0.0, -1.0]), np.ones(3))

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks import stability_scenes as scenes
-from radiosity_addon.solver.materials.texture_cells import whole_triangles
-from radiosity_addon.solver.lights.light_choice import BLOCK, TOP, choose_lights, make_light_pool
-from radiosity_addon.solver.tracing.coincident import uncovered
 from radiosity_addon.solver.lights.context import build_context
+from radiosity_addon.solver.lights.light_choice import BLOCK, TOP, choose_lights, make_light_pool
 from radiosity_addon.solver.lights.light_tree import Emitters, build_tree, pick
+from radiosity_addon.solver.materials.texture_cells import whole_triangles
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import AreaLamp, PointLamp
-from tests.solver import meshes
+from radiosity_addon.solver.tracing.coincident import uncovered
+from verification import meshes
+from verification import stability_scenes as scenes
 
 
 def hall(count: int, seed: int = 0):

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.elements.discontinuities import set_apart
+from radiosity_addon.solver.elements.elements import build_elements
+from radiosity_addon.solver.geometry.triangles import build_geometry
+from radiosity_addon.solver.lights.context import build_context
+from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.tracing.coincident import COPIES, copied_often
 from radiosity_addon.solver.tracing.crossings import REACH, find_crossings
-from radiosity_addon.solver.elements.elements import build_elements
 from radiosity_addon.solver.tracing.embree import Tracer
-from radiosity_addon.solver.geometry.triangles import build_geometry
-from radiosity_addon.solver.progress import silent
-from tests.solver import meshes
+from verification import meshes
 
 FLOOR = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
 

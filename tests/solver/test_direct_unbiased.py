@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks import stability_scenes as scenes
+from verification import stability_scenes as scenes
 from radiosity_addon.solver.direct.irradiance import direct_light
 from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.gather.lighting import place_on
@@ -20,7 +20,7 @@ from radiosity_addon.solver.geometry.lambert import polygon_form_factor
 from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import AreaLamp, Material, PointLamp, Scene
-from tests.solver import meshes
+from verification import meshes
 
 X, Y, Z = np.eye(3)
 GAP, EDGE = 0.01, 0.2  # the sheet's distance from the light, the height of its lower edge

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from radiosity_addon.settings import Settings
-from radiosity_addon.solver.materials import texture_cells as cells
-from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.elements.elements import build_elements
-from radiosity_addon.solver.lights.emissive_faces import as_polygons
 from radiosity_addon.solver.fields import Constant, CornerColors, Texture
+from radiosity_addon.solver.lights.context import build_context
+from radiosity_addon.solver.lights.emissive_faces import as_polygons
+from radiosity_addon.solver.materials import texture_cells as cells
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.sampling.sobol import sobol
 from radiosity_addon.solver.scene import Material, Scene
 from radiosity_addon.solver.sequence import solve
-from tests.solver import exact, meshes
+from verification import exact, meshes
 
 UV = np.array([[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]], np.float32)  # of meshes.grid
 PANEL = np.array([[-0.5, -0.5, 1], [-0.5, 0.5, 1], [0.5, 0.5, 1], [0.5, -0.5, 1]])

@@ -6,11 +6,11 @@ Shares come from 2048 particles: an estimate of p scatters by at most √(p(1−
 import numpy as np
 import pytest
 
-from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.energy import energy_balance
 from radiosity_addon.solver.fields import Constant
+from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.scene import AreaLamp, Material, PointLamp, Scene, Sky, SunLamp
-from tests.solver import meshes
+from verification import meshes
 
 SCATTER = 3 * 0.011  # three standard deviations
 SQUARE = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float)

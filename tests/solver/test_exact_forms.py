@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad, quad
 
-from tests.solver import exact
+from verification import exact
 
 
 def gauss(n):
@@ -148,7 +148,7 @@ def test_strip_kernel_is_the_infinitely_long_strip():
 
 def test_manufactured_cube_in_the_mean():
     """The mean of E over a face is B_i − rho_i Σ F_ij B_j with the cube's form factors."""
-    from tests.solver.meshes import box_polygons
+    from verification.meshes import box_polygons
 
     faces, normals = box_polygons((1, 1, 1))
     radiosity = np.array([1.0, 2.0, 0.5, 0.7, 1.5, 3.0])

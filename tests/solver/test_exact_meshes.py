@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.solver import exact, meshes
+from verification import exact, meshes
 
 
 def volume(vertices, triangles):

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from benchmarks.error import relative_error
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.receivers import Receivers
 from radiosity_addon.solver.sequence import solve
 from radiosity_addon.solver.solution import compose
-from tests.solver import exact, meshes
+from verification import exact, meshes
+from verification.error import relative_error
 
 ALL = ("emit", "direct", "indirect", "color")
 SHARP = Settings(error=0.003)

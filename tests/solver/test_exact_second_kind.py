@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad, quad
 
-from benchmarks.second_kind_example import (
+from verification.second_kind_example import (
     errors,
     exact,
     fitted_slopes,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from radiosity_addon.solver.transport.form_factors import patch_form_factors
-from tests.solver import exact, meshes
+from verification import exact, meshes
 
 RAYS = 1 << 15
 HIGHEST = 1 << 19  # with 8 replicates: 4 million rays from every patch

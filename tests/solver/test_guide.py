@@ -6,10 +6,16 @@ import pytest
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.sampling import guide as guides
 from radiosity_addon.solver.sampling.guide import (
-    CELLS, COLUMNS, ROWS, SLOTS, clusters_of, make_guide, start_learning,
+    CELLS,
+    COLUMNS,
+    ROWS,
+    SLOTS,
+    clusters_of,
+    make_guide,
+    start_learning,
 )
 from radiosity_addon.solver.sequence import solve
-from tests.solver import exact, meshes
+from verification import exact, meshes
 
 
 def learnt_from(light):

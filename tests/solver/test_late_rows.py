@@ -5,10 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from benchmarks.stability_scenes import radiosity, worst
-from radiosity_addon.solver.transport.rays import find_lost
 from radiosity_addon.solver.adaptive.rounds import _floor
-from tests.solver import meshes
+from radiosity_addon.solver.transport.rays import find_lost
+from verification import meshes
+from verification.stability_scenes import radiosity, worst
 
 REFLECTANCE = 0.99
 SIMPLEX = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float)

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks import stability_scenes as scenes
-from radiosity_addon.solver.lights import sources as sources_module
-from radiosity_addon.solver.lights.spheres import SphereLights
-from radiosity_addon.solver.lights.context import build_context
-from radiosity_addon.solver.progress import silent
-from radiosity_addon.solver.scene import AreaLamp, PointLamp, SunLamp
 from radiosity_addon.solver.geometry.lambert import polygon_form_factor
 from radiosity_addon.solver.geometry.nusselt import cosine_toward
+from radiosity_addon.solver.lights import sources as sources_module
 from radiosity_addon.solver.lights.cones import ball_form_factor, cone_directions
+from radiosity_addon.solver.lights.context import build_context
+from radiosity_addon.solver.lights.spheres import SphereLights
+from radiosity_addon.solver.progress import silent
+from radiosity_addon.solver.scene import AreaLamp, PointLamp, SunLamp
+from verification import stability_scenes as scenes
 
 DOWN, UP = np.array([0, 0, -1.0]), np.array([0, 0, 1.0])
 X, Y = np.array([0.2, 0, 0]), np.array([0, 0.2, 0])

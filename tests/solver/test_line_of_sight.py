@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from benchmarks.stability_scenes import plane
-from radiosity_addon.solver.lights.context import build_context
-from radiosity_addon.solver.geometry.footprints import build_footprints
+from radiosity_addon.solver.direct.line_of_sight import LineOfSight
 from radiosity_addon.solver.filtering.graph import build_graph
 from radiosity_addon.solver.filtering.lattice import build_lattices
+from radiosity_addon.solver.geometry.footprints import build_footprints
+from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.progress import silent
-from radiosity_addon.solver.direct.line_of_sight import LineOfSight
-from tests.solver import meshes
+from verification import meshes
+from verification.stability_scenes import plane
 
 SIZE = 40  # texels along an edge of a square, the plane x < 0.4 of which is dark
 GRID = np.stack([np.zeros(SIZE**2), *np.divmod(np.arange(SIZE**2), SIZE)], 1).astype(np.int32)

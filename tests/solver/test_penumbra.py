@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.direct.irradiance import direct_light
 from radiosity_addon.solver.fields import Constant
-from radiosity_addon.solver.geometry.footprints import build_footprints
 from radiosity_addon.solver.gather.lighting import place_on
+from radiosity_addon.solver.geometry.footprints import build_footprints
+from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.receivers import Receivers
 from radiosity_addon.solver.scene import AreaLamp, Material, Scene
-from tests.solver import exact, meshes
+from verification import exact, meshes
 
 SQUARE = np.array([(-0.5, -0.5, 0), (0.5, -0.5, 0), (0.5, 0.5, 0), (-0.5, 0.5, 0)])
 SHUTTER = np.array([(0, -3, 0.5), (3, -3, 0.5), (3, 3, 0.5), (0, 3, 0.5)])

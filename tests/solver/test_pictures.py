@@ -10,7 +10,7 @@ from radiosity_addon.solver.materials.texture_cells import cut
 from radiosity_addon.solver.receivers import Receivers
 from radiosity_addon.solver.scene import Material, Scene
 from radiosity_addon.solver.sequence import solve
-from tests.solver import exact
+from verification import exact
 
 BLACK = Constant(np.zeros(3))
 SIGN, HEIGHT, LOW = 0.3, 0.5, 0.35  # a sign above the middle of a unit floor: side, height, corner

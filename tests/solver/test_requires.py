@@ -9,21 +9,21 @@ import numpy as np
 import pytest
 
 from radiosity_addon.settings import Settings
-from radiosity_addon.solver.lights import context as context_module
-from radiosity_addon.solver.transport import radiosity as radiosity_module
 from radiosity_addon.solver import sequence
-from radiosity_addon.solver.materials.channels import channels_of
-from radiosity_addon.solver.lights.context import build_context
-from radiosity_addon.solver.fields import Constant, CornerColors, Texture
 from radiosity_addon.solver.adaptive.error_estimator import ErrorEstimator, Surface
-from radiosity_addon.solver.gather.lighting import Lighting
 from radiosity_addon.solver.adaptive.requirements import Requirements
+from radiosity_addon.solver.fields import Constant, CornerColors, Texture
+from radiosity_addon.solver.gather.lighting import Lighting
+from radiosity_addon.solver.lights import context as context_module
+from radiosity_addon.solver.lights.context import build_context
+from radiosity_addon.solver.materials.channels import channels_of
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import AreaLamp, Material, PointLamp, Sky, SunLamp
 from radiosity_addon.solver.solution import compose
+from radiosity_addon.solver.transport import radiosity as radiosity_module
 from radiosity_addon.solver.transport.rows import Places, join_places
-from tests.solver.meshes import box_polygons, box_scene, grid, triangle_receivers
-from tests.solver.meshes import scene as make_scene
+from verification.meshes import box_polygons, box_scene, grid, triangle_receivers
+from verification.meshes import scene as make_scene
 
 ALL = Settings().passes
 BULB = PointLamp("Bulb", np.array([0.3, 0.4, 0.8]), np.ones(3), 0.1)

@@ -7,7 +7,7 @@ from radiosity_addon.settings import Settings
 from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.scene import Material, Scene, SunLamp
 from radiosity_addon.solver.sequence import solve
-from tests.solver import meshes
+from verification import meshes
 
 GAP = 1e-3
 SQUARE = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])

@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 
 from radiosity_addon.settings import Settings
-from radiosity_addon.solver.transport import radiosity
-from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.adaptive.solve_cache import SOLUTION, TRANSPORT, SolveCache, size
+from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.scene import Material, PointLamp, Sky
 from radiosity_addon.solver.sequence import solve
 from radiosity_addon.solver.solution import compose
-from tests.solver.meshes import areas, box_polygons, grid, triangle_receivers
-from tests.solver.meshes import scene as make_scene
+from radiosity_addon.solver.transport import radiosity
+from verification.meshes import areas, box_polygons, grid, triangle_receivers
+from verification.meshes import scene as make_scene
 
 ASKED = 0.05
 SETTINGS = Settings(error=ASKED)

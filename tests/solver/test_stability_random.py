@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from benchmarks import stability_random
-from benchmarks.stability_random import Random, check, run
-from tests.solver import meshes
+from verification import meshes, stability_random
+from verification.stability_random import Random, check, run
 
 BOX = meshes.box_scene(exitance=1.0)
 

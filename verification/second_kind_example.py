@@ -6,7 +6,7 @@ has the solution y = x/4 + 3 sin 2x / (4 sin 2): differentiate twice, y'' = x �
 y(1) = 1. k is Green's function of −d²/dx²; the largest eigenvalue of 4k is 4/π². Galerkin's method
 with piecewise constants on n equal elements, all integrals exact, and Sloan's iterate (Sloan 1976).
 
-``python -m benchmarks.second_kind_example`` draws docs/figures/second_kind.png (matplotlib).
+``python -m verification.second_kind_example`` draws docs/figures/second_kind.png (matplotlib).
 """
 
 from __future__ import annotations

@@ -14,14 +14,14 @@ import numpy as np
 from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
-from benchmarks.stability_scenes import ALL, CORNERS, only
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.fields import Constant, CornerColors, Texture
 from radiosity_addon.solver.receivers import Receivers
 from radiosity_addon.solver.scene import AreaLamp, Material, PointLamp, Scene, Sky, SunLamp
 from radiosity_addon.solver.sequence import solve
 from radiosity_addon.solver.solution import Solution, compose
-from tests.solver import meshes
+from verification import meshes
+from verification.stability_scenes import ALL, CORNERS, only
 
 ERROR = 2.0  # asked of every solve: many cheap ones find more than few good ones
 ODD = ("degenerate", "collinear", "twice", "reversed", "sliver", "tiny")

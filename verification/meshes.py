@@ -185,7 +185,7 @@ def discs_scene(r1: float, r2: float, h: float, reflectance=0.5, exitance=1.0) -
 def manufactured_cube(radiosity, rho, divisions: int = 16) -> Scene:
     """A unit cube whose exact radiosity is constant on each face (6,): emission varies, is given
     at corners and linear between; that errs by O(divisions⁻²)."""
-    from tests.solver.exact import manufactured_emission
+    from verification.exact import manufactured_emission
 
     corners, normals = box_polygons()
     base = box_scene(divisions=divisions, reflectance=np.reshape(rho, (-1, 1)))

@@ -11,7 +11,7 @@ from radiosity_addon.solver.receivers import Receivers
 from radiosity_addon.solver.scene import PointLamp, Scene, Sky, SunLamp
 from radiosity_addon.solver.sequence import solve
 from radiosity_addon.solver.solution import Solution, compose
-from tests.solver import meshes
+from verification import meshes
 
 ALL = ("emit", "direct", "indirect", "color")
 CORNERS, _ = meshes.box_polygons()

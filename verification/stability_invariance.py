@@ -7,10 +7,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from benchmarks import stability_scenes as scenes
-from benchmarks.stability_scenes import radiosity
 from radiosity_addon.solver.scene import Scene
-from tests.solver import meshes
+from verification import meshes
+from verification import stability_scenes as scenes
+from verification.stability_scenes import radiosity
 
 
 @lru_cache(maxsize=None)

@@ -9,15 +9,15 @@ from functools import lru_cache
 
 import numpy as np
 
-from benchmarks import stability_scenes as scenes
-from benchmarks.stability_scenes import ALL, only, part_means, radiosity, walls, worst
 from radiosity_addon.settings import Settings
-from radiosity_addon.solver.transport.form_factors import patch_form_factors
 from radiosity_addon.solver.scene import PointLamp, Scene
-from radiosity_addon.solver.transport.second_kind import solve_second_kind
 from radiosity_addon.solver.sequence import solve
 from radiosity_addon.solver.solution import compose
-from tests.solver import exact, meshes
+from radiosity_addon.solver.transport.form_factors import patch_form_factors
+from radiosity_addon.solver.transport.second_kind import solve_second_kind
+from verification import exact, meshes
+from verification import stability_scenes as scenes
+from verification.stability_scenes import ALL, only, part_means, radiosity, walls, worst
 
 
 def furnace(parts, rho: float, error: float = 0.01, divisions: int = 1) -> float:
@@ -274,7 +274,7 @@ def _seconds(run, count: int) -> float:
 
 def random_failures(count: int) -> float:
     """0 where ``count`` random scenes are all solved or rightly refused, 1 where one is not."""
-    from benchmarks.stability_random import run  # hypothesis is not needed for the other rows
+    from verification.stability_random import run  # hypothesis is not needed for the other rows
 
     try:
         run(count)
@@ -284,17 +284,17 @@ def random_failures(count: int) -> float:
     return 0.0
 
 
-def real_furnace(name: str, rho: float) -> float:
-    """A furnace closed around real meshes. Raises SceneMissing where their file is not here."""
-    from benchmarks.stability_real import room_around
+def suzanne_furnace(rho: float) -> float:
+    """A furnace closed around Suzanne. Needs bpy."""
+    from verification.real_meshes import room_around, suzanne
 
-    return furnace(room_around(name), rho, 0.03)
+    return furnace(room_around(*suzanne()), rho, 0.03)
 
 
 def elements_of_suzanne(few: int, many: int) -> float:
     """Elements for Suzanne under a lamp in a box, every triangle baked to 3 %: subdivided ``many``
     times against ``few`` times."""
-    from benchmarks.stability_real import suzanne
+    from verification.real_meshes import suzanne
 
     numbers = []
     for levels in (few, many):

@@ -1,6 +1,7 @@
 """What is tried at the extremes, axis by axis.
 
-``CASES`` is the table of docs/stability.md and the list of tests/solver/test_stability.py.
+``CASES`` is the list of tests/solver/test_stability.py and, with the real scenes of
+``benchmarks.stability_real``, the table of docs/stability.md.
 """
 
 from __future__ import annotations
@@ -11,12 +12,12 @@ from functools import partial
 
 import numpy as np
 
-from benchmarks import stability_invariance as invariance
-from benchmarks import stability_measures as measures
-from benchmarks import stability_scenes as scenes
-from benchmarks.stability_scenes import lamp_room, radiosity, walls
 from radiosity_addon.solver.fields import Constant
-from tests.solver import meshes
+from verification import meshes
+from verification import stability_invariance as invariance
+from verification import stability_measures as measures
+from verification import stability_scenes as scenes
+from verification.stability_scenes import lamp_room, radiosity, walls
 
 
 @dataclass(frozen=True)
@@ -245,9 +246,8 @@ def _much():
                        limit,
                        lambda r=rho, n=count: measures.furnace([*walls(), scenes.soup(n, 1)], r),
                        slow=count > 100)  # fmt: skip
-        for name in ("suzanne", "living_room", "room"):
-            yield Case("furnace", f"{name}, ρ = {rho:g}", "B = 1", limit,
-                       partial(measures.real_furnace, name, rho), slow=True)  # fmt: skip
+        yield Case("furnace", f"suzanne, ρ = {rho:g}", "B = 1", limit,
+                   partial(measures.suzanne_furnace, rho), slow=True)  # fmt: skip
     for count in (100, 10_000):
         yield Case("many", f"{count} lamps", "Σ A B = Φ", 3e-2, partial(measures.lamps, count),
                    slow=count > 100)  # fmt: skip

@@ -1,0 +1,102 @@
+"""Bias: the solver against the independent path tracer, at points of random scenes.
+
+    python -m benchmarks.bias [--families NAME…] [--scenes N] [--seeds N] [--out FILE.jsonl]
+
+Every solved scene is a line of ``--out``; what is in there is not done again, so that a run may be
+stopped and gone on with. Delete the file when the solver has changed. docs/bias.md is written from
+all lines, unless ``--no-page``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+from benchmarks.machine import commit
+from verification.bias import LIMIT, MOST, POINTS, measure, verdicts
+from verification.random_scenes import FAMILIES
+
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "bias.md"
+def page(records: list[dict]) -> str:
+    """docs/bias.md."""
+    lines = [INTRODUCTION, "| family | asked | scenes | direct, % | indirect, % | worst point, % "
+             "| points off | told / measured |", "|---|---|---|---|---|---|---|---|"]  # fmt: skip
+    found = verdicts(records)
+    for v in found:
+        both = [f"{100 * b:+.2f} ± {100 * e:.2f}" for b, e in zip(v.bias, v.error)]
+        mark = "" if v.unbiased else " **biased**"
+        lines.append(f"| {v.family.replace('_', ' ')} | {100 * v.asked:g} % | {v.scenes} "
+                     f"| {both[0]} | {both[1]}{mark} | {100 * v.worst:+.1f} | {v.off} "
+                     f"| {v.told / max(v.measured, 1e-9):.2f} |")  # fmt: skip
+    good = sum(v.unbiased and v.off == 0 for v in found)
+    commits = ", ".join(sorted({r["commit"] for r in records}))
+    lines.append(f"\n{good} of {len(found)} rows hold (commit {commits}).")
+    return "\n".join(lines) + "\n"
+
+
+INTRODUCTION = f"""# Bias, measured by an independent path tracer
+
+Random scenes of many families (`verification/random_scenes.py`), some points of each, solved for
+the errors asked and traced by `verification/path_tracer.py`, which shares no code with the solver.
+Regenerate with `python -m benchmarks.bias`.
+
+*direct*, *indirect*: the mean over scenes, points and seeds of our light less the tracer's, in
+shares of the point's light (or the scene's mean, where that is more), with its standard error.
+*biased*: more than {100 * LIMIT:g} % and more than three standard errors. *worst point*: the
+largest deviation beyond four standard errors. *points off*: deviations of direct or indirect light
+beyond four standard errors and beyond the error asked. *told / measured*: the solver's estimate
+over its true relative error, both in the mean square.
+"""
+
+
+def read(path: Path) -> list[dict]:
+    """The records of a file, none where it is not there."""
+    if not path.exists():
+        return []
+    return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Measure what is missing, print each scene, write the page; 1 where a row does not hold."""
+    raw = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser("benchmarks.bias", description=__doc__, formatter_class=raw)
+    parser.add_argument("--families", nargs="+", choices=FAMILIES, default=list(FAMILIES))
+    parser.add_argument("--scenes", type=int, default=20)
+    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--points", type=int, default=POINTS)
+    parser.add_argument("--paths", type=int, default=MOST, help="at most, for each point")
+    parser.add_argument("--errors", type=float, nargs="+", default=[0.03, 0.01])
+    parser.add_argument("--out", type=Path, default=PAGE.parent / "figures" / "bias.jsonl")
+    parser.add_argument("--no-page", action="store_true")
+    arguments = parser.parse_args(argv)
+    records = read(arguments.out)
+    done = {(r["family"], r["scene"], r["asked"]) for r in records}
+    for number in range(arguments.scenes):
+        for family in arguments.families:
+            errors = [e for e in arguments.errors if (family, number, e) not in done]
+            if not errors:
+                continue
+            for record in measure(family, number, errors, arguments.seeds, arguments.points,
+                                  arguments.paths):
+                records.append({**record, "commit": commit()})
+                with arguments.out.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps(records[-1]) + "\n")
+                print(line(records[-1]), flush=True)
+    if not arguments.no_page:
+        PAGE.write_text(page(records), encoding="utf-8")
+    return 0 if all(v.unbiased and v.off == 0 for v in verdicts(records)) else 1
+
+
+def line(record: dict) -> str:
+    """For people who wait."""
+    pairs = " ".join(f"{name} {100 * b:+6.2f} ± {100 * n:.2f} %" for name, b, n in
+                     zip(("direct", "indirect"), record["bias"], record["noise"]))  # fmt: skip
+    return (f"{record['family']:18s} {record['scene']:3d} {100 * record['asked']:g} %: {pairs}, "
+            f"told {100 * record['told']:.2f}, measured {100 * record['measured']:.2f} %, "
+            f"{record['seconds']:.1f} s")  # fmt: skip
+
+
+if __name__ == "__main__":
+    sys.exit(main())
