@@ -20,6 +20,7 @@ class Request:
     demo: str | None
     output: str | None
     report: str | None
+    export: str | None = None  # a .glb with the bake in it
 
 
 def parse(argv: list[str], opened: bool = False) -> Request:
@@ -38,11 +39,13 @@ def parse(argv: list[str], opened: bool = False) -> Request:
         parser.error(f"--output is {found.output!r}; its name must end in .blend")
     if found.report and found.report.lower().endswith(".blend"):
         parser.error(f"--report is {found.report!r}; it is JSON, and no .blend may be lost to it")
+    if found.export and not found.export.lower().endswith(".glb"):
+        parser.error(f"--export is {found.export!r}; its name must end in .glb")
     if found.image_dir and found.target != "image":
         parser.error("--image-dir writes images; add --target image")
     if found.format and not found.image_dir:
         parser.error("--format is for image files; say where with --image-dir DIR")
-    return Request(_settings(found), found.scene, found.demo, found.output, found.report)
+    return Request(_settings(found), found.scene, found.demo, found.output, found.report, found.export)
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -62,6 +65,11 @@ def build_parser() -> argparse.ArgumentParser:
         "--output",
         metavar="FILE.blend",
         help="save the result there (SCENE_baked.blend); the input is never written unless named",
+    )
+    parser.add_argument(
+        "--export",
+        metavar="FILE.glb",
+        help="also write the scene as glTF: the bake in COLOR_0, or as MOZ_lightmap on a second UV",
     )
     parser.add_argument("--report", metavar="FILE.json", help="write the report as JSON")
     _add_destination(parser.add_argument_group("where the colours go"))

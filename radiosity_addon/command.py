@@ -123,6 +123,9 @@ def _bake(bpy, request, progress, publication, twin) -> str:
     solved = time.perf_counter()
     told = work.apply(bpy.context, job, result, progress.part("apply"), publication)
     result = replace(result, warnings=(*result.warnings, *told))
+    if request.export:
+        told = _export(job, publication.stage(request.export))
+        result = replace(result, warnings=(*result.warnings, *told))
     _save(bpy, publication.stage(output))
     now = time.perf_counter()
     seconds = {
@@ -206,6 +209,8 @@ def _check_destinations(request: arguments.Request) -> None:
         files.check_writable(_baked(Path(request.scene)), "--output")
     if request.report:
         files.check_writable(request.report, "--report")
+    if request.export:
+        files.check_writable(request.export, "--export")
     if request.settings.image_dir:
         files.check_folder(request.settings.image_dir, "--image-dir")
 
@@ -239,6 +244,14 @@ def _output(bpy, request: arguments.Request) -> Path:
     if not bpy.data.filepath:
         raise OSError("the open file was never saved, so it has no name; give --output FILE.blend")
     return _baked(Path(bpy.data.filepath))
+
+
+def _export(job, path: Path) -> tuple[str, ...]:
+    """Write the scene with the bake as glTF; returns warnings. Raises RuntimeError."""
+    from .gltf.export import export_bake
+    from .gltf.wish import of_job
+
+    return export_bake(of_job(job), path)
 
 
 def _baked(scene: Path) -> Path:
