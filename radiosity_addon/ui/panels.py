@@ -133,6 +133,7 @@ class RADIOSITY_PT_result(RadiosityPanel, bpy.types.Panel):
         row = column.row(align=True)
         row.operator("radiosity.build_material", text="Build Material", icon="MATERIAL")
         row.operator("radiosity.build_material", text="Build and Put On").assign = True
+        column.operator("radiosity.export_gltf", text="Export glTF", icon="EXPORT")
 
 
 CLASSES = (
