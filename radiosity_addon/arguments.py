@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 from dataclasses import dataclass
 
-from .settings import DOMAINS, FORMATS, PASSES, QUALITY_ERROR, TARGETS, Settings
+from .settings import COLOR_TYPES, DOMAINS, FORMATS, PASSES, QUALITY_ERROR, TARGETS, Settings
 
 DEMO_NAMES = ("cornell",)
 DEFAULTS = Settings()
+SCALED = ("png", "png16", "rgbm")  # formats with a scale
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,10 @@ def parse(argv: list[str], opened: bool = False) -> Request:
         parser.error("--image-dir writes images; add --target image")
     if found.format and not found.image_dir:
         parser.error("--format is for image files; say where with --image-dir DIR")
+    if found.color_type == "byte" and found.target != "vertex":
+        parser.error("--color-type is for vertex colours; images have --format")
+    if found.scale is not None and not (found.color_type == "byte" or found.format in SCALED):
+        parser.error(f"--scale is for --color-type byte and --format {', '.join(SCALED)}")
     return Request(_settings(found), found.scene, found.demo, found.output, found.report, found.export)
 
 
@@ -112,6 +117,18 @@ def _add_destination(group) -> None:
     add("--image-dir", metavar="DIR", help="also write the images as files into this folder")
     add("--format", choices=FORMATS, help="of the files in --image-dir (exr)")
     add(
+        "--color-type",
+        choices=COLOR_TYPES,
+        default=DEFAULTS.color_type,
+        help="vertex target: 32-bit floats, or 8 bits a channel (%(default)s)",
+    )
+    add(
+        "--scale",
+        type=_scale,
+        metavar="S",
+        help="divide what is encoded in 8 or 16 bits by S; auto: by the brightest value (1)",
+    )
+    add(
         "--name",
         default=DEFAULTS.name,
         help="the colour attribute NAME, the images NAME_<object> (%(default)s)",
@@ -155,6 +172,19 @@ def _passes(text: str) -> tuple[str, ...]:
     return tuple(word for word in PASSES if word in words)
 
 
+def _scale(text: str) -> float:
+    """A positive number, or ``auto``, which is 0."""
+    if text == "auto":
+        return 0.0
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not value > 0:
+        raise argparse.ArgumentTypeError(f"{text!r}; give a number above 0, or auto")
+    return value
+
+
 def _settings(found: argparse.Namespace) -> Settings:
     return Settings(
         objects=tuple(dict.fromkeys(found.objects)),
@@ -165,6 +195,8 @@ def _settings(found: argparse.Namespace) -> Settings:
         margin=found.margin,
         image_dir=found.image_dir,
         format=found.format,
+        color_type=found.color_type,
+        scale=found.scale,
         name=found.name,
         passes=found.passes,
         quality=found.quality,

@@ -121,7 +121,8 @@ def _bake(bpy, request, progress, publication, twin) -> str:
     prepared = time.perf_counter()
     result = work.run(job, Meter(progress.part("run")), beside=twin)
     solved = time.perf_counter()
-    told = work.apply(bpy.context, job, result, progress.part("apply"), publication)
+    encoding = work.find_encoding(job, result)
+    told = work.apply(bpy.context, job, result, progress.part("apply"), publication, encoding)
     result = replace(result, warnings=(*result.warnings, *told))
     if request.export:
         told = _export(job, publication.stage(request.export))
@@ -133,7 +134,7 @@ def _bake(bpy, request, progress, publication, twin) -> str:
         "write": now - solved + result.seconds["fit"],
         "total": now - started,
     }
-    report = build_report(job, result, seconds, peak_memory(twin))
+    report = build_report(job, result, seconds, peak_memory(twin), encoding)
     if request.report:
         write_report(report, publication.stage(request.report))
     return summarise(report, str(output))
