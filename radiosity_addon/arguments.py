@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 from dataclasses import dataclass
 
-from .settings import DOMAINS, FORMATS, PASSES, QUALITY_ERROR, TARGETS, Settings
+from .settings import COLOR_TYPES, DOMAINS, FORMATS, PASSES, QUALITY_ERROR, TARGETS, Settings
 
 DEMO_NAMES = ("cornell",)
 DEFAULTS = Settings()
+SCALED = ("png", "png16", "rgbm")  # formats with a scale
 
 
 @dataclass(frozen=True)
@@ -20,6 +21,7 @@ class Request:
     demo: str | None
     output: str | None
     report: str | None
+    export: str | None = None  # a .glb with the bake in it
 
 
 def parse(argv: list[str], opened: bool = False) -> Request:
@@ -38,11 +40,17 @@ def parse(argv: list[str], opened: bool = False) -> Request:
         parser.error(f"--output is {found.output!r}; its name must end in .blend")
     if found.report and found.report.lower().endswith(".blend"):
         parser.error(f"--report is {found.report!r}; it is JSON, and no .blend may be lost to it")
+    if found.export and not found.export.lower().endswith(".glb"):
+        parser.error(f"--export is {found.export!r}; its name must end in .glb")
     if found.image_dir and found.target != "image":
         parser.error("--image-dir writes images; add --target image")
     if found.format and not found.image_dir:
         parser.error("--format is for image files; say where with --image-dir DIR")
-    return Request(_settings(found), found.scene, found.demo, found.output, found.report)
+    if found.color_type == "byte" and found.target != "vertex":
+        parser.error("--color-type is for vertex colours; images have --format")
+    if found.scale is not None and not (found.color_type == "byte" or found.format in SCALED):
+        parser.error(f"--scale is for --color-type byte and --format {', '.join(SCALED)}")
+    return Request(_settings(found), found.scene, found.demo, found.output, found.report, found.export)
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -62,6 +70,11 @@ def build_parser() -> argparse.ArgumentParser:
         "--output",
         metavar="FILE.blend",
         help="save the result there (SCENE_baked.blend); the input is never written unless named",
+    )
+    parser.add_argument(
+        "--export",
+        metavar="FILE.glb",
+        help="also write the scene as glTF: the bake in COLOR_0, or as MOZ_lightmap on a second UV",
     )
     parser.add_argument("--report", metavar="FILE.json", help="write the report as JSON")
     _add_destination(parser.add_argument_group("where the colours go"))
@@ -103,6 +116,18 @@ def _add_destination(group) -> None:
     )
     add("--image-dir", metavar="DIR", help="also write the images as files into this folder")
     add("--format", choices=FORMATS, help="of the files in --image-dir (exr)")
+    add(
+        "--color-type",
+        choices=COLOR_TYPES,
+        default=DEFAULTS.color_type,
+        help="vertex target: 32-bit floats, or 8 bits a channel (%(default)s)",
+    )
+    add(
+        "--scale",
+        type=_scale,
+        metavar="S",
+        help="divide what is encoded in 8 or 16 bits by S; auto: by the brightest value (1)",
+    )
     add(
         "--name",
         default=DEFAULTS.name,
@@ -153,6 +178,19 @@ def _passes(text: str) -> tuple[str, ...]:
     return tuple(word for word in PASSES if word in words)
 
 
+def _scale(text: str) -> float:
+    """A positive number, or ``auto``, which is 0."""
+    if text == "auto":
+        return 0.0
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not value > 0:
+        raise argparse.ArgumentTypeError(f"{text!r}; give a number above 0, or auto")
+    return value
+
+
 def _settings(found: argparse.Namespace) -> Settings:
     return Settings(
         objects=tuple(dict.fromkeys(found.objects)),
@@ -163,6 +201,8 @@ def _settings(found: argparse.Namespace) -> Settings:
         margin=found.margin,
         image_dir=found.image_dir,
         format=found.format,
+        color_type=found.color_type,
+        scale=found.scale,
         name=found.name,
         passes=found.passes,
         quality=found.quality,

@@ -4,9 +4,9 @@
 another process. ``discard`` takes back what ``prepare`` changed when the bake is given up.
 """
 
-from .stages.apply import apply
+from .stages.apply import apply, find_encoding
 from .stages.job import Job, Result
 from .stages.prepare import discard, prepare
 from .stages.run import run
 
-__all__ = ("Job", "Result", "apply", "discard", "prepare", "run")
+__all__ = ("Job", "Result", "apply", "discard", "find_encoding", "prepare", "run")

@@ -121,8 +121,12 @@ def _bake(bpy, request, progress, publication, twin) -> str:
     prepared = time.perf_counter()
     result = work.run(job, Meter(progress.part("run")), beside=twin)
     solved = time.perf_counter()
-    told = work.apply(bpy.context, job, result, progress.part("apply"), publication)
+    encoding = work.find_encoding(job, result)
+    told = work.apply(bpy.context, job, result, progress.part("apply"), publication, encoding)
     result = replace(result, warnings=(*result.warnings, *told))
+    if request.export:
+        told = _export(job, publication.stage(request.export))
+        result = replace(result, warnings=(*result.warnings, *told))
     _save(bpy, publication.stage(output))
     now = time.perf_counter()
     seconds = {
@@ -130,7 +134,7 @@ def _bake(bpy, request, progress, publication, twin) -> str:
         "write": now - solved + result.seconds["fit"],
         "total": now - started,
     }
-    report = build_report(job, result, seconds, peak_memory(twin))
+    report = build_report(job, result, seconds, peak_memory(twin), encoding)
     if request.report:
         write_report(report, publication.stage(request.report))
     return summarise(report, str(output))
@@ -206,6 +210,8 @@ def _check_destinations(request: arguments.Request) -> None:
         files.check_writable(_baked(Path(request.scene)), "--output")
     if request.report:
         files.check_writable(request.report, "--report")
+    if request.export:
+        files.check_writable(request.export, "--export")
     if request.settings.image_dir:
         files.check_folder(request.settings.image_dir, "--image-dir")
 
@@ -239,6 +245,14 @@ def _output(bpy, request: arguments.Request) -> Path:
     if not bpy.data.filepath:
         raise OSError("the open file was never saved, so it has no name; give --output FILE.blend")
     return _baked(Path(bpy.data.filepath))
+
+
+def _export(job, path: Path) -> tuple[str, ...]:
+    """Write the scene with the bake as glTF; returns warnings. Raises RuntimeError."""
+    from .gltf.export import export_bake
+    from .gltf.wish import of_job
+
+    return export_bake(of_job(job), path)
 
 
 def _baked(scene: Path) -> Path:

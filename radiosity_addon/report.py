@@ -7,17 +7,21 @@ import math
 from pathlib import Path
 
 from . import __version__
+from .stages.encode import Encoding
 from .stages.job import Job, Result
 
 STAGES = ("elements", "transport", "solve", "gather")  # timed by the solver
 ENERGY = ("emitted", "absorbed", "escaped")  # [W]
 
 
-def build_report(job: Job, result: Result, seconds: dict, peak_memory: int) -> dict:
+def build_report(
+    job: Job, result: Result, seconds: dict, peak_memory: int, encoding: Encoding | None = None
+) -> dict:
     """The report as a dict of plain values, with the keys that scripts rely on.
 
     ``seconds``: ``export``, ``write`` and ``total`` as the caller timed them; the other stages
-    are the solver's. ``peak_memory`` in bytes.
+    are the solver's. ``peak_memory`` in bytes. ``encoding``: that of the files or byte colours; its
+    error and the solver's have nothing to do with each other, so that their squares add.
     """
     figures = result.statistics
     return {
@@ -31,6 +35,8 @@ def build_report(job: Job, result: Result, seconds: dict, peak_memory: int) -> d
         "target_error": float(job.settings.target_error),
         "estimated_error": float(figures.estimated_error),
         "error_95": float(figures.error_95),
+        "encoded_error": math.hypot(figures.estimated_error, encoding.error if encoding else 0.0),
+        "scale": float(encoding.scale) if encoding else 1.0,
         "energy": {name: float(figures.energy.get(name, 0.0)) for name in ENERGY},
         "seconds": _seconds(figures.seconds, seconds),
         "peak_memory": int(peak_memory),

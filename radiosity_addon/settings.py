@@ -8,7 +8,8 @@ QUALITY_ERROR = {"draft": 0.1, "medium": 0.03, "high": 0.01}
 PASSES = ("emit", "direct", "indirect", "color")
 TARGETS = ("vertex", "image")
 DOMAINS = ("corner", "point")
-FORMATS = ("exr", "png", "hdr")
+FORMATS = ("exr", "png", "png16", "hdr", "rgbm", "rgbe")
+COLOR_TYPES = ("float", "byte")
 RESOLUTION_RANGE = (4, 16384)
 ERROR_RANGE = (1e-4, 1.0)
 
@@ -25,6 +26,8 @@ class Settings:
     margin: int = 8  # texels
     image_dir: str | None = None
     format: str | None = None  # of the files in image_dir; None: exr when image_dir is given
+    color_type: str = "float"  # of the colour attribute: 32-bit float, or 8 bits a channel
+    scale: float | None = None  # divides encoded values; 0: the brightest; None: 1, RGBM: 0
     name: str = "Radiosity"
     passes: tuple[str, ...] = PASSES
     quality: str = "medium"
@@ -46,6 +49,7 @@ class Settings:
             ("domain", self.domain, DOMAINS),
             ("quality", self.quality, tuple(QUALITY_ERROR)),
             ("format", self.format or "exr", FORMATS),
+            ("color_type", self.color_type, COLOR_TYPES),
         ):
             if value not in allowed:
                 raise ValueError(f"{name} is {value!r}; choose one of {', '.join(allowed)}")
@@ -57,6 +61,8 @@ class Settings:
         _check_range("margin", self.margin, 0, 1024)
         _check_range("threads", self.threads, 0, 1024)
         _check_range("seed", self.seed, 0, 2**31 - 1)
+        if self.scale is not None:
+            _check_range("scale", self.scale, 0.0, 1e9)
         if self.time_limit is not None:
             _check_range("time_limit", self.time_limit, 0.1, 1e6)
         if not self.name.strip():

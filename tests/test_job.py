@@ -124,3 +124,18 @@ def test_overlap_names_its_remedy(modifiers, remedy):
     (warning,) = lay_out(job, silent).warnings
     assert "overlap" in warning and remedy in warning
     assert all(name in warning for name in modifiers)
+
+
+def test_a_map_outside_the_tile_is_told_as_the_reason():
+    """All UVs on another tile: no texel, and not "no face with an area"."""
+    job = square_job("image")
+    away = replace(job, targets=(replace(job.targets[0], uv=UV + [2, 0]),))
+    with pytest.raises(ValueError, match=r"no texel to bake: 'Square': 100 % .* outside the tile"):
+        run(away)
+
+
+def test_a_map_half_outside_warns_with_the_share():
+    """u from ½ to 1½: half of the square's surface."""
+    job = square_job("image")
+    half = replace(job, targets=(replace(job.targets[0], uv=UV + [0.5, 0]),))
+    assert any("50 % of its surface has UVs outside" in text for text in run(half).warnings)

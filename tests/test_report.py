@@ -16,8 +16,8 @@ from radiosity_addon.solver.solution import Statistics
 
 KEYS = [
     "version", "triangles", "elements", "receivers", "rays", "iterations", "residual",
-    "target_error", "estimated_error", "error_95", "energy", "seconds", "peak_memory", "objects",
-    "warnings",
+    "target_error", "estimated_error", "error_95", "encoded_error", "scale", "energy", "seconds",
+    "peak_memory", "objects", "warnings",
 ]  # fmt: skip
 SECONDS = ["export", "elements", "transport", "solve", "gather", "write", "total"]
 

@@ -10,8 +10,10 @@ FALLBACK = "{} Color"  # where something that is no colour attribute holds the n
 LONGEST_NAME = 63  # bytes
 
 
-def write_colors(obj, name: str, colors: np.ndarray, domain: str) -> list[str]:
-    """Write linear ``colors`` (n_loops or n_vertices, 3) as FLOAT_COLOR attribute, alpha 1.
+def write_colors(
+    obj, name: str, colors: np.ndarray, domain: str, kind: str = "FLOAT_COLOR"
+) -> list[str]:
+    """Write linear ``colors`` (n_loops or n_vertices, 3) as attribute of type ``kind``, alpha 1.
 
     ``domain`` is "corner" or "point"; with "point", vertices past the last row belong to no face
     and become black. An attribute of that name, type and domain is overwritten, a colour
@@ -24,12 +26,12 @@ def write_colors(obj, name: str, colors: np.ndarray, domain: str) -> list[str]:
     name, warnings = _free_name(obj, name)
     rows = _rows(mesh, colors, domain)
     existing = mesh.color_attributes.get(name)
-    wanted = ("FLOAT_COLOR", domain.upper())
+    wanted = (kind, domain.upper())
     if existing is None or (existing.data_type, existing.domain) != wanted:
         if existing is not None:
             warnings.append(
                 f"{obj.name!r}: its colour attribute {name!r} was {existing.data_type} per "
-                f"{existing.domain.lower()} and is now FLOAT_COLOR per {domain}"
+                f"{existing.domain.lower()} and is now {kind} per {domain}"
             )
         _make(mesh, name, existing, wanted)
     write_attribute(mesh, name, rows)

@@ -8,9 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
+from .encodings import BITS, SRGB, encode
+from .png import png_bytes
+
 MARK = "radiosity_bake"  # custom property on images that we made: their full name
-ENDINGS = {"exr": ".exr", "png": ".png", "hdr": ".hdr"}
-BLENDER_FORMAT = {"exr": ("OPEN_EXR", "32"), "png": ("PNG", "8"), "hdr": ("HDR", "32")}
+ENDINGS = {"exr": ".exr", "hdr": ".hdr", **dict.fromkeys(BITS, ".png")}
+BLENDER_FORMAT = {"exr": ("OPEN_EXR", "32"), "hdr": ("HDR", "32")}
 RESERVED = re.compile(r"(?i)^(con|prn|aux|nul|com\d|lpt\d)(\.|$)")  # names Windows keeps
 LONGEST_STEM = 180  # bytes
 
@@ -76,17 +79,42 @@ def file_names(names: list[str], kind: str) -> list[str]:
 
 
 def save_image(image, path: str | Path, kind: str) -> None:
-    """Write ``image`` to ``path`` as "exr", "png" or "hdr"; an existing file is replaced whole.
+    """Write ``image`` to ``path`` as "exr" or "hdr"; an existing file is replaced whole.
 
-    EXR and HDR hold the linear values (HDR without alpha), PNG has 8 bits encoded for an sRGB
-    display without any view transform. Raises OSError naming the path; no part of a file stays.
+    Both hold the linear values, HDR without alpha. Raises OSError naming the path; no part of a
+    file stays.
     """
+    _write_whole(path, kind, lambda partial: _render_to(image, partial, kind))
+
+
+def save_encoded(pixels: np.ndarray, path: str | Path, kind: str, scale: float) -> None:
+    """Write ``pixels`` (height, width, 4) linear Rec.709 as a PNG file in one of the encodings.
+
+    Alpha is kept where the encoding leaves it free. Raises as ``save_image`` does.
+    """
+    codes = encode(pixels[..., :3], kind, scale)
+    if codes.shape[-1] == 3:
+        alpha = np.rint(np.clip(pixels[..., 3:], 0, 1) * (2 ** BITS[kind] - 1))
+        codes = np.concatenate([codes, alpha.astype(codes.dtype)], -1)
+    data = png_bytes(codes, srgb=kind in SRGB)
+
+    def write(partial: Path) -> None:
+        try:
+            partial.write_bytes(data)
+        except OSError as error:
+            raise OSError(_explain(partial, error.strerror or str(error))) from error
+
+    _write_whole(path, kind, write)
+
+
+def _write_whole(path: str | Path, kind: str, write) -> None:
+    """``write`` to a file beside ``path``, then put that in its place."""
     path = Path(path).absolute()
     if not path.parent.is_dir():
         raise OSError(f"folder {path.parent} does not exist; create it or choose another")
     partial = path.with_name(f".{path.stem}.partial{ENDINGS[kind]}")
     try:
-        _render_to(image, partial, kind)
+        write(partial)
         os.replace(partial, path)
     finally:
         partial.unlink(missing_ok=True)

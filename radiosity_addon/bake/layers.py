@@ -29,7 +29,7 @@ def item_count(mesh, domain: str) -> int:
 
 
 def write_attribute(mesh, name: str, values: np.ndarray) -> None:
-    """Set the FLOAT_COLOR or FLOAT2 attribute ``name`` to ``values`` (n, 4 or 2) float32.
+    """Set the colour or FLOAT2 attribute ``name`` to ``values`` (n, 4 or 2) float32, linear.
 
     Raises ValueError when the rows do not match the mesh: it was changed meanwhile.
     """
@@ -39,7 +39,7 @@ def write_attribute(mesh, name: str, values: np.ndarray) -> None:
         return
     if len(attribute.data) != len(values):
         raise ValueError(_mismatch(mesh, len(values), len(attribute.data)))
-    field = "color" if attribute.data_type == "FLOAT_COLOR" else "vector"
+    field = "vector" if attribute.data_type == "FLOAT2" else "color"
     attribute.data.foreach_set(field, np.ascontiguousarray(values, np.float32).ravel())
     mesh.update()
 
@@ -47,6 +47,8 @@ def write_attribute(mesh, name: str, values: np.ndarray) -> None:
 def _write_bmesh(mesh, attribute, values: np.ndarray) -> None:
     import bmesh
 
+    if attribute.data_type == "BYTE_COLOR":
+        raise ValueError(f"mesh {mesh.name!r} is in Edit Mode; leave it to bake byte colors")
     name, kind, domain = attribute.name, attribute.data_type, attribute.domain
     edited = _bmesh(mesh)
     corners = domain == "CORNER"

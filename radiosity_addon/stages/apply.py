@@ -5,12 +5,16 @@ from __future__ import annotations
 from contextlib import ExitStack
 from pathlib import Path
 
+import numpy as np
+
 from ..bake.attribute import write_colors
-from ..bake.image import file_names, save_image, write_image
+from ..bake.encodings import decode, encode
+from ..bake.image import file_names, find_image, save_encoded, save_image, write_image
 from ..files import Publication
 from ..settings import Settings
 from ..solver.progress import Progress, silent
 from ..steps import finish
+from .encode import BYTE_KIND, Encoding, encoded_kind, encoding_of
 from .job import Job, Result
 from .prepare import discard
 from .restore import remember_colors, remember_image
@@ -18,46 +22,78 @@ from .restore import remember_colors, remember_image
 
 def apply(
     context, job: Job, result: Result, progress: Progress = silent,
-    publication: Publication | None = None,
+    publication: Publication | None = None, encoding: Encoding | None = None,
 ) -> tuple[str, ...]:  # fmt: skip
     """Write every target's colours, and the image files asked for; returns warnings.
 
     The files become part of ``publication``, for the caller to commit; without one they are in
     place on return. On any failure Blender's data are put back, the UV maps that prepare made are
     removed, and the exception goes on: ValueError for objects that changed meanwhile, OSError for
-    files.
+    files. ``encoding``: as ``encode`` gives it, found here when not given.
     """
-    steps = apply_steps(context, job, result, publication)
+    steps = apply_steps(context, job, result, publication, encoding)
     return finish(steps, lambda fraction: progress("Write", fraction))
 
 
-def apply_steps(context, job: Job, result: Result, publication: Publication | None = None):
+def find_encoding(job: Job, result: Result) -> Encoding:
+    """How the bake is encoded, by Blender's colour management."""
+    from ..gltf.primaries import to_rec709
+
+    return encoding_of(job, result, to_rec709())
+
+
+def apply_steps(
+    context, job: Job, result: Result, publication: Publication | None = None,
+    encoding: Encoding | None = None,
+):  # fmt: skip
     """``apply`` in steps, one for each image or object. Closed before its end, it puts all back.
     Nothing else may change the file between its steps, and no undo may come."""
-    warnings: list[str] = []
+    encoding = encoding or find_encoding(job, result)
+    warnings: list[str] = list(encoding.warnings)
     with ExitStack() as undo, ExitStack() as own:
         undo.callback(discard, context, job)
         files = publication or own.enter_context(Publication())
         objects = _find(job)
         if job.settings.target == "image":
-            earlier = yield from _image_steps(job, result, objects, files, undo, warnings)
+            earlier = yield from _image_steps(job, result, objects, files, undo, warnings, encoding)
         else:
             earlier = []
             for index, item in enumerate(objects):
                 yield index / len(objects)
                 undo.callback(remember_colors(item, job.settings.name))
-                warnings += write_colors(
-                    item, job.settings.name, result.colors[index], job.settings.domain
-                )
+                warnings += _write_colors(job, item, result.colors[index], encoding)
         if publication is None:
             files.commit()
+        for item in objects:
+            _keep_scale(job, item, encoding)
         undo.pop_all()  # nothing is undone any more
     for forget in earlier:
         forget()
     return tuple(warnings)
 
 
-def _image_steps(job: Job, result: Result, objects, files, undo, warnings: list[str]):
+def _write_colors(job: Job, item, colors, encoding: Encoding) -> list[str]:
+    """Colours as floats, or as what is read back from their codes: Blender finds the same codes."""
+    kind = "FLOAT_COLOR"
+    if encoding.kind is not None:
+        kind = "BYTE_COLOR"
+        colors = decode(encode(colors, BYTE_KIND, encoding.scale), BYTE_KIND, 1.0)
+    return write_colors(item, job.settings.name, colors, job.settings.domain, kind)
+
+
+def _keep_scale(job: Job, item, encoding: Encoding) -> None:
+    """The scale as a custom property of the mesh, or of the image whose file is encoded."""
+    owner = item.data
+    if job.settings.target == "image":
+        owner = find_image(image_name(job.settings, item.name))
+    key = f"{job.settings.name}_scale"
+    if encoding.kind is not None:
+        owner[key] = encoding.scale
+    elif key in owner:
+        del owner[key]
+
+
+def _image_steps(job: Job, result: Result, objects, files, undo, warnings, encoding: Encoding):
     """Images and their files; returns what forgets the earlier images when all is well."""
     paths = _file_paths(job)
     earlier = []
@@ -75,8 +111,19 @@ def _image_steps(job: Job, result: Result, objects, files, undo, warnings: list[
             )
         if paths[index] is not None:
             yield (index + 0.5) / len(objects)
-            save_image(image, files.stage(paths[index]), _kind(job.settings))
+            _save_file(job, image, result.colors[index], files.stage(paths[index]), encoding)
     return earlier
+
+
+def _save_file(job: Job, image, pixels, path: Path, encoding: Encoding) -> None:
+    """The image's file, as Blender writes it or encoded by us in Rec.709."""
+    if encoded_kind(job.settings) is None:
+        save_image(image, path, _kind(job.settings))
+        return
+    from ..gltf.primaries import to_rec709
+
+    rgb = pixels[..., :3] @ to_rec709()
+    save_encoded(np.dstack([rgb, pixels[..., 3]]), path, encoding.kind, encoding.scale)
 
 
 def _find(job: Job) -> list:

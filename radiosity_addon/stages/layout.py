@@ -12,6 +12,7 @@ import numpy as np
 from ..bake.cell_normals import shading_of
 from ..bake.faces import face_receivers, receiver_budget, triangle_areas
 from ..bake.texels import overlapping_texels, texel_receivers
+from ..bake.uv_cover import missed_shares, missed_warning
 from ..solver.workers.parallel import map_chunks
 from ..solver.progress import Progress
 from ..solver.receivers import Receivers, concatenate, slice_receivers
@@ -44,10 +45,12 @@ def lay_out(job: Job, progress: Progress) -> Layout:
     receivers, warnings = zip(*parts)
     receivers = [_shaded(job, *pair) for pair in zip(job.targets, receivers)]
     counts = [part.count for part in receivers]
+    if not sum(counts) and any(warnings):
+        raise ValueError("there is no texel to bake: " + next(filter(None, warnings))[-1])
     return Layout(
         concatenate(list(receivers)),
         tuple(np.cumsum([0, *counts]).tolist()),
-        tuple(text for text in warnings if text),
+        tuple(text for texts in warnings for text in texts),
     )
 
 
@@ -61,22 +64,26 @@ def _faces(job: Job):
     def make(index: int):
         target = job.targets[index]
         own = scene.triangles[target.start : target.stop]
-        return face_receivers(scene.vertices, own, _numbers(target), budget), ""
+        return face_receivers(scene.vertices, own, _numbers(target), budget), []
 
     return make
 
 
 def _texels(job: Job):
-    """A function of a target's number: its texels, and a warning or ""."""
+    """A function of a target's number: its texels, and warnings."""
     resolution = job.settings.resolution
+    areas = triangle_areas(job.scene.vertices, job.scene.triangles)
 
     def make(index: int):
         target = job.targets[index]
         part = texel_receivers(target.uv, _numbers(target), resolution, index)
         shared = overlapping_texels(part, target.uv, target.start, resolution)
+        missed = missed_shares(part, target.uv, target.start, areas[target.start : target.stop])
+        told = [_overlap(target, shared)] if shared else []
+        told += filter(None, [missed_warning(target.name, *missed, target.modifiers)])
         if not part.count:
-            return part, f"{target.name!r}: its UV map covers no texel; the image is empty"
-        return part, _overlap(target, shared) if shared else ""
+            told.insert(0, f"{target.name!r}: its UV map covers no texel; the image is empty")
+        return part, told
 
     return make
 

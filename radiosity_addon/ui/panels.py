@@ -58,6 +58,9 @@ class RADIOSITY_PT_target(RadiosityPanel, bpy.types.Panel):
         layout.prop(properties, "bake_name")
         if properties.target == "VERTEX":
             layout.prop(properties, "domain")
+            layout.prop(properties, "byte_colors")
+            if properties.byte_colors:
+                layout.prop(properties, "auto_scale")
             return
         layout.prop(properties, "resolution")
         item = context.object
@@ -86,6 +89,8 @@ class RADIOSITY_PT_files(RadiosityPanel, bpy.types.Panel):
         layout.enabled = properties.write_files and session.current() is None
         layout.prop(properties, "image_dir")
         layout.prop(properties, "format")
+        if properties.format in {"PNG", "PNG16"}:
+            layout.prop(properties, "auto_scale")
 
 
 class RADIOSITY_PT_passes(RadiosityPanel, bpy.types.Panel):
@@ -134,6 +139,7 @@ class RADIOSITY_PT_result(RadiosityPanel, bpy.types.Panel):
         row = column.row(align=True)
         row.operator("radiosity.build_material", text="Build Material", icon="MATERIAL")
         row.operator("radiosity.build_material", text="Build and Put On").assign = True
+        column.operator("radiosity.export_gltf", text="Export glTF", icon="EXPORT")
 
 
 CLASSES = (

@@ -47,6 +47,9 @@ PASSES = (
 FORMATS = (
     ("EXR", "OpenEXR", "32-bit float, linear: keeps everything"),
     ("PNG", "PNG", "8 bits, encoded for display: brighter than white is cut off"),
+    ("PNG16", "PNG, 16 bits", "As PNG, in 65,536 steps"),
+    ("RGBM", "RGBM", "PNG whose alpha multiplies the color: value = scale x color x alpha"),
+    ("RGBE", "RGBE", "PNG whose alpha is an exponent: value = color x 2^(255 alpha - 128)"),
     ("HDR", "Radiance HDR", "Linear with a shared exponent: small, no alpha"),
 )
 
@@ -156,6 +159,16 @@ class RadiositySettings(bpy.types.PropertyGroup):
         default="//",
     )
     format: EnumProperty(name="Format", description="Format of the image files", items=FORMATS)
+    byte_colors: BoolProperty(
+        name="Byte Colors",
+        description="8 bits a channel instead of 32-bit floats: a quarter of the size; values "
+        "above the scale are cut, with a warning",
+    )
+    auto_scale: BoolProperty(
+        name="Scale to Brightest",
+        description="Divide what is encoded in 8 or 16 bits by the brightest value, so that "
+        "nothing is cut. The scale is a custom property of the mesh or image",
+    )
     seed: IntProperty(
         name="Seed",
         description="Another seed gives another noise of the same size; the same seed gives the "
@@ -189,6 +202,8 @@ def settings_of(properties: RadiositySettings, objects: tuple[str, ...] = ()) ->
         margin=properties.margin,
         image_dir=bpy.path.abspath(properties.image_dir) if to_files else None,
         format=properties.format.lower() if to_files else None,
+        color_type="byte" if properties.byte_colors and properties.target == "VERTEX" else "float",
+        scale=0.0 if properties.auto_scale else None,
         name=properties.bake_name,
         passes=tuple(name for name in DEFAULTS.passes if name in asked),
         quality=DEFAULTS.quality if properties.quality == CUSTOM else properties.quality.lower(),

@@ -146,7 +146,7 @@ class BakeSession:
     def _write(self, context):
         """From the result to the report, in steps; nothing is written while an object is edited."""
         from ..report import build_report
-        from ..stages.apply import apply_steps
+        from ..stages.apply import apply_steps, find_encoding
 
         followed = follow(self._job, self._result)
         if followed.in_edit_mode:
@@ -154,7 +154,8 @@ class BakeSession:
             return
         self.stage, self.detail, before = Stage.WRITE, "", self.elapsed
         give_maps(self._maps)
-        writing = apply_steps(context, followed.job, followed.result)
+        encoding = find_encoding(followed.job, followed.result)
+        writing = apply_steps(context, followed.job, followed.result, encoding=encoding)
         told = yield from scaled(SOLVE_TO, 1.0, writing)
         result = replace(followed.result, warnings=(*followed.result.warnings, *told))
         seconds = {
@@ -162,7 +163,7 @@ class BakeSession:
             "write": self.elapsed - before + self._result.seconds.get("fit", 0.0),
             "total": self.elapsed,
         }
-        report = build_report(followed.job, result, seconds, self._peak_memory)
+        report = build_report(followed.job, result, seconds, self._peak_memory, encoding)
         self.report = {**report, "reused": self._reused}
         self.stage, self.fraction = Stage.DONE, 1.0
 

@@ -1,0 +1,108 @@
+"""Encodings: linear colours as codes of 8 or 16 bits, and back. Imports no bpy.
+
+A colour is divided by a scale first, so that what is brighter than 1 need not be cut:
+
+    png, png16   srgb(value / scale), 8 or 16 bits
+    linear       value / scale, 8 bits: what loaders of glTF take a lightmap for
+    rgbm         value = scale · rgb · alpha, 8 bits, rgb and alpha linear
+    rgbe         value = rgb · 2^(255 alpha − 128), 8 bits; its range needs no scale
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+BITS = {"png": 8, "png16": 16, "linear": 8, "rgbm": 8, "rgbe": 8}
+SRGB = ("png", "png16")
+OWN_RANGE = ("rgbm",)  # formats whose scale is the brightest value unless one is named
+EXPONENT_OFFSET = 128  # of RGBE (Ward 1991, "Real Pixels")
+DARK = 0.25  # share of the mean: darker places are judged against it (the report's error)
+
+
+def scale_of(colors: list[np.ndarray], kind: str, asked: float | None) -> float:
+    """The scale to divide by: as ``asked``; 0, or None for RGBM: the brightest value (at least
+    1e-6); else 1."""
+    if kind == "rgbe":
+        return 1.0
+    if asked is None:
+        asked = 0.0 if kind in OWN_RANGE else 1.0
+    if asked > 0:
+        return float(asked)
+    return max([1e-6, *(float(c.max()) for c in colors if c.size)])
+
+
+def share_above(colors: np.ndarray, limit: float) -> float:
+    """The share of ``colors`` (n, 3) with a channel above ``limit``, by more than rounding."""
+    return float((colors.max(axis=1) > limit * (1 + 1e-6)).mean()) if len(colors) else 0.0
+
+
+def encode(colors: np.ndarray, kind: str, scale: float, seed: int = 0) -> np.ndarray:
+    """Codes of ``colors`` (..., 3) linear: (..., 3), or (..., 4) for RGBM and RGBE.
+
+    Dithered: a value between two codes becomes either of them by chance, the nearer the likelier,
+    so that its mean is kept and no bands are seen. The same ``seed`` gives the same codes.
+    """
+    values = np.maximum(np.asarray(colors, np.float64), 0) / scale
+    chance = np.random.default_rng(seed).random(values.shape)
+    if kind == "rgbm":
+        return _rgbm(np.minimum(values, 1), chance)
+    if kind == "rgbe":
+        return _rgbe(values, chance)
+    most = 2 ** BITS[kind] - 1
+    values = np.minimum(values, 1)
+    values = to_srgb(values) if kind in SRGB else values
+    return _dither(values, most, chance).astype(f"u{BITS[kind] // 8}")
+
+
+def decode(codes: np.ndarray, kind: str, scale: float) -> np.ndarray:
+    """The linear colours (..., 3) float64 that an engine reads from ``codes``."""
+    parts = codes / (2.0 ** BITS[kind] - 1)
+    if kind == "rgbm":
+        return scale * parts[..., :3] * parts[..., 3:]
+    if kind == "rgbe":
+        return parts[..., :3] * np.exp2(codes[..., 3:].astype(float) - EXPONENT_OFFSET)
+    return scale * (from_srgb(parts) if kind in SRGB else parts)
+
+
+def to_srgb(linear: np.ndarray) -> np.ndarray:
+    """The sRGB curve (IEC 61966-2-1) of values from 0 to 1."""
+    return np.where(
+        linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 0) ** (1 / 2.4) - 0.055
+    )
+
+
+def from_srgb(encoded: np.ndarray) -> np.ndarray:
+    """The inverse of ``to_srgb``."""
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+
+
+def coding_error(colors: np.ndarray, decoded: np.ndarray) -> float:
+    """Root mean square of the relative error of ``decoded`` (n, 3), rows counting alike.
+
+    Relative to a row's mean over channels, but to a quarter of the mean of all at least: the
+    report's measure of error.
+    """
+    if not len(colors):
+        return 0.0
+    light = colors.mean(axis=1, keepdims=True)
+    against = np.maximum(light, max(DARK * float(light.mean()), 1e-30))
+    return float(np.sqrt((((decoded - colors) / against) ** 2).mean()))
+
+
+def _dither(values: np.ndarray, most: int, chance: np.ndarray) -> np.ndarray:
+    return np.minimum(np.floor(values * most + chance), most)
+
+
+def _rgbm(values: np.ndarray, chance: np.ndarray) -> np.ndarray:
+    """The smallest multiplier that holds the brightest channel, and the rest in rgb."""
+    multiplier = np.clip(np.ceil(values.max(-1, keepdims=True) * 255 - 1e-9), 1, 255)
+    rgb = _dither(np.minimum(values * 255 / multiplier, 1), 255, chance)
+    return np.concatenate([rgb, multiplier], -1).astype(np.uint8)
+
+
+def _rgbe(values: np.ndarray, chance: np.ndarray) -> np.ndarray:
+    """The smallest power of two above the brightest channel as exponent."""
+    peak = np.maximum(values.max(-1, keepdims=True), 2.0 ** (1 - EXPONENT_OFFSET))
+    exponent = np.minimum(np.ceil(np.log2(peak)), 255 - EXPONENT_OFFSET)
+    rgb = _dither(np.minimum(values / np.exp2(exponent), 1), 255, chance)
+    return np.concatenate([rgb, exponent + EXPONENT_OFFSET], -1).astype(np.uint8)

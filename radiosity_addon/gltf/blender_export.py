@@ -1,0 +1,89 @@
+"""Blender's own glTF exporter, with our hook in it for as long as one export takes. bpy."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+
+from .dress import COLOR, TAG, UV
+
+PACKAGE = __package__.rpartition(".")[0]  # what Blender knows as the add-on
+HOOK = "glTF2ExportUserExtension"  # where the exporter looks, in the modules of enabled add-ons
+OPTIONS = {
+    "export_format": "GLB",
+    "export_apply": True,  # modifiers: engines have none
+    "use_renderable": True,
+    "use_active_scene": True,
+    "export_attributes": True,  # the hook chooses which
+    "export_animations": False,
+    "export_lights": False,  # their light is in the bake
+    "export_cameras": True,
+    "check_existing": False,
+    "will_save_settings": False,
+}  # fmt: skip
+
+
+def export_glb(path: str | Path, objects: set[str], names: dict[str, str]) -> None:
+    """Export the open scene with the attributes ``names`` (Blender's name: ours) carried along
+    and the nodes of ``objects`` tagged. Raises RuntimeError with the exporter's reason.
+    """
+    import bpy
+
+    if "gltf" not in dir(bpy.ops.export_scene):
+        raise RuntimeError("Blender's glTF exporter is off; enable the add-on glTF 2.0 format")
+    with _hooked(_hook_class(objects, names)):
+        known = bpy.ops.export_scene.gltf.get_rna_type().properties.keys()
+        options = {key: value for key, value in OPTIONS.items() if key in known}
+        try:
+            bpy.ops.export_scene.gltf(filepath=str(Path(path).resolve()), **options)
+        except RuntimeError as error:
+            lines = str(error).strip().splitlines() or ["no reason given"]
+            raise RuntimeError(f"Blender's glTF exporter failed: {lines[-1]}") from error
+    if not Path(path).is_file():
+        raise RuntimeError("Blender's glTF exporter wrote nothing; is there a mesh to export?")
+
+
+def _hook_class(objects: set[str], names: dict[str, str]):
+    """The class that the exporter makes its hook of."""
+
+    class Carry:
+        is_critical = True  # a failure ends the export
+
+        def gather_attribute_keep(self, attribute, settings):
+            attribute.keep = attribute.attr_name in names
+            attribute.attr_name = names.get(attribute.attr_name, attribute.attr_name)
+
+        def gather_node_hook(self, node, item, settings):
+            if item is not None and getattr(item, "name", None) in objects:
+                node.extras = {**(node.extras or {}), TAG: item.name}
+
+    return Carry
+
+
+@contextmanager
+def _hooked(hook):
+    """Our package is an enabled add-on that has the hook, inside; outside all is as before.
+
+    On a command line the package is no add-on of Blender's: it is entered in the preferences,
+    which are not saved.
+    """
+    import bpy
+
+    module, addons = sys.modules[PACKAGE], bpy.context.preferences.addons
+    entry = None
+    if PACKAGE not in addons:
+        entry = addons.new()
+        entry.module = PACKAGE
+    setattr(module, HOOK, hook)
+    try:
+        yield
+    finally:
+        delattr(module, HOOK)
+        if entry is not None:
+            addons.remove(addons[PACKAGE])
+
+
+def carried(target: str, attribute: str) -> dict[str, str]:
+    """The attribute or UV map of the bake, and the name that it travels by."""
+    return {attribute: COLOR if target == "vertex" else UV}

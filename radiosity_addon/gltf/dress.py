@@ -1,0 +1,186 @@
+"""Put the bake where engines look for it in a glTF document. Imports no bpy.
+
+Blender's exporter has carried the colours or the lightmap's UVs along as attributes of our own;
+here they become COLOR_0, or a second set of texture coordinates and a ``MOZ_lightmap``.
+
+What an engine shows of an unlit material is COLOR_0 times the base colour. A lightmap holds
+irradiance: three.js shows lightMap · intensity · ρ / π, in lit and unlit materials alike
+(lights_fragment_maps.glsl, BRDF_Lambert; meshbasic.glsl, RECIPROCAL_PI). Baked values are B/π, so that the
+intensity is π times the scale of the image: the π is divided out again.
+"""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+from dataclasses import dataclass
+
+from .glb import Glb
+
+COLOR, UV = "_RADIOSITY_COLOR", "_RADIOSITY_UV"  # the attributes that the exporter carries
+TAG = "radiosity_bake"  # in a node's extras: the name of its object
+UNLIT, LIGHTMAP = "KHR_materials_unlit", "MOZ_lightmap"
+LINEAR, CLAMP = 9729, 33071
+WHITE = {"baseColorFactor": [1.0, 1.0, 1.0, 1.0], "metallicFactor": 0.0, "roughnessFactor": 1.0}
+
+GREY = {**WHITE, "baseColorFactor": [0.8, 0.8, 0.8, 1.0]}  # faces without material, in Cycles too
+
+
+@dataclass(frozen=True)
+class Lightmap:
+    """An object's image: a PNG of linear values divided by ``scale``."""
+
+    name: str
+    png: bytes
+    scale: float
+
+
+@dataclass(frozen=True)
+class Dress:
+    """What is to be put on: ``lightmaps`` by object name, or vertex colours when None.
+
+    ``colored``: the bake holds the surface's own colour, so that materials become white and unlit.
+    """
+
+    colored: bool
+    lightmaps: dict[str, Lightmap] | None
+
+
+def dress(glb: Glb, wish: Dress) -> list[str]:
+    """Change the document; returns the names of the objects that carry their bake now."""
+    document = glb.document
+    pristine = copy.deepcopy(document.get("meshes", []))
+    nodes = document.get("nodes", [])
+    tagged = [node for node in nodes if TAG in node.get("extras", {})]
+    taken = {n["mesh"] for n in nodes if "mesh" in n and n not in tagged and wish.lightmaps}
+    made: dict[str, int] = {}
+    textures: dict[str, int] = {}
+    dressed = []
+    for node in tagged:
+        name = _untag(node)
+        if "mesh" not in node:
+            continue
+        mesh = copy.deepcopy(pristine[node["mesh"]])
+        if not all([_primitive(glb, p, wish, name, made, textures) for p in mesh["primitives"]]):
+            continue
+        node["mesh"] = _place(document, node["mesh"], mesh, taken)
+        dressed.append(name)
+    _forget_carried(document)
+    return dressed
+
+
+def _untag(node: dict) -> str:
+    name = node["extras"].pop(TAG)
+    if not node["extras"]:
+        del node["extras"]
+    return name
+
+
+def _place(document: dict, index: int, mesh: dict, taken: set[int]) -> int:
+    """The mesh's number: its own, or a new one where another object has a different dress."""
+    if index not in taken:
+        taken.add(index)
+        document["meshes"][index] = mesh
+        return index
+    if document["meshes"][index] == mesh:
+        return index
+    document["meshes"].append(mesh)
+    return len(document["meshes"]) - 1
+
+
+def _primitive(glb: Glb, primitive, wish: Dress, name: str, made, textures) -> bool:
+    """Dress one primitive; False when it does not carry the bake."""
+    attributes = primitive["attributes"]
+    for other in [key for key in attributes if key.startswith("COLOR_")]:
+        del attributes[other]
+    if wish.lightmaps is None:
+        if COLOR not in attributes:
+            return False
+        attributes["COLOR_0"] = attributes.pop(COLOR)
+        material = _unlit(_material(glb, primitive), wish.colored)
+        glb.use(UNLIT)
+    else:
+        if UV not in attributes or name not in wish.lightmaps:
+            return False
+        slot = _second_uv(glb, attributes)
+        material = _material(glb, primitive)
+        if wish.colored:
+            material = _unlit(material, True)
+            glb.use(UNLIT)
+        _add_lightmap(glb, material, wish.lightmaps[name], slot, textures)
+    primitive["material"] = _numbered(glb, material, made)
+    return True
+
+
+def _material(glb: Glb, primitive) -> dict:
+    """A copy of the primitive's material; glTF's default where it has none."""
+    index = primitive.get("material")
+    if index is None:
+        return {"name": "Baked", "pbrMetallicRoughness": dict(GREY), "doubleSided": True}
+    return copy.deepcopy(glb.document["materials"][index])
+
+
+def _unlit(material: dict, colored: bool) -> dict:
+    """The material as one that shows its base colour (white where ``colored``) times the bake."""
+    kept = {key: material[key] for key in ("name", "doubleSided") if key in material}
+    surface = material.get("pbrMetallicRoughness", {})
+    if colored:
+        kept["pbrMetallicRoughness"] = dict(WHITE)
+    else:
+        kept["pbrMetallicRoughness"] = {**surface, "metallicFactor": 0.0}
+        kept |= {key: material[key] for key in ("alphaMode", "alphaCutoff") if key in material}
+    kept["extensions"] = {UNLIT: {}}
+    return kept
+
+
+def _second_uv(glb: Glb, attributes: dict) -> int:
+    """Make the carried UVs TEXCOORD_1, or the next free set where 1 is another; returns which.
+
+    The exporter turns its own UV maps over, as glTF counts v from the top, but no attribute.
+    """
+    values = glb.floats(attributes.pop(UV)).copy()
+    values[:, 1] = 1 - values[:, 1]
+    accessor = glb.add_floats(values)
+    attributes.setdefault("TEXCOORD_0", accessor)
+    slot = 1
+    while f"TEXCOORD_{slot}" in attributes:
+        if (glb.floats(attributes[f"TEXCOORD_{slot}"]) == values).all():
+            break
+        slot += 1
+    attributes[f"TEXCOORD_{slot}"] = accessor
+    return slot
+
+
+def _add_lightmap(glb: Glb, material: dict, lightmap: Lightmap, slot: int, textures) -> None:
+    if lightmap.name not in textures:
+        view = glb.add_view(lightmap.png)
+        image = glb.append("images", {
+            "bufferView": view, "mimeType": "image/png", "name": lightmap.name,
+        })  # fmt: skip
+        sampler = glb.append("samplers", {
+            "magFilter": LINEAR, "minFilter": LINEAR, "wrapS": CLAMP, "wrapT": CLAMP,
+        })  # fmt: skip
+        textures[lightmap.name] = glb.append("textures", {"sampler": sampler, "source": image})
+    material.setdefault("extensions", {})[LIGHTMAP] = {
+        "index": textures[lightmap.name],
+        "texCoord": slot,
+        "intensity": math.pi * lightmap.scale,
+    }
+    glb.use(LIGHTMAP)
+
+
+def _numbered(glb: Glb, material: dict, made: dict[str, int]) -> int:
+    """The number of the material, the same for equal ones."""
+    key = json.dumps(material, sort_keys=True)
+    if key not in made:
+        made[key] = glb.append("materials", material)
+    return made[key]
+
+
+def _forget_carried(document: dict) -> None:
+    """Our own attributes are left where an object was not baked: no engine needs them."""
+    for mesh in document.get("meshes", []):
+        for primitive in mesh["primitives"]:
+            for name in (COLOR, UV):
+                primitive["attributes"].pop(name, None)

@@ -1,0 +1,122 @@
+"""From baked objects in the open file to a GLB file with their bake. bpy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..bake.attribute import FALLBACK
+from ..bake.encodings import coding_error, decode, encode, scale_of
+from ..bake.image import find_image
+from ..bake.png import png_bytes
+from ..bake.uv_maps import find_uv_map
+from .blender_export import carried, export_glb
+from .dress import Dress, Lightmap, dress
+from .glb import read_glb, write_glb
+from .primaries import to_rec709
+
+KIND = "linear"
+NOTABLE = 0.01  # relative error: a coarser lightmap is warned of
+
+
+@dataclass(frozen=True)
+class Baked:
+    """What is to be exported: a bake's target, name, UV map, and whether it holds colour."""
+
+    objects: tuple[str, ...]
+    target: str  # "vertex" or "image"
+    name: str
+    uv_map: str
+    colored: bool
+
+
+def export_bake(baked: Baked, path: str | Path) -> tuple[str, ...]:
+    """Write the open scene to ``path`` with the bake in it; returns warnings.
+
+    The caller puts the file in place. Raises RuntimeError with the exporter's reason and
+    ValueError when not one object carries the bake.
+    """
+    warnings: list[str] = []
+    names = _carried(baked)
+    if not names:
+        raise ValueError(f"no object carries a bake called {baked.name!r}; bake before the export")
+    lightmaps = _lightmaps(baked, warnings) if baked.target == "image" else None
+    export_glb(path, set(baked.objects), names)
+    glb = read_glb(path)
+    dressed = dress(glb, Dress(baked.colored, lightmaps))
+    if baked.target == "vertex":
+        _to_rec709(glb)
+    bare = [name for name in baked.objects if name not in dressed]
+    if bare:
+        warnings.append(
+            f"the exported file lacks the bake of {bare[0]!r} ({len(bare)} in all): it is not "
+            "rendered in the scene, or its modifiers drop the attribute or UV map"
+        )
+    write_glb(glb, path)
+    return tuple(warnings)
+
+
+def _carried(baked: Baked) -> dict[str, str]:
+    """The names that the bake has on the meshes: the wished one, or what stands in for it."""
+    import bpy
+
+    names: dict[str, str] = {}
+    for item in map(bpy.data.objects.get, baked.objects):
+        if item is None or item.type != "MESH":
+            continue
+        if baked.target == "image":
+            found = find_uv_map(item.data, baked.uv_map)
+        else:
+            candidates = (baked.name, FALLBACK.format(baked.name))
+            found = next((n for n in candidates if n in item.data.color_attributes), None)
+        if found is not None:
+            names |= carried(baked.target, found)
+    return names
+
+
+def _lightmaps(baked: Baked, warnings: list[str]) -> dict[str, Lightmap]:
+    """A PNG for each object's image, by object name."""
+    import bpy
+
+    matrix = to_rec709()
+    made, worst = {}, (0.0, "")
+    for name in baked.objects:
+        image = find_image(f"{baked.name}_{name}")
+        if image is None or bpy.data.objects.get(name) is None:
+            continue
+        pixels = np.empty(image.size[0] * image.size[1] * 4, np.float32)
+        image.pixels.foreach_get(pixels)
+        pixels = pixels.reshape(image.size[1], image.size[0], 4)
+        colors = np.maximum(pixels[..., :3] @ matrix, 0)
+        scale = scale_of([colors], KIND, 0)
+        codes = encode(colors, KIND, scale)
+        on = pixels[..., 3] > 0
+        worst = max(worst, (coding_error(colors[on], decode(codes, KIND, scale)[on]), name))
+        made[name] = Lightmap(image.name, png_bytes(codes, srgb=False), scale)
+    if worst[0] > NOTABLE:
+        warnings.append(
+            f"8 bits in the exported lightmap of {worst[1]!r} are off by {100 * worst[0]:.2g} % "
+            "before filtering, as its brightest texel is far above the rest; bake without the "
+            "emission pass, or to vertex colours, which are exported as floats"
+        )
+    return made
+
+
+def _to_rec709(glb) -> None:
+    """Bring COLOR_0 into glTF's primaries; nothing to do in Blender's default working space."""
+    matrix = to_rec709()
+    if np.allclose(matrix, np.eye(3), atol=1e-4):
+        return
+    moved: dict[int, int] = {}
+    for mesh in glb.document.get("meshes", []):
+        for primitive in mesh["primitives"]:
+            index = primitive["attributes"].get("COLOR_0")
+            if index is None:
+                continue
+            if index not in moved:
+                rows = glb.floats(index).copy()
+                rows[:, :3] = np.maximum(rows[:, :3] @ matrix, 0)
+                moved[index] = glb.add_floats(rows)
+            primitive["attributes"]["COLOR_0"] = moved[index]

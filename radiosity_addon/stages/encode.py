@@ -1,0 +1,72 @@
+"""Encode: what becomes of a bake's colours in 8 or 16 bits, and by which scale. Imports no bpy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..bake.encodings import BITS, coding_error, decode, encode, scale_of, share_above
+from .job import Job, Result
+
+MOST_JUDGED = 2_000_000  # colours: of more, evenly spaced ones are judged
+BYTE_KIND = "png"  # Blender's BYTE_COLOR: 8 bits, sRGB
+REMEDY = {
+    "byte": "--scale auto, or --color-type float",
+    "image": "--scale auto, or --format exr, hdr, rgbm or rgbe",
+}
+
+
+@dataclass(frozen=True)
+class Encoding:
+    """How values are encoded: divided by ``scale``, then as ``kind`` of bake.encodings."""
+
+    kind: str | None  # None: 32-bit floats, nothing is encoded
+    scale: float
+    share_above: float  # of the colours have a channel above the scale, which is cut
+    error: float  # that the encoding alone brings, relative, root mean square
+    warnings: tuple[str, ...]
+
+
+def encoding_of(job: Job, result: Result, matrix: np.ndarray) -> Encoding:
+    """The encoding of a bake; ``matrix`` (3, 3) leads from its colours to the file's primaries.
+
+    One scale for all objects, so that their brightness can be compared.
+    """
+    kind = encoded_kind(job.settings)
+    if kind is None:
+        return Encoding(None, 1.0, 0.0, 0.0, ())
+    colors = [_covered(c) @ (np.eye(3) if job.settings.target == "vertex" else matrix)
+              for c in result.colors]  # fmt: skip
+    scale = scale_of(colors, kind, job.settings.scale)
+    every = np.concatenate(colors)
+    above = 0.0 if kind == "rgbe" else share_above(every, scale)
+    judged = every[:: 1 + len(every) // MOST_JUDGED]
+    error = coding_error(judged, decode(encode(judged, kind, scale), kind, scale))
+    return Encoding(kind, scale, above, error, _warn(job, kind, scale, above, every))
+
+
+def encoded_kind(settings) -> str | None:
+    """The kind of encoding that the settings ask for; None for floats."""
+    if settings.target == "vertex":
+        return BYTE_KIND if settings.color_type == "byte" else None
+    return settings.format if settings.image_dir and settings.format in BITS else None
+
+
+def _covered(colors: np.ndarray) -> np.ndarray:
+    """(n, 3) float64: the colours of a mesh, or of an image's texels that belong to a face."""
+    if colors.ndim == 3:
+        colors = colors[colors[..., 3] > 0]
+    return colors[:, :3].astype(np.float64)
+
+
+def _warn(job: Job, kind: str, scale: float, above: float, every) -> tuple[str, ...]:
+    if not above:
+        return ()
+    vertex = job.settings.target == "vertex"
+    where = "byte color attribute" if vertex else f"{kind} files"
+    return (
+        f"{100 * above:.2g} % of the {'colors' if vertex else 'texels'} lie above {scale:.4g} "
+        f"(the brightest at {every.max():.4g}) and are cut in the {where}; use "
+        + REMEDY["byte" if vertex else "image"],
+    )

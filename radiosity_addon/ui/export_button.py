@@ -1,0 +1,49 @@
+"""A button that writes the scene with its bake as glTF."""
+
+import bpy
+from bpy.props import StringProperty
+from bpy_extras.io_utils import ExportHelper
+
+from ..files import Publication, check_writable
+from .properties import settings_of
+from .results import baked_objects
+
+
+class RADIOSITY_OT_export_gltf(bpy.types.Operator, ExportHelper):
+    """Write the scene as glTF with the bake where engines look for it: vertex colors alone in
+    COLOR_0, images as lightmaps on a second UV map. Target, name and passes are those above"""
+
+    bl_idname = "radiosity.export_gltf"
+    bl_label = "Export glTF with Bake"
+
+    filename_ext = ".glb"
+    filter_glob: StringProperty(default="*.glb", options={"HIDDEN"})
+
+    @classmethod
+    def poll(cls, context):
+        if not baked_objects(context):
+            cls.poll_message_set("Nothing visible carries a bake of this target and name")
+            return False
+        return True
+
+    def execute(self, context):
+        from ..gltf.export import export_bake
+        from ..gltf.wish import of_settings
+
+        names = tuple(item.name for item in baked_objects(context))
+        try:
+            check_writable(self.filepath, "the export")
+            with Publication() as files:
+                wish = of_settings(settings_of(context.scene.radiosity), names)
+                warnings = export_bake(wish, files.stage(self.filepath))
+                files.commit()
+        except (ValueError, OSError, RuntimeError) as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        for text in warnings:
+            self.report({"WARNING"}, text)
+        self.report({"INFO"}, f"{bpy.path.basename(self.filepath)}: {len(names)} baked")
+        return {"FINISHED"}
+
+
+CLASSES = (RADIOSITY_OT_export_gltf,)

@@ -1,0 +1,90 @@
+"""--export and the button: Blender's exporter with our hook, and no half-written file."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+pytest.importorskip("bpy")
+
+from radiosity_addon.command import main  # noqa: E402
+from radiosity_addon.gltf import blender_export  # noqa: E402
+from radiosity_addon.gltf.glb import read_glb  # noqa: E402
+
+
+def bake(room, tmp_path, *options) -> int:
+    return main([str(room), "--quality", "draft", "--output", str(tmp_path / "o.blend"),
+                 "--export", str(tmp_path / "o.glb"), *options])  # fmt: skip
+
+
+def colors_in(glb, name: str) -> np.ndarray:
+    node = next(n for n in glb.document["nodes"] if n["name"] == name)
+    parts = glb.document["meshes"][node["mesh"]]["primitives"]
+    assert all("COLOR_1" not in part["attributes"] for part in parts)
+    return np.concatenate([glb.floats(part["attributes"]["COLOR_0"]) for part in parts])
+
+
+def test_colors_in_the_file_are_those_of_the_attribute(blender, room, tmp_path):
+    """The same set of rows, bright ones (a lamp of 100 W at 1 m: above 1) not cut."""
+    assert bake(room, tmp_path) == 0
+    blender.ops.wm.open_mainfile(filepath=str(tmp_path / "o.blend"))
+    data = blender.data.objects["Box"].data.color_attributes["Radiosity"].data
+    rows = np.empty(4 * len(data), np.float32)
+    data.foreach_get("color", rows)
+    expected, found = rows.reshape(-1, 4), colors_in(read_glb(tmp_path / "o.glb"), "Box")
+    assert expected[:, :3].max() > 1
+    np.testing.assert_array_equal(np.unique(found, axis=0), np.unique(expected, axis=0))
+
+
+def test_the_hook_is_gone_and_the_preferences_are_as_before(blender, room, tmp_path):
+    before = set(blender.context.preferences.addons.keys())
+    assert bake(room, tmp_path) == 0
+    import radiosity_addon
+
+    assert not hasattr(radiosity_addon, blender_export.HOOK)
+    assert set(blender.context.preferences.addons.keys()) == before
+
+
+def test_a_failing_exporter_leaves_nothing_and_says_one_line(
+    blender, room, tmp_path, monkeypatch, capfd
+):
+    def broken(objects, names):
+        class Broken:
+            is_critical = True
+
+            def gather_node_hook(self, node, item, settings):
+                raise ValueError("no such luck")
+
+        return Broken
+
+    monkeypatch.setattr(blender_export, "_hook_class", broken)
+    assert bake(room, tmp_path) == 1
+    assert [p.name for p in tmp_path.iterdir() if p.is_file()] == []
+    ours = [line for line in capfd.readouterr().err.splitlines() if line.startswith("radiosity")]
+    assert len(ours) == 1 and "glTF" in ours[0]
+
+
+def test_a_wrong_ending_is_wrong_usage(capfd):
+    assert main(["scene.blend", "--export", "scene.obj"]) == 2
+    assert ".glb" in capfd.readouterr().err
+
+
+def test_a_missing_folder_is_told_before_any_work(room, tmp_path, capfd):
+    status = main([str(room), "--export", str(tmp_path / "none" / "o.glb")])
+    assert status == 1 and "--export" in capfd.readouterr().err
+
+
+def test_the_button_writes_the_same_file(blender, room, tmp_path):
+    import radiosity_addon
+
+    assert bake(room, tmp_path) == 0
+    blender.ops.wm.open_mainfile(filepath=str(tmp_path / "o.blend"))
+    radiosity_addon.register()
+    try:
+        path = tmp_path / "button.glb"
+        assert blender.ops.radiosity.export_gltf(filepath=str(path)) == {"FINISHED"}
+    finally:
+        radiosity_addon.unregister()
+    np.testing.assert_array_equal(
+        colors_in(read_glb(path), "Box"), colors_in(read_glb(tmp_path / "o.glb"), "Box")
+    )
