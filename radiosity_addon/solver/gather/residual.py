@@ -28,6 +28,8 @@ from .gather import first_hand, first_hand_table
 
 NEXT_RAYS = 16  # rays at each place of a path: they find K (T + F) there
 LIGHT_SAMPLES = 2  # of each light, at each place of a path
+FULL_BOUNCES = 2  # places of a path, from which on chance ends it sooner:
+LATE_CHANCE = 0.5  # times the chance to go on; little is lacking there, and few paths cost much
 MAX_BOUNCES = 64  # places of a path; chance ends nearly all long before
 PATHS_PER_CHUNK = 4096
 STAGE = "transport"
@@ -102,7 +104,8 @@ def _follow(context, footprints, radiosity, table, owners, explicit: bool, key) 
     for bounce in range(MAX_BOUNCES):
         if len(ends.path) == 0:
             break
-        value, ends_next = _step(context, radiosity, table, ends, (*key, 5, bounce))
+        later = bounce >= FULL_BOUNCES
+        value, ends_next = _step(context, radiosity, table, ends, later, (*key, 5, bounce))
         if bounce == 0:  # where rays of the gather end, sides get rows (``late_rows``)
             places = ends.places
             value[radiosity.unknown_at(places.side, places.triangle, places.u, places.v)] = 0
@@ -145,7 +148,7 @@ def _arrived(context, radiosity, table, met: list[Met], directions, count: int):
     )
 
 
-def _step(context, radiosity, table, ends: _Ends, key):
+def _step(context, radiosity, table, ends: _Ends, later: bool, key):
     """The weighted residual (k, channels) where paths are, and where they go on to."""
     places = ends.places
     front = (places.side & 1) == 0
@@ -162,13 +165,15 @@ def _step(context, radiosity, table, ends: _Ends, key):
     residual = reflectance * arriving - known
     back = after.weight * (ends.weight * reflectance)[after.path]
     return ends.weight * residual, _surviving(
-        _Ends(ends.path[after.path], after.places, back), uniform((len(back),), *key, 4)
+        _Ends(ends.path[after.path], after.places, back), uniform((len(back),), *key, 4), later
     )
 
 
-def _surviving(ends: _Ends, xi: np.ndarray) -> _Ends:
-    """Russian roulette: those that go on, in proportion to their weight, at a weight of 1."""
+def _surviving(ends: _Ends, xi: np.ndarray, later: bool) -> _Ends:
+    """Russian roulette: those that go on, in proportion to their weight, at a weight of 1; fewer
+    ``later``."""
     chance = np.minimum(ends.weight.max(axis=1, initial=0), 1)
+    chance = chance * (LATE_CHANCE if later else 1.0)
     chosen = np.flatnonzero(xi < chance)
     return _Ends(
         ends.path[chosen], ends.places[chosen], ends.weight[chosen] / chance[chosen, None]
@@ -177,16 +182,16 @@ def _surviving(ends: _Ends, xi: np.ndarray) -> _Ends:
 
 def _direct(context: Context, points: Points, key) -> np.ndarray:
     """(R, channels) irradiance from explicit lights at one point of each owner."""
-    count = points.shape[1]
+    count, shape = points.shape[1], (LIGHT_SAMPLES, points.shape[1])
     repeated = Points(
         np.repeat(points.position, LIGHT_SAMPLES, axis=0),
-        np.broadcast_to(points.normal, (LIGHT_SAMPLES, count, 3)),
-        np.broadcast_to(points.triangle, (LIGHT_SAMPLES, count)),
-        lambda: np.broadcast_to(points.uv, (LIGHT_SAMPLES, count, 2)),
+        np.repeat(points.normal, LIGHT_SAMPLES, axis=0),
+        np.broadcast_to(points.triangle, shape),
+        lambda: np.broadcast_to(points.uv, (*shape, 2)),
         points.turn,
-    )
-    numbers = np.arange(count)  # Embree wants copies, not views by slices
+    ).single()  # owners of their own, as their numbers are independent
+    numbers = np.arange(LIGHT_SAMPLES * count)  # Embree wants copies, not views by slices
     light, _ = direct_light(
-        context, count, LIGHT_SAMPLES, lambda some, _: repeated.take(numbers[some]), key, STAGE
+        context, len(numbers), 1, lambda some, _: repeated.take(numbers[some]), key, STAGE
     )
-    return light
+    return light.reshape(*shape, -1).mean(axis=0)
