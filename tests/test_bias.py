@@ -1,7 +1,9 @@
 """The solver against the independent path tracer: the short form of ``benchmarks.bias``.
 
-HOLD are the families that hold today with one scene each at 3 %. The benchmark has more, which
-wait for mechanisms that are being mended: see docs/bias.md.
+HOLD are families whose first scene was measured to hold at 3 %. Missing: windows (light between a
+window and a cupboard close to it), and mazes, many_lamps, narrow_spots, panels, panoramas,
+pictures, sheds, sun_through_slits, thin_walls, tiny_lamps, uneven, which
+were not yet measured enough.
 """
 
 import numpy as np
@@ -9,7 +11,7 @@ import pytest
 
 from verification.bias import Truth, compared, judged, measure
 
-HOLD = ()
+HOLD = ("contacts", "slabs", "panes")
 
 
 @pytest.mark.parametrize("family", HOLD)

@@ -4,7 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from verification.test_emission import (
+
+from radiosity_addon.solver.energy import energy_balance
+from radiosity_addon.solver.fields import Constant
+from radiosity_addon.solver.lights.context import build_context
+from radiosity_addon.solver.progress import silent
+from radiosity_addon.solver.scene import Material, Scene
+from tests.solver.test_emission import (
     HALF,
     PANEL,
     floor_light,
@@ -13,12 +19,6 @@ from verification.test_emission import (
     relative,
     textured,
 )  # fmt: skip
-
-from radiosity_addon.solver.energy import energy_balance
-from radiosity_addon.solver.fields import Constant
-from radiosity_addon.solver.lights.context import build_context
-from radiosity_addon.solver.progress import silent
-from radiosity_addon.solver.scene import Material, Scene
 
 LARGE = PANEL * [4, 4, 1]  # half of the scene's area: left to rays
 
