@@ -16,7 +16,7 @@ from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import PointLamp, Scene
 from radiosity_addon.solver.tracing.buried import find_surroundings, without_buried
 from radiosity_addon.solver.transport.receiver_map import build_receiver_map
-from tests.solver import meshes
+from verification import meshes
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
 FLOOR = SQUARE, np.array([[0, 1, 2], [0, 2, 3]])
