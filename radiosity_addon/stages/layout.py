@@ -43,7 +43,6 @@ def lay_out(job: Job, progress: Progress) -> Layout:
         make, range(len(job.targets)), job.settings.threads, lambda done: progress(STAGE, done)
     )
     receivers, warnings = zip(*parts)
-    receivers = [_shaded(job, *pair) for pair in zip(job.targets, receivers)]
     counts = [part.count for part in receivers]
     if not sum(counts) and any(warnings):
         raise ValueError("there is no texel to bake: " + next(filter(None, warnings))[-1])
@@ -100,6 +99,16 @@ def _overlap(target, shared: int) -> str:
         f"{target.name!r}: faces overlap in its UV map on {shared} texels, which hold their mean; "
         f"{remedy}"
     )
+
+
+def shaded_layout(job: Job, layout: Layout) -> Layout:
+    """The layout with the normals by which light counts. After what is buried is cut off: it cuts
+    cells."""
+    pairs = enumerate(job.targets)
+    parts = [_shaded(job, target, layout.part(index)) for index, target in pairs]
+    if all(part.shading is None for part in parts):
+        return layout
+    return replace(layout, receivers=concatenate(parts))
 
 
 def _shaded(job: Job, target, part: Receivers) -> Receivers:

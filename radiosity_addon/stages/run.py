@@ -16,7 +16,7 @@ from ..solver.receivers import Projection
 from ..solver.solution import Solution, Statistics, compose
 from .bury import open_layout
 from .job import Job, Result
-from .layout import Layout, lay_out
+from .layout import Layout, lay_out, shaded_layout
 
 
 def run(job: Job, progress: Progress = silent, kept=None, beside=None) -> Result:
@@ -31,7 +31,7 @@ def run(job: Job, progress: Progress = silent, kept=None, beside=None) -> Result
     began = time.perf_counter()
     layout = lay_out(job, progress)
     context = open_scene(job.scene, layout.receivers, job.settings, progress, beside)
-    layout = open_layout(layout, context)
+    layout = shaded_layout(job, open_layout(layout, context))
     laid_out = time.perf_counter() - began
     receivers, fits = layout.receivers, _fits(job, layout)
     judged = fits and _where_judged(layout, fits)

@@ -129,3 +129,23 @@ def test_displacement_is_shown_as_bump_only(blender, export, method, warned):
     exported = export(target="image", uv_map="UV", resolution=8)
     assert exported.objects[0].texel_normals is not None and not exported.objects[0].fades
     assert any("displacement maps move nothing" in text for text in exported.warnings) == warned
+
+
+def test_shading_outlasts_what_is_buried(blender):
+    """A smooth cube half sunk into a block: cutting off what is buried leaves the others shaded."""
+    from radiosity_addon.settings import Settings
+    from radiosity_addon.solver.lights.context import build_context
+    from radiosity_addon.solver.progress import silent
+    from radiosity_addon.stages.bury import open_layout
+    from radiosity_addon.stages.layout import lay_out, shaded_layout
+    from radiosity_addon.stages.prepare import prepare
+
+    add_cube(blender)
+    add_cube(blender, smooth=False, location=(0, 0, -1.5), scale=(2, 2, 1.5))
+    job = prepare(blender.context, Settings(objects=("Cube",)))
+    whole = lay_out(job, silent)
+    opened = open_layout(whole, build_context(job.scene, 0, 1, silent))
+    assert opened.buried is not None and opened.receivers.count < whole.receivers.count
+    shading = shaded_layout(job, opened).receivers.shading
+    assert len(shading.normal) == len(opened.receivers.triangle)
+    np.testing.assert_allclose(np.linalg.norm(shading.normal, axis=1), 1, atol=1e-5)
