@@ -41,7 +41,8 @@ def unregister() -> None:
 
 def _classes() -> tuple:
     """Every class, in the order in which Blender is told of them and shows the panels."""
-    from . import bake, export_button, panels, presets, preview, properties, report_panel, view
+    from . import (bake, export_button, panels, presets, preview, properties, remove, report_panel,
+                   view)  # fmt: skip
 
-    rooms = (bake, view, preview, export_button, presets, panels, report_panel)
+    rooms = (bake, view, preview, remove, export_button, presets, panels, report_panel)
     return (properties.RadiositySettings, *(cls for room in rooms for cls in room.CLASSES))

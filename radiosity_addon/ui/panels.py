@@ -140,6 +140,9 @@ class RADIOSITY_PT_result(RadiosityPanel, bpy.types.Panel):
         row.operator("radiosity.build_material", text="Build Material", icon="MATERIAL")
         row.operator("radiosity.build_material", text="Build and Put On").assign = True
         column.operator("radiosity.export_gltf", text="Export glTF", icon="EXPORT")
+        row = column.row(align=True)
+        row.operator("radiosity.remove_bake", icon="TRASH")
+        row.menu("RADIOSITY_MT_remove", text="", icon="DOWNARROW_HLT")
 
 
 CLASSES = (

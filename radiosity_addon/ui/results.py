@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from ..bake.attribute import FALLBACK
+from ..bake.attribute import find_colors
 from ..bake.image import find_image
+from ..bake.made import PASSES, passes_of
 from ..bake.uv_maps import find_uv_map
 from ..settings import Settings
 
@@ -15,10 +16,14 @@ def image_of(properties, item):
 
 def attribute_of(properties, mesh) -> str | None:
     """The name of the mesh's baked colour attribute, or None."""
-    for name in (properties.bake_name, FALLBACK.format(properties.bake_name)):
-        if name in mesh.color_attributes:
-            return name
-    return None
+    return find_colors(mesh, properties.bake_name)
+
+
+def passes_baked(properties, item) -> tuple[str, ...]:
+    """The passes that the bake of ``item`` holds; empty where it was not noted."""
+    if properties.target == "VERTEX":
+        return passes_of(item.data, attribute_of(properties, item.data))
+    return tuple(image_of(properties, item).get(PASSES, "").split(","))
 
 
 def uv_map_of(properties, mesh) -> str | None:
