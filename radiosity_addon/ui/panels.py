@@ -1,11 +1,17 @@
 """The sidebar tab. Panels only lay out: what they show is computed elsewhere."""
 
+import textwrap
+
 import bpy
 
 from . import session, view
 from .progress_bar import CATEGORY, draw_progress
+from .preflight import preflight_to_draw
 from .presets import RADIOSITY_PT_presets
 from .properties import CUSTOM
+
+
+LINE = 44  # characters of a text in one line of the panel
 
 
 class RadiosityPanel:
@@ -36,6 +42,7 @@ class RADIOSITY_PT_bake(RadiosityPanel, bpy.types.Panel):
             row = layout.row()
             row.scale_y = 1.5
             row.operator("radiosity.bake", text="Bake", icon="RENDER_STILL")
+            draw_problems(layout.column(align=True), preflight_to_draw(context).problems)
         else:
             draw_progress(layout.column(), bake)
         column = layout.column()
@@ -43,7 +50,15 @@ class RADIOSITY_PT_bake(RadiosityPanel, bpy.types.Panel):
         column.prop(properties, "objects_from")
         column.prop(properties, "quality")
         if properties.quality == CUSTOM:
-            column.prop(properties, "error")
+            column.prop(properties, "error_percent")
+
+
+def draw_problems(column, problems) -> None:
+    """What will not fit, in red below the button, whether *Before the Bake* is open or not."""
+    column.alert = True
+    for text in problems:
+        for index, line in enumerate(textwrap.wrap(text, LINE)):
+            column.label(text=line, icon="BLANK1" if index else "ERROR", translate=False)
 
 
 class RADIOSITY_PT_target(RadiosityPanel, bpy.types.Panel):

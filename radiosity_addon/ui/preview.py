@@ -6,7 +6,7 @@ from ..bake.made import SLOT, note
 from ..export.node_math import feed, vector_math
 from ..export.own_materials import BEFORE, OWN, PREVIEW, is_preview, own_material
 from .base_color import NoBaseColor, base_color
-from .results import attribute_of, baked_objects, image_of, passes_baked, uv_map_of
+from .results import any_baked, attribute_of, baked_objects, image_of, passes_baked, uv_map_of
 
 GREY = (0.8, 0.8, 0.8)  # what Cycles and a bake show of a face without material
 
@@ -29,7 +29,7 @@ class RADIOSITY_OT_build_material(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        if not baked_objects(context):
+        if not any_baked(context):
             cls.poll_message_set("Nothing visible carries a bake of this target and name")
             return False
         return True
