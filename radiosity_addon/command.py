@@ -46,7 +46,8 @@ def main(argv: list[str], opened: bool = False, alone: bool = False) -> int:
         last_act = partial(_last_act, terminal, publication, scratch)
         interrupts = stack.enter_context(Interrupts(last_act))
         try:
-            _check(request)
+            for each in request.each():
+                _check(each)
             progress = _Progress(terminal, interrupts)
             progress("Start", 0.0)
             twin = stack.enter_context(start_twin(request.settings.threads) or nullcontext())
@@ -55,25 +56,42 @@ def main(argv: list[str], opened: bool = False, alone: bool = False) -> int:
                     scratch.make()
             with interrupts.quiet():  # an exception in the midst of its import crashes Blender
                 bpy = _import_bpy(scratch if alone else None)
-            summary = _bake(bpy, request, progress, publication, twin)
-            interrupts.check()
-            with interrupts.held():  # from here on there is nothing to be stopped
-                publication.commit()
-                terminal.say(summary)
-                return DONE
+            return max(
+                _bake_one(bpy, each, progress, publication, twin) for each in request.each()
+            )
         except KeyboardInterrupt:
             if alone:
                 interrupts.leave()
             interrupts.caught()
-            terminal.fail("interrupted; nothing was written")
+            terminal.fail(_interrupted(publication))
             return INTERRUPTED
-        except MemoryError as error:
-            return _fail(terminal, _starved(error))
         except EXPECTED as error:
-            return _fail(terminal, str(error) or type(error).__name__)
-        except Exception as error:  # noqa: BLE001  reported as ours, and shown when debugging
-            return _fail(terminal, f"unexpected {type(error).__name__}: {error}; "
-                                   "RADIOSITY_DEBUG=1 shows where; please report it")
+            return _failure(terminal, error)
+
+
+def _bake_one(bpy, request, progress, publication, twin) -> int:
+    """One file from its opening to its result in place; returns the exit status."""
+    terminal, interrupts = progress.terminal, progress.interrupts
+    try:
+        summary = _bake(bpy, request, progress, publication, twin)
+        interrupts.check()
+        with interrupts.held():  # from here on there is nothing to be stopped
+            publication.commit()
+            terminal.say(summary)
+            return DONE
+    except Exception as error:  # noqa: BLE001  ours are reported too, and shown when debugging
+        publication.discard()
+        return _failure(terminal, error)
+
+
+def _failure(terminal: Terminal, error: Exception) -> int:
+    """Say in one line what went wrong; returns the exit status."""
+    if isinstance(error, MemoryError):
+        return _fail(terminal, _starved(error))
+    if isinstance(error, EXPECTED):
+        return _fail(terminal, str(error) or type(error).__name__)
+    return _fail(terminal, f"unexpected {type(error).__name__}: {error}; "
+                           "RADIOSITY_DEBUG=1 shows where; please report it")
 
 
 def _fail(terminal: Terminal, message: str) -> int:
@@ -95,7 +113,14 @@ def _starved(error: MemoryError) -> str:
 def _last_act(terminal: Terminal, publication: files.Publication, scratch: Scratch) -> None:
     publication.discard()
     scratch.remove()
-    terminal.fail("interrupted; nothing was written")
+    terminal.fail(_interrupted(publication))
+
+
+def _interrupted(publication: files.Publication) -> str:
+    done = publication.committed
+    return f"interrupted; only {', '.join(done)} was written" if done else (
+        "interrupted; nothing was written"
+    )
 
 
 def _check(request: arguments.Request) -> None:
@@ -112,11 +137,14 @@ def _bake(bpy, request, progress, publication, twin) -> str:
     """
     from . import bake_job as work
     from .report import build_report, summarise, write_report
+    from .ui.scene_settings import kept_in_scene
 
     started = time.perf_counter()
     _open(bpy, request)
     output = _output(bpy, request)
     files.check_writable(output, "--output")
+    if request.single_user:
+        _make_single_user(bpy, request.settings)
     job = work.prepare(bpy.context, request.settings, progress.part("prepare"))
     prepared = time.perf_counter()
     result = work.run(job, Meter(progress.part("run")), beside=twin)
@@ -127,28 +155,42 @@ def _bake(bpy, request, progress, publication, twin) -> str:
     if request.export:
         told = _export(job, publication.stage(request.export))
         result = replace(result, warnings=(*result.warnings, *told))
-    _save(bpy, publication.stage(output))
-    now = time.perf_counter()
-    seconds = {
-        "export": prepared - started,
-        "write": now - solved + result.seconds["fit"],
-        "total": now - started,
-    }
-    report = build_report(job, result, seconds, peak_memory(twin), encoding)
+    def report() -> dict:
+        now = time.perf_counter()
+        seconds = {
+            "export": prepared - started,
+            "write": now - solved + result.seconds["fit"],
+            "total": now - started,
+        }
+        return build_report(job, result, seconds, peak_memory(twin), encoding)
+
+    with kept_in_scene(bpy.context.scene, request.settings, report()):
+        _save(bpy, publication.stage(output))
+    final = report()
     if request.report:
-        write_report(report, publication.stage(request.report))
-    return summarise(report, str(output))
+        write_report(final, publication.stage(request.report))
+    return summarise(final, str(output))
+
+
+def _make_single_user(bpy, settings) -> None:
+    from .bake.single_user import make_single_user, sharing
+    from .stages.prepare import matching
+
+    layer = bpy.context.view_layer
+    layer.update()
+    names = matching(layer, settings.objects)
+    make_single_user(sharing(i for i in layer.objects if not names or i.name in names))
 
 
 class _Progress:
     """Feeds the terminal and raises KeyboardInterrupt when a signal got lost on its way."""
 
     def __init__(self, terminal: Terminal, interrupts: Interrupts) -> None:
-        self._terminal, self._interrupts = terminal, interrupts
+        self.terminal, self.interrupts = terminal, interrupts
 
     def __call__(self, stage: str, fraction: float) -> None:
-        self._interrupts.check()
-        self._terminal.progress(stage, fraction)
+        self.interrupts.check()
+        self.terminal.progress(stage, fraction)
 
     def part(self, name: str):
         """A callback whose 0 to 1 is this part's share of the whole."""

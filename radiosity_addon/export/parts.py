@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..bake.own_materials import own_material
 from .meshes import MeshArrays, read_mesh
-from .own_materials import own_material
 
 NOT_MODELLED = {"VOLUME": "volume", "CURVES": "hair", "POINTCLOUD": "point cloud"}
 

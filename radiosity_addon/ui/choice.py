@@ -4,6 +4,7 @@ import bpy
 from bpy.app.translations import pgettext_tip as tip_
 
 from . import session
+from ..bake.single_user import sharing
 from .results import uv_map_of
 
 
@@ -44,19 +45,10 @@ def _any_baked(context) -> bool:
 
 
 def sharing_objects(context) -> list:
-    """The chosen meshes that would not get colours of their own, as they share a mesh with an
-    earlier one, by name; meshes of other files are left out, as they cannot be copied onto."""
+    """The chosen objects that get no colours of their own while they share a mesh."""
     rendered, properties = _rendered(context.view_layer.layer_collection), context.scene.radiosity
-    first: dict[str, str] = {}
-    found = []
-    for item in sorted(_pointed_at(context), key=lambda item: item.name):
-        if item.type != "MESH" or item.data.users < 2 or item.library is not None:
-            continue
-        if _left_out(item, properties, rendered) or item.data.library is not None:
-            continue
-        if first.setdefault(item.data.name_full, item.name) != item.name:
-            found.append(item)
-    return found
+    chosen = [i for i in _pointed_at(context) if i.type == "MESH" and i.data.users > 1]
+    return sharing(item for item in chosen if not _left_out(item, properties, rendered))
 
 
 def _rendered(collection) -> set[str]:

@@ -1,7 +1,5 @@
 """The sidebar tab. Panels only lay out: what they show is computed elsewhere."""
 
-import textwrap
-
 import bpy
 
 from . import session, view
@@ -57,8 +55,15 @@ def draw_problems(column, problems) -> None:
     """What will not fit, in red below the button, whether *Before the Bake* is open or not."""
     column.alert = True
     for text in problems:
-        for index, line in enumerate(textwrap.wrap(text, LINE)):
+        for index, line in enumerate(broken(text)):
             column.label(text=line, icon="BLANK1" if index else "ERROR", translate=False)
+
+
+def broken(text: str) -> list[str]:
+    """The text in lines that fit a sidebar."""
+    import textwrap
+
+    return textwrap.wrap(text, LINE)
 
 
 class RADIOSITY_PT_target(RadiosityPanel, bpy.types.Panel):

@@ -3,9 +3,7 @@
 import bpy
 
 from ..bake.made import SLOT, note
-from ..export.node_math import feed, vector_math
-from ..export.own_materials import BEFORE, OWN, PREVIEW, is_preview, own_material
-from .base_color import NoBaseColor, base_color
+from ..bake.own_materials import BEFORE, OWN, PREVIEW, is_preview, own_material
 from .results import any_baked, attribute_of, baked_objects, image_of, passes_baked, uv_map_of
 
 GREY = (0.8, 0.8, 0.8)  # what Cycles and a bake show of a face without material
@@ -72,6 +70,8 @@ def build(properties, item, told: list[str]) -> list:
 
 def _lit_material(properties, item, own, first: bool, told: list[str]):
     """A copy of ``own`` that emits its base colour times the baked light."""
+    from .base_color import NoBaseColor, base_color  # not at Blender's start
+
     material = _material(properties, item, own, True, "" if first else own.name if own else "None")
     color = GREY
     if own is not None:
@@ -115,6 +115,8 @@ def _material(properties, item, own, copied: bool, suffix: str = ""):
 
 def _show(material, properties, item, color) -> None:
     """Make the material emit the bake of ``item``, times ``color`` if that is not None."""
+    from ..export.node_math import feed, vector_math
+
     tree = material.node_tree
     nodes, links = tree.nodes, tree.links
     emission = nodes.new("ShaderNodeEmission")

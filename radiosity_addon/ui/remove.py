@@ -4,7 +4,7 @@ import bpy
 
 from ..bake.image import MARK
 from ..bake.made import COLOR, OWNER, SLOT, UV_MAP, forget, names_made, read_made
-from ..export.own_materials import BEFORE, PREVIEW, behind, is_preview, own_material
+from ..bake.own_materials import BEFORE, PREVIEW, behind, is_preview, own_material
 from . import session
 from .results import image_of
 

@@ -4,7 +4,7 @@ import bpy
 from bpy.app.translations import pgettext_iface as iface_
 
 from . import words
-from .panels import LINE, RadiosityPanel
+from .panels import RadiosityPanel, broken
 from .preflight import MOST_SHOWN, preflight_to_draw
 from .report_store import load_report, report_text
 
@@ -119,13 +119,6 @@ def draw_note(column, text: str, icon: str) -> None:
     """The whole text, broken into lines, the icon before the first."""
     for index, line in enumerate(broken(text)):
         column.label(text=line, icon="BLANK1" if index else icon, translate=False)
-
-
-def broken(text: str) -> list[str]:
-    """The text in lines that fit a sidebar."""
-    import textwrap
-
-    return textwrap.wrap(text, LINE)
 
 
 def pair(layout, label: str, value: str) -> None:

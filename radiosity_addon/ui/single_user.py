@@ -2,6 +2,7 @@
 
 import bpy
 
+from ..bake.single_user import make_single_user
 from . import session
 from .choice import sharing_objects
 
@@ -25,13 +26,6 @@ class RADIOSITY_OT_single_user(bpy.types.Operator):
             return {"CANCELLED"}
         self.report({"INFO"}, f"Made {number} meshes single-user")
         return {"FINISHED"}
-
-
-def make_single_user(items) -> int:
-    """Give each object a copy of its mesh; how many."""
-    for item in items:
-        item.data = item.data.copy()
-    return len(items)
 
 
 CLASSES = (RADIOSITY_OT_single_user,)

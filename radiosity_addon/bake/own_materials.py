@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 
-from ..bake.image import MARK
+from .image import MARK
 
 PREVIEW = "radiosity_preview"  # custom property on materials that we built: which one it is
 OWN = "radiosity_own"  # on such a material: the material that it stands for
