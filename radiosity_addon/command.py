@@ -18,9 +18,11 @@ from .scratch import Scratch
 from .solver.workers.parallel import BLAS_ENVIRONMENT
 from .terminal import Terminal, debugging
 from .replicate_process import peak_memory, start_twin
+from .request_files import (BLEND_MAGIC, check_destinations, check_input, open_scene,
+                            output_of)  # fmt: skip
 
 DONE, FAILED = 0, 1
-PLAIN, ZSTANDARD, GZIP = BLEND_MAGIC = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")
+PLAIN, ZSTANDARD, _ = BLEND_MAGIC
 LAST_BLOCK, SEEK_TABLE_END = b"ENDB", b"\xb1\xea\x92\x8f"  # of a plain and a compressed .blend
 TAIL = 64  # bytes, enough for the head of the last block
 # What bad input raises; anything else is a fault of ours.
@@ -126,8 +128,8 @@ def _interrupted(publication: files.Publication) -> str:
 def _check(request: arguments.Request) -> None:
     """Raise what EXPECTED lists for wishes that cannot come true, before any work is done."""
     request.settings.check()
-    _check_input(request)
-    _check_destinations(request)
+    check_input(request)
+    check_destinations(request)
 
 
 def _bake(bpy, request, progress, publication, twin) -> str:
@@ -140,8 +142,8 @@ def _bake(bpy, request, progress, publication, twin) -> str:
     from .ui.scene_settings import kept_in_scene
 
     started = time.perf_counter()
-    _open(bpy, request)
-    output = _output(bpy, request)
+    open_scene(bpy, request)
+    output = output_of(bpy, request)
     files.check_writable(output, "--output")
     if request.single_user:
         _make_single_user(bpy, request.settings)
@@ -227,66 +229,6 @@ def _check_module(name: str) -> None:
             f"the Python module {name} cannot be imported ({error}); install the extension, which "
             "brings it, or pip install it for this Python"
         ) from error
-
-
-def _check_input(request: arguments.Request) -> None:
-    """Raise OSError unless the scene named is a .blend that can be read."""
-    if not request.scene:
-        return
-    path = Path(request.scene)
-    if not path.exists():
-        raise OSError(f"{path} does not exist; check the name")
-    if path.is_dir():
-        raise OSError(f"{path} is a folder; name a .blend file in it")
-    with open(path, "rb") as handle:
-        start = handle.read(7)
-    if not start.startswith(BLEND_MAGIC):
-        raise OSError(f"{path} is no Blender file; name a .blend saved by Blender")
-
-
-def _check_destinations(request: arguments.Request) -> None:
-    """Raise OSError if a file that was asked for cannot be written: before any work is done."""
-    if request.output:
-        files.check_writable(request.output, "--output")
-    elif request.scene:
-        files.check_writable(_baked(Path(request.scene)), "--output")
-    if request.report:
-        files.check_writable(request.report, "--report")
-    if request.export:
-        files.check_writable(request.export, "--export")
-    if request.settings.image_dir:
-        files.check_folder(request.settings.image_dir, "--image-dir")
-
-
-def _open(bpy, request: arguments.Request) -> None:
-    """Bring the scene in: read the file, build the demo, or take what is open."""
-    if request.demo:
-        from .export.demo import build_demo
-
-        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-        build_demo(request.demo)
-    elif request.scene:
-        path = str(Path(request.scene).resolve())
-        try:
-            bpy.ops.wm.open_mainfile(filepath=path, load_ui=False)
-        except RuntimeError as error:
-            raise OSError(
-                f"{request.scene} cannot be read by Blender {bpy.app.version_string}: "
-                f"{str(error).strip()}; the file is damaged or from a newer Blender"
-            ) from error
-
-
-def _output(bpy, request: arguments.Request) -> Path:
-    """Where the result goes: as asked, or beside the input with ``_baked`` added to its name."""
-    if request.output:
-        return Path(request.output)
-    if request.demo:
-        return Path(f"{request.demo}_baked.blend")
-    if request.scene:
-        return _baked(Path(request.scene))
-    if not bpy.data.filepath:
-        raise OSError("the open file was never saved, so it has no name; give --output FILE.blend")
-    return _baked(Path(bpy.data.filepath))
 
 
 def _export(job, path: Path) -> tuple[str, ...]:

@@ -48,7 +48,8 @@ def _through(tree, socket, depth: int):
         a, b = (_through(tree, node.inputs[i], depth + 1) for i in (1, 2))
         return blend(tree, value_of(node.inputs[0]), a, b)
     if node.bl_idname == "ShaderNodeAddShader":
-        return vector_math(tree, "ADD", *(_through(tree, node.inputs[i], depth + 1) for i in (0, 1)))
+        a, b = (_through(tree, node.inputs[i], depth + 1) for i in (0, 1))
+        return vector_math(tree, "ADD", a, b)
     if node.bl_idname == "ShaderNodeBsdfPrincipled":
         return _principled(tree, node)
     return (0.0, 0.0, 0.0)

@@ -87,9 +87,8 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
     def _again(self):
         """Repeat Last and Adjust Last Operation: what the button does, once this call is over, as
         a call that blocks would freeze the window."""
-        asked = {
-            name: getattr(self, name) for name in keywords() if self.properties.is_property_set(name)
-        }
+        given = [name for name in keywords() if self.properties.is_property_set(name)]
+        asked = {name: getattr(self, name) for name in given}
         bpy.app.timers.register(partial(_press, asked), first_interval=0.0)
         return {"CANCELLED"}
 

@@ -13,7 +13,8 @@ def draw_object(self, context) -> None:
     """Object menu: all there is to do with objects."""
     self.layout.separator()
     _bake(self.layout)
-    self.layout.operator("radiosity.build_material", text="Build and Put On Radiosity").assign = True
+    shown = self.layout.operator("radiosity.build_material", text="Build and Put On Radiosity")
+    shown.assign = True
     self.layout.operator("radiosity.remove_bake", text="Remove Radiosity Bake")
 
 

@@ -45,9 +45,7 @@ class Preflight:
         """What will not fit; empty when all will."""
         if self.free is None or self.bytes <= self.free:
             return ()
-        text = iface_(
-            "Needs about {} of memory and {} are free: choose a lower resolution or fewer objects"
-        )
+        text = iface_("Needs about {} of memory, {} are free: lower the resolution or bake less")
         return (text.format(words.size(self.bytes), words.size(self.free)),)
 
 

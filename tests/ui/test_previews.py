@@ -35,7 +35,8 @@ def baked(bpy, name: str = "Radiosity") -> np.ndarray:
     return values.reshape(-1, 4)[:, :3]
 
 
-@pytest.mark.parametrize("passes", [{"EMIT", "DIRECT", "INDIRECT", "COLOR"}, {"DIRECT", "INDIRECT"}])
+@pytest.mark.parametrize("passes", [{"EMIT", "DIRECT", "INDIRECT", "COLOR"},
+                                    {"DIRECT", "INDIRECT"}])  # fmt: skip
 @pytest.mark.parametrize("target", ["VERTEX", "IMAGE"])
 def test_light_changed_after_putting_on_is_baked(file, target, passes):
     """All light is the lamp's, so twice its power is twice the radiance everywhere, up to the
