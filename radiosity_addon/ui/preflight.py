@@ -58,7 +58,7 @@ def preflight_to_draw(context) -> Preflight:
     global _kept
     properties = context.scene.radiosity
     basis = (context.scene.session_uid, context.view_layer.name,
-             *(str(getattr(properties, name)) for name in ASKED), len(properties.report))  # fmt: skip
+             len(properties.report), *(str(getattr(properties, name)) for name in ASKED))
     if _kept is not None and _kept[0] == basis:
         playing = context.screen is not None and context.screen.is_animation_playing
         if playing or time.monotonic() - _kept[1] < LONGEST:
