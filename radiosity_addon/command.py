@@ -239,10 +239,6 @@ def _export(job, path: Path) -> tuple[str, ...]:
     return export_bake(of_job(job), path)
 
 
-def _baked(scene: Path) -> Path:
-    return scene.with_name(f"{scene.stem}_baked.blend")
-
-
 def _save(bpy, path: Path) -> None:
     """Save the open file as a copy. Raises OSError with Blender's reason, or where it has none."""
     try:

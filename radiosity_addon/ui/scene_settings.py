@@ -32,7 +32,8 @@ def kept_in_scene(scene, settings: Settings, report: dict):
 
 def _fill(properties, settings: Settings) -> None:
     """Set the panel to ``settings``. Which objects were asked for is a choice of the moment, as
-    the selection is, and not kept."""
+    the selection is, and not kept; nor is a scale that was named, for which the panel has no
+    place."""
     properties.target, properties.domain = settings.target.upper(), settings.domain.upper()
     properties.resolution, properties.margin = settings.resolution, settings.margin
     properties.uv_map, properties.bake_name = settings.uv_map or "", settings.name
@@ -46,4 +47,7 @@ def _fill(properties, settings: Settings) -> None:
     if settings.image_dir is not None:
         properties.image_dir = settings.image_dir
         properties.format = (settings.format or "exr").upper()
+    properties.shading_normals = settings.shading_normals
+    properties.byte_colors = settings.color_type == "byte"
+    properties.auto_scale = settings.scale == 0
     properties.seed, properties.threads = settings.seed, settings.threads
