@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from .settings import COLOR_TYPES, DOMAINS, FORMATS, PASSES, QUALITY_ERROR, TARGETS, Settings
 
@@ -22,6 +22,13 @@ class Request:
     output: str | None
     report: str | None
     export: str | None = None  # a .glb with the bake in it
+    more: tuple[str, ...] = ()  # further files to bake, each like the first
+    single_user: bool = False  # meshes that several objects share are copied first
+
+    def each(self) -> list[Request]:
+        """One request for each file."""
+        one = replace(self, more=())
+        return [one, *(replace(one, scene=path) for path in self.more)]
 
 
 def parse(argv: list[str], opened: bool = False) -> Request:
@@ -31,7 +38,7 @@ def parse(argv: list[str], opened: bool = False) -> Request:
     after ``--help`` and ``--version``.
     """
     parser = build_parser()
-    found = parser.parse_args(argv)
+    found = parser.parse_intermixed_args(argv)
     if found.scene and found.demo:
         parser.error("SCENE.blend and --demo are both given; choose one")
     if not (found.scene or found.demo or opened):
@@ -50,7 +57,28 @@ def parse(argv: list[str], opened: bool = False) -> Request:
         parser.error("--color-type is for vertex colours; images have --format")
     if found.scale is not None and not (found.color_type == "byte" or found.format in SCALED):
         parser.error(f"--scale is for --color-type byte and --format {', '.join(SCALED)}")
-    return Request(_settings(found), found.scene, found.demo, found.output, found.report, found.export)
+    if len(found.scene) > 1:
+        _check_several(parser, found)
+    settings = _settings(found)
+    try:
+        settings.check()
+    except ValueError as error:
+        parser.error(str(error))
+    first, *more = found.scene or [None]
+    return Request(
+        settings, first, found.demo, found.output, found.report, found.export, tuple(more),
+        found.single_user,
+    )
+
+
+def _check_several(parser, found) -> None:
+    """Files that one bake would write over another's; and one file named twice."""
+    for option in ("output", "report", "image_dir", "export"):
+        if getattr(found, option):
+            parser.error(f"--{option.replace('_', '-')} is for one file and {len(found.scene)} are "
+                         "named; leave it out or call once for each")  # fmt: skip
+    if len(set(found.scene)) < len(found.scene):
+        parser.error("a SCENE.blend is named twice; name each once")
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -62,7 +90,8 @@ def build_parser() -> argparse.ArgumentParser:
         epilog="Exit status: 0 done, 1 failed, 2 wrong usage, 130 interrupted.",
     )
     parser.add_argument("--version", action="version", version=_version())
-    parser.add_argument("scene", nargs="?", metavar="SCENE.blend", help="the file to bake")
+    parser.add_argument("scene", nargs="*", metavar="SCENE.blend", help="the files to bake, each "
+                        "into a SCENE_baked.blend")  # fmt: skip
     parser.add_argument(
         "--demo", choices=DEMO_NAMES, help="build a demo scene instead of reading a file"
     )
@@ -90,8 +119,11 @@ def _add_destination(group) -> None:
         action="extend",
         metavar="NAME",
         default=[],
-        help="objects to bake (all renderable meshes); the others still light and shadow",
+        help="objects to bake (all renderable meshes), patterns such as 'Wall*' among them; the "
+        "others still light and shadow",
     )
+    add("--single-user", action="store_true",
+        help="give each object that shares its mesh a copy, and so colours of its own")  # fmt: skip
     add("--target", choices=TARGETS, default=DEFAULTS.target, help="(%(default)s)")
     add("--domain", choices=DOMAINS, default=DEFAULTS.domain, help="vertex target (%(default)s)")
     add(

@@ -18,9 +18,11 @@ from .scratch import Scratch
 from .solver.workers.parallel import BLAS_ENVIRONMENT
 from .terminal import Terminal, debugging
 from .replicate_process import peak_memory, start_twin
+from .request_files import (BLEND_MAGIC, check_destinations, check_input, open_scene,
+                            output_of)  # fmt: skip
 
 DONE, FAILED = 0, 1
-PLAIN, ZSTANDARD, GZIP = BLEND_MAGIC = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")
+PLAIN, ZSTANDARD, _ = BLEND_MAGIC
 LAST_BLOCK, SEEK_TABLE_END = b"ENDB", b"\xb1\xea\x92\x8f"  # of a plain and a compressed .blend
 TAIL = 64  # bytes, enough for the head of the last block
 # What bad input raises; anything else is a fault of ours.
@@ -46,7 +48,8 @@ def main(argv: list[str], opened: bool = False, alone: bool = False) -> int:
         last_act = partial(_last_act, terminal, publication, scratch)
         interrupts = stack.enter_context(Interrupts(last_act))
         try:
-            _check(request)
+            for each in request.each():
+                _check(each)
             progress = _Progress(terminal, interrupts)
             progress("Start", 0.0)
             twin = stack.enter_context(start_twin(request.settings.threads) or nullcontext())
@@ -55,25 +58,42 @@ def main(argv: list[str], opened: bool = False, alone: bool = False) -> int:
                     scratch.make()
             with interrupts.quiet():  # an exception in the midst of its import crashes Blender
                 bpy = _import_bpy(scratch if alone else None)
-            summary = _bake(bpy, request, progress, publication, twin)
-            interrupts.check()
-            with interrupts.held():  # from here on there is nothing to be stopped
-                publication.commit()
-                terminal.say(summary)
-                return DONE
+            return max(
+                _bake_one(bpy, each, progress, publication, twin) for each in request.each()
+            )
         except KeyboardInterrupt:
             if alone:
                 interrupts.leave()
             interrupts.caught()
-            terminal.fail("interrupted; nothing was written")
+            terminal.fail(_interrupted(publication))
             return INTERRUPTED
-        except MemoryError as error:
-            return _fail(terminal, _starved(error))
         except EXPECTED as error:
-            return _fail(terminal, str(error) or type(error).__name__)
-        except Exception as error:  # noqa: BLE001  reported as ours, and shown when debugging
-            return _fail(terminal, f"unexpected {type(error).__name__}: {error}; "
-                                   "RADIOSITY_DEBUG=1 shows where; please report it")
+            return _failure(terminal, error)
+
+
+def _bake_one(bpy, request, progress, publication, twin) -> int:
+    """One file from its opening to its result in place; returns the exit status."""
+    terminal, interrupts = progress.terminal, progress.interrupts
+    try:
+        summary = _bake(bpy, request, progress, publication, twin)
+        interrupts.check()
+        with interrupts.held():  # from here on there is nothing to be stopped
+            publication.commit()
+            terminal.say(summary)
+            return DONE
+    except Exception as error:  # noqa: BLE001  ours are reported too, and shown when debugging
+        publication.discard()
+        return _failure(terminal, error)
+
+
+def _failure(terminal: Terminal, error: Exception) -> int:
+    """Say in one line what went wrong; returns the exit status."""
+    if isinstance(error, MemoryError):
+        return _fail(terminal, _starved(error))
+    if isinstance(error, EXPECTED):
+        return _fail(terminal, str(error) or type(error).__name__)
+    return _fail(terminal, f"unexpected {type(error).__name__}: {error}; "
+                           "RADIOSITY_DEBUG=1 shows where; please report it")
 
 
 def _fail(terminal: Terminal, message: str) -> int:
@@ -95,14 +115,21 @@ def _starved(error: MemoryError) -> str:
 def _last_act(terminal: Terminal, publication: files.Publication, scratch: Scratch) -> None:
     publication.discard()
     scratch.remove()
-    terminal.fail("interrupted; nothing was written")
+    terminal.fail(_interrupted(publication))
+
+
+def _interrupted(publication: files.Publication) -> str:
+    done = publication.committed
+    return f"interrupted; only {', '.join(done)} was written" if done else (
+        "interrupted; nothing was written"
+    )
 
 
 def _check(request: arguments.Request) -> None:
     """Raise what EXPECTED lists for wishes that cannot come true, before any work is done."""
     request.settings.check()
-    _check_input(request)
-    _check_destinations(request)
+    check_input(request)
+    check_destinations(request)
 
 
 def _bake(bpy, request, progress, publication, twin) -> str:
@@ -112,11 +139,14 @@ def _bake(bpy, request, progress, publication, twin) -> str:
     """
     from . import bake_job as work
     from .report import build_report, summarise, write_report
+    from .ui.scene_settings import kept_in_scene
 
     started = time.perf_counter()
-    _open(bpy, request)
-    output = _output(bpy, request)
+    open_scene(bpy, request)
+    output = output_of(bpy, request)
     files.check_writable(output, "--output")
+    if request.single_user:
+        _make_single_user(bpy, request.settings)
     job = work.prepare(bpy.context, request.settings, progress.part("prepare"))
     prepared = time.perf_counter()
     result = work.run(job, Meter(progress.part("run")), beside=twin)
@@ -127,28 +157,42 @@ def _bake(bpy, request, progress, publication, twin) -> str:
     if request.export:
         told = _export(job, publication.stage(request.export))
         result = replace(result, warnings=(*result.warnings, *told))
-    _save(bpy, publication.stage(output))
-    now = time.perf_counter()
-    seconds = {
-        "export": prepared - started,
-        "write": now - solved + result.seconds["fit"],
-        "total": now - started,
-    }
-    report = build_report(job, result, seconds, peak_memory(twin), encoding)
+    def report() -> dict:
+        now = time.perf_counter()
+        seconds = {
+            "export": prepared - started,
+            "write": now - solved + result.seconds["fit"],
+            "total": now - started,
+        }
+        return build_report(job, result, seconds, peak_memory(twin), encoding)
+
+    with kept_in_scene(bpy.context.scene, request.settings, report()):
+        _save(bpy, publication.stage(output))
+    final = report()
     if request.report:
-        write_report(report, publication.stage(request.report))
-    return summarise(report, str(output))
+        write_report(final, publication.stage(request.report))
+    return summarise(final, str(output))
+
+
+def _make_single_user(bpy, settings) -> None:
+    from .bake.single_user import make_single_user, sharing
+    from .stages.prepare import matching
+
+    layer = bpy.context.view_layer
+    layer.update()
+    names = matching(layer, settings.objects)
+    make_single_user(sharing(i for i in layer.objects if not names or i.name in names))
 
 
 class _Progress:
     """Feeds the terminal and raises KeyboardInterrupt when a signal got lost on its way."""
 
     def __init__(self, terminal: Terminal, interrupts: Interrupts) -> None:
-        self._terminal, self._interrupts = terminal, interrupts
+        self.terminal, self.interrupts = terminal, interrupts
 
     def __call__(self, stage: str, fraction: float) -> None:
-        self._interrupts.check()
-        self._terminal.progress(stage, fraction)
+        self.interrupts.check()
+        self.terminal.progress(stage, fraction)
 
     def part(self, name: str):
         """A callback whose 0 to 1 is this part's share of the whole."""
@@ -187,76 +231,12 @@ def _check_module(name: str) -> None:
         ) from error
 
 
-def _check_input(request: arguments.Request) -> None:
-    """Raise OSError unless the scene named is a .blend that can be read."""
-    if not request.scene:
-        return
-    path = Path(request.scene)
-    if not path.exists():
-        raise OSError(f"{path} does not exist; check the name")
-    if path.is_dir():
-        raise OSError(f"{path} is a folder; name a .blend file in it")
-    with open(path, "rb") as handle:
-        start = handle.read(7)
-    if not start.startswith(BLEND_MAGIC):
-        raise OSError(f"{path} is no Blender file; name a .blend saved by Blender")
-
-
-def _check_destinations(request: arguments.Request) -> None:
-    """Raise OSError if a file that was asked for cannot be written: before any work is done."""
-    if request.output:
-        files.check_writable(request.output, "--output")
-    elif request.scene:
-        files.check_writable(_baked(Path(request.scene)), "--output")
-    if request.report:
-        files.check_writable(request.report, "--report")
-    if request.export:
-        files.check_writable(request.export, "--export")
-    if request.settings.image_dir:
-        files.check_folder(request.settings.image_dir, "--image-dir")
-
-
-def _open(bpy, request: arguments.Request) -> None:
-    """Bring the scene in: read the file, build the demo, or take what is open."""
-    if request.demo:
-        from .export.demo import build_demo
-
-        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-        build_demo(request.demo)
-    elif request.scene:
-        path = str(Path(request.scene).resolve())
-        try:
-            bpy.ops.wm.open_mainfile(filepath=path, load_ui=False)
-        except RuntimeError as error:
-            raise OSError(
-                f"{request.scene} cannot be read by Blender {bpy.app.version_string}: "
-                f"{str(error).strip()}; the file is damaged or from a newer Blender"
-            ) from error
-
-
-def _output(bpy, request: arguments.Request) -> Path:
-    """Where the result goes: as asked, or beside the input with ``_baked`` added to its name."""
-    if request.output:
-        return Path(request.output)
-    if request.demo:
-        return Path(f"{request.demo}_baked.blend")
-    if request.scene:
-        return _baked(Path(request.scene))
-    if not bpy.data.filepath:
-        raise OSError("the open file was never saved, so it has no name; give --output FILE.blend")
-    return _baked(Path(bpy.data.filepath))
-
-
 def _export(job, path: Path) -> tuple[str, ...]:
     """Write the scene with the bake as glTF; returns warnings. Raises RuntimeError."""
     from .gltf.export import export_bake
     from .gltf.wish import of_job
 
     return export_bake(of_job(job), path)
-
-
-def _baked(scene: Path) -> Path:
-    return scene.with_name(f"{scene.stem}_baked.blend")
 
 
 def _save(bpy, path: Path) -> None:

@@ -24,6 +24,7 @@ class Publication:
 
     def __init__(self) -> None:
         self._staged: list[tuple[Path, Path]] = []  # (temporary, final)
+        self.committed: list[str] = []  # names of the files that are in their places
         self._janitor = Janitor()
 
     def __enter__(self) -> Publication:
@@ -53,6 +54,7 @@ class Publication:
             temporary, final = self._staged[0]
             os.replace(temporary, final)
             self._staged.pop(0)
+            self.committed.append(final.name)
 
     def discard(self) -> None:
         """Remove what was staged and not committed, and what Blender made on its way to it."""

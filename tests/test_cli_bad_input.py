@@ -15,11 +15,11 @@ pytest.importorskip("bpy")
 from radiosity_addon.command import main  # noqa: E402
 
 
-def failure(capfd, argv, folder) -> str:
+def failure(capfd, argv, folder, status: int = 1) -> str:
     """The one line of a failed run that left ``folder`` as it was."""
     before = {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
     capfd.readouterr()
-    assert main([str(word) for word in argv]) == 1
+    assert main([str(word) for word in argv]) == status
     out, err = capfd.readouterr()
     assert out == ""
     assert err.count("\n") == 1 and err.startswith("radiosity: ")
@@ -130,7 +130,7 @@ def test_other_folders_that_are_missing(option, room, capfd):
     ],
 )
 def test_value_out_of_range(option, value, room, capfd):
-    line = failure(capfd, [room, f"{option}={value}"], room.parent)
+    line = failure(capfd, [room, f"{option}={value}"], room.parent, status=2)
     assert option[2:].replace("-", "_") in line
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .layers import check_editable, item_count, write_attribute
+from .made import COLOR, note
 
 FALLBACK = "{} Color"  # where something that is no colour attribute holds the name already
 LONGEST_NAME = 63  # bytes
@@ -34,8 +35,18 @@ def write_colors(
                 f"{existing.domain.lower()} and is now {kind} per {domain}"
             )
         _make(mesh, name, existing, wanted)
+        if existing is None:
+            note(mesh, name, kind=COLOR, new=True)
     write_attribute(mesh, name, rows)
     return warnings
+
+
+def find_colors(mesh, name: str) -> str | None:
+    """What ``write_colors`` called the colour attribute ``name`` on this mesh; None without."""
+    for candidate in (name, FALLBACK.format(name)):
+        if candidate in mesh.color_attributes:
+            return candidate
+    return None
 
 
 def _rows(mesh, colors: np.ndarray, domain: str) -> np.ndarray:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .layers import item_count, write_attribute
+from .made import UV_MAP, forget, note
 
 FALLBACK = "{} UV"  # where an attribute that is no UV map holds the name already
 
@@ -86,6 +87,7 @@ def remove_uv_maps(made: list[tuple[str, str]]) -> None:
         layer = item.data.uv_layers.get(map_name) if item is not None else None
         if layer is not None:
             item.data.uv_layers.remove(layer)
+            forget(item.data, map_name)
 
 
 def _add(mesh, name: str) -> None:
@@ -96,6 +98,7 @@ def _add(mesh, name: str) -> None:
     layers.new(name=name, do_init=False)  # which 5.2 makes but does not return in Edit Mode
     if name not in layers:
         raise ValueError(f"mesh {mesh.name!r} takes no UV map {name!r}; rename or remove one")
+    note(mesh, name, kind=UV_MAP, new=True)
     if active is not None:
         layers.active = layers[active]
     if rendered is not None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..bake.own_materials import own_material
 from .meshes import MeshArrays, read_mesh
 
 NOT_MODELLED = {"VOLUME": "volume", "CURVES": "hair", "POINTCLOUD": "point cloud"}
@@ -78,7 +79,7 @@ def _read(thing, depsgraph) -> MeshArrays:
 
 
 def _part(entry, thing, mesh: MeshArrays, override: str | None) -> Part:
-    slots = tuple(material_key(slot.material) for slot in thing.material_slots)
+    slots = tuple(material_key(own_material(thing, i)) for i in range(len(thing.material_slots)))
     if override is not None:
         slots = (override,) * max(len(slots), 1)
     shown = entry.parent if entry.is_instance and entry.parent is not None else thing

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..bake.attribute import write_colors
+from ..bake.attribute import find_colors, write_colors
 from ..bake.encodings import decode, encode
 from ..bake.image import file_names, find_image, save_encoded, save_image, write_image
+from ..bake.made import OWNER, PASSES, note
 from ..files import Publication
 from ..settings import Settings
 from ..solver.progress import Progress, silent
@@ -62,6 +63,8 @@ def apply_steps(
                 yield index / len(objects)
                 undo.callback(remember_colors(item, job.settings.name))
                 warnings += _write_colors(job, item, result.colors[index], encoding)
+                name = find_colors(item.data, job.settings.name)
+                note(item.data, name, passes=job.settings.passes)
         if publication is None:
             files.commit()
         for item in objects:
@@ -104,6 +107,7 @@ def _image_steps(job: Job, result: Result, objects, files, undo, warnings, encod
         undo.callback(put_back)
         earlier.append(forget)
         image = write_image(name, result.colors[index])
+        image[OWNER], image[PASSES] = item.name, ",".join(job.settings.passes)
         if image.name != name:
             warnings.append(
                 f"the image of {item.name!r} is called {image.name!r}: {name!r} is another image "

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import fnmatch
+from dataclasses import replace
+
 from .. import memory
 from ..bake.faces import most_receivers
 from ..bake.unwrap import unwrap_steps
@@ -34,6 +37,7 @@ def prepare_steps(scene, view_layer, settings: Settings, tell=lambda fraction: N
     the file only within a step. ``tell(fraction)`` may raise during the longest one."""
     settings.check()
     view_layer.update()  # what a script has just linked is not in its list before
+    settings = replace(settings, objects=matching(view_layer, settings.objects))
     names, layer = _candidates(view_layer, settings), (scene.name, view_layer.name)
     _check_images(len(names), settings)
     held: list[HeldMap] = []
@@ -78,6 +82,17 @@ def _find(scene_name: str, layer_name: str):
     if layer is None:
         raise ValueError(f"view layer {layer_name!r} of {scene_name!r} is gone; bake again")
     return scene, layer
+
+
+def matching(view_layer, words: tuple[str, ...]) -> tuple[str, ...]:
+    """The names that ``words`` stand for: an object's own name, or a pattern (``*``, ``?``,
+    ``[abc]``) of meshes' names. Words that stand for nothing are left as they are."""
+    found = {item.name: item for item in view_layer.objects}
+    names: dict[str, None] = {}
+    for word in words:
+        matches = [] if word in found else fnmatch.filter(_meshes(found), word)
+        names.update(dict.fromkeys(sorted(matches) or [word]))
+    return tuple(names)
 
 
 def _candidates(view_layer, settings: Settings) -> list[str]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..bake.attribute import FALLBACK
 from ..bake.image import MARK, find_image
+from ..bake.made import MADE
 
 Undo = Callable[[], None]
 
@@ -24,8 +25,13 @@ def remember_colors(obj, name: str) -> Undo:
     layers = mesh.color_attributes
     active = layers.active_color.name if layers.active_color else None
     rendered = layers[layers.render_color_index].name if len(layers) else None
+    made = mesh.get(MADE)
 
     def undo() -> None:
+        if made is not None:
+            mesh[MADE] = made
+        elif MADE in mesh:
+            del mesh[MADE]
         for each, copy in zip(names, kept):
             _put_attribute(mesh, each, copy)
         if active is not None:

@@ -11,12 +11,13 @@ def register() -> None:
     """Add every class and property to Blender."""
     import bpy
 
-    from . import lifetime, presets, progress_bar, properties
+    from . import lifetime, menus, presets, progress_bar, properties
 
     for cls in _classes():
         bpy.utils.register_class(cls)
     properties.register_properties()
     bpy.types.STATUSBAR_HT_header.append(progress_bar.draw_status)
+    menus.add()
     for moment, handler in lifetime.HANDLERS:
         getattr(bpy.app.handlers, moment).append(handler)
     bpy.utils.register_preset_path(presets.SHIPPED)
@@ -26,7 +27,7 @@ def unregister() -> None:
     """End a bake that runs, and take back everything ``register`` added."""
     import bpy
 
-    from . import lifetime, presets, progress_bar, properties, session, view
+    from . import lifetime, menus, presets, progress_bar, properties, session, view
 
     session.forget()
     view.forget()
@@ -34,6 +35,7 @@ def unregister() -> None:
     for moment, handler in lifetime.HANDLERS:
         getattr(bpy.app.handlers, moment).remove(handler)
     bpy.types.STATUSBAR_HT_header.remove(progress_bar.draw_status)
+    menus.take_away()
     properties.unregister_properties()
     for cls in reversed(_classes()):
         bpy.utils.unregister_class(cls)
@@ -41,7 +43,8 @@ def unregister() -> None:
 
 def _classes() -> tuple:
     """Every class, in the order in which Blender is told of them and shows the panels."""
-    from . import bake, export_button, panels, presets, preview, properties, report_panel, view
+    from . import (bake, export_button, panels, presets, preview, properties, remove, report_panel,
+                   single_user, view)  # fmt: skip
 
-    rooms = (bake, view, preview, export_button, presets, panels, report_panel)
+    rooms = (bake, view, preview, remove, single_user, export_button, presets, panels, report_panel)
     return (properties.RadiositySettings, *(cls for room in rooms for cls in room.CLASSES))

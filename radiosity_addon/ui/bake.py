@@ -1,6 +1,7 @@
 """The operators that bake and that cancel. They orchestrate; the work is done elsewhere."""
 
 import time
+from functools import partial
 
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
@@ -8,7 +9,7 @@ from bpy.app.translations import pgettext_rpt as rpt_
 from . import session
 from .choice import chosen_objects, why_not
 from .progress_bar import progress_text, redraw
-from .properties import settings_of
+from .properties import keywords, settings_of, with_keywords
 from .report_store import store_report
 
 TICK = 0.05  # seconds between two steps
@@ -19,6 +20,8 @@ EXPECTED = (ValueError, OSError, RuntimeError, MemoryError, ImportError)
 
 class RADIOSITY_OT_bake(bpy.types.Operator):
     """Solve the light of the scene and bake it onto the objects. Esc cancels"""
+
+    __annotations__ = keywords()  # in place of the scene's settings, for this bake
 
     bl_idname = "radiosity.bake"
     bl_label = "Bake Radiosity"
@@ -62,6 +65,8 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
 
     def execute(self, context):
         """Bake and return when it is done: for scripts and background mode."""
+        if not bpy.app.background and (self.options.is_repeat or self.options.is_repeat_last):
+            return self._again()
         if not self._begin(context):
             return {"CANCELLED"}
         bake = session.current()
@@ -79,9 +84,18 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
         """Blender ends the operator: its window or the file is being closed."""
         self._finish(context, {"CANCELLED"})
 
+    def _again(self):
+        """Repeat Last and Adjust Last Operation: what the button does, once this call is over, as
+        a call that blocks would freeze the window."""
+        given = [name for name in keywords() if self.properties.is_property_set(name)]
+        asked = {name: getattr(self, name) for name in given}
+        bpy.app.timers.register(partial(_press, asked), first_interval=0.0)
+        return {"CANCELLED"}
+
     def _begin(self, context) -> bool:
         try:
-            settings = settings_of(context.scene.radiosity, chosen_objects(context))
+            properties = with_keywords(context.scene.radiosity, self)
+            settings = settings_of(properties, chosen_objects(context, properties))
             session.begin(session.BakeSession(context.scene.name, settings))
         except EXPECTED as error:
             self.report({"ERROR"}, str(error))
@@ -121,7 +135,7 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
         session.end()
         for warning in bake.report["warnings"]:
             self.report({"WARNING"}, warning)
-        self.report({"INFO"}, rpt_("Radiosity baked"))
+        self.report({"WARNING" if bake.report["warnings"] else "INFO"}, summary(bake.report))
         return {"FINISHED"}
 
     def _finish(self, context, status):
@@ -131,6 +145,21 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
             self._timer = None
         redraw(context)
         return status
+
+
+def _press(asked: dict) -> None:
+    """Press the button, with these keywords. Nothing where it is gray."""
+    if bpy.ops.radiosity.bake.poll():
+        bpy.ops.radiosity.bake("INVOKE_DEFAULT", **asked)
+
+
+def summary(report: dict) -> str:
+    """``Baked 7 objects, 2 warnings``."""
+    baked, warnings = sum(item["baked"] for item in report["objects"]), len(report["warnings"])
+    text = rpt_("Baked 1 object") if baked == 1 else rpt_("Baked {:d} objects").format(baked)
+    if warnings:
+        text += rpt_(", 1 warning") if warnings == 1 else rpt_(", {:d} warnings").format(warnings)
+    return text
 
 
 class RADIOSITY_OT_cancel(bpy.types.Operator):

@@ -4,12 +4,13 @@ import bpy
 from bpy.app.translations import pgettext_tip as tip_
 
 from . import session
+from ..bake.single_user import sharing
 from .results import uv_map_of
 
 
-def chosen_objects(context) -> tuple[str, ...]:
+def chosen_objects(context, properties) -> tuple[str, ...]:
     """Names of the receivers; empty for all that are rendered, as ``Settings`` has it."""
-    if context.scene.radiosity.objects_from == "ALL":
+    if properties.objects_from == "ALL":
         return ()
     return tuple(item.name for item in context.selected_objects if item.type == "MESH")
 
@@ -17,15 +18,11 @@ def chosen_objects(context) -> tuple[str, ...]:
 def survey(context) -> list[tuple]:
     """(object, why it cannot be baked, empty when it can) for all that the user's choice points
     at, by name. The same rules as the export's, which asks the evaluated scene."""
-    properties, layer = context.scene.radiosity, context.view_layer
-    if properties.objects_from == "SELECTED":
-        items = context.selected_objects
-    else:
-        items = [item for item in layer.objects if item.type == "MESH"]
-    rendered = _rendered(layer.layer_collection)
+    properties = context.scene.radiosity
+    rendered = _rendered(context.view_layer.layer_collection)
     first: dict[str, str] = {}  # mesh: the object that gets its colours
     found = []
-    for item in sorted(items, key=lambda item: item.name):
+    for item in sorted(_pointed_at(context), key=lambda item: item.name):
         reason = _left_out(item, properties, rendered)
         if not reason and properties.target == "VERTEX":
             user = first.setdefault(item.data.name_full, item.name)
@@ -33,6 +30,25 @@ def survey(context) -> list[tuple]:
                 reason = tip_("it shares its mesh with {}, whose colors it shows").format(user)
         found.append((item, reason))
     return found
+
+
+def _pointed_at(context) -> list:
+    if context.scene.radiosity.objects_from == "SELECTED":
+        return context.selected_objects
+    return [item for item in context.view_layer.objects if item.type == "MESH"]
+
+
+def _any_baked(context) -> bool:
+    """Whether the survey would find any: without going through all objects, as a rule."""
+    properties, rendered = context.scene.radiosity, _rendered(context.view_layer.layer_collection)
+    return any(not _left_out(item, properties, rendered) for item in _pointed_at(context))
+
+
+def sharing_objects(context) -> list:
+    """The chosen objects that get no colours of their own while they share a mesh."""
+    rendered, properties = _rendered(context.view_layer.layer_collection), context.scene.radiosity
+    chosen = [i for i in _pointed_at(context) if i.type == "MESH" and i.data.users > 1]
+    return sharing(item for item in chosen if not _left_out(item, properties, rendered))
 
 
 def _rendered(collection) -> set[str]:
@@ -74,15 +90,14 @@ def why_not(context) -> str:
     if properties.write_files and properties.target == "IMAGE":
         if properties.image_dir.startswith("//") and not bpy.data.filepath:
             return tip_("Save the file first: the image folder is relative to it")
-    baked = [item for item, reason in survey(context) if not reason]
     name = properties.uv_map.strip()
     if name and properties.target == "IMAGE":
-        lacking = (item.name for item in baked if name not in item.data.uv_layers)
-        item = next(lacking, None)
+        baked = (item for item, reason in survey(context) if not reason)
+        item = next((item for item in baked if name not in item.data.uv_layers), None)
         if item is not None:
             text = tip_("{} has no UV map {}: unwrap it, or name another map or none")
-            return text.format(item, name)
-    if baked:
+            return text.format(item.name, name)
+    if _any_baked(context):
         return ""
     if properties.objects_from == "SELECTED":
         return tip_("Select a mesh that is rendered")

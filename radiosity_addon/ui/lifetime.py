@@ -2,7 +2,7 @@
 
 import bpy
 
-from . import session, view
+from . import preflight, session, view
 
 
 @bpy.app.handlers.persistent
@@ -18,4 +18,12 @@ def before_undo(*_) -> None:
     session.undone()
 
 
-HANDLERS = (("load_pre", give_up), ("undo_pre", before_undo), ("redo_pre", before_undo))
+HANDLERS = (
+    ("load_pre", give_up),
+    ("undo_pre", before_undo),
+    ("redo_pre", before_undo),
+    ("depsgraph_update_post", preflight.outdate),
+    ("load_post", preflight.outdate),
+    ("undo_post", preflight.outdate),
+    ("redo_post", preflight.outdate),
+)

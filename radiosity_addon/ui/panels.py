@@ -4,8 +4,12 @@ import bpy
 
 from . import session, view
 from .progress_bar import CATEGORY, draw_progress
+from .preflight import preflight_to_draw
 from .presets import RADIOSITY_PT_presets
 from .properties import CUSTOM
+
+
+LINE = 44  # characters of a text in one line of the panel
 
 
 class RadiosityPanel:
@@ -36,6 +40,7 @@ class RADIOSITY_PT_bake(RadiosityPanel, bpy.types.Panel):
             row = layout.row()
             row.scale_y = 1.5
             row.operator("radiosity.bake", text="Bake", icon="RENDER_STILL")
+            draw_problems(layout.column(align=True), preflight_to_draw(context).problems)
         else:
             draw_progress(layout.column(), bake)
         column = layout.column()
@@ -43,7 +48,22 @@ class RADIOSITY_PT_bake(RadiosityPanel, bpy.types.Panel):
         column.prop(properties, "objects_from")
         column.prop(properties, "quality")
         if properties.quality == CUSTOM:
-            column.prop(properties, "error")
+            column.prop(properties, "error_percent")
+
+
+def draw_problems(column, problems) -> None:
+    """What will not fit, in red below the button, whether *Before the Bake* is open or not."""
+    column.alert = True
+    for text in problems:
+        for index, line in enumerate(broken(text)):
+            column.label(text=line, icon="BLANK1" if index else "ERROR", translate=False)
+
+
+def broken(text: str) -> list[str]:
+    """The text in lines that fit a sidebar."""
+    import textwrap
+
+    return textwrap.wrap(text, LINE)
 
 
 class RADIOSITY_PT_target(RadiosityPanel, bpy.types.Panel):
@@ -140,6 +160,9 @@ class RADIOSITY_PT_result(RadiosityPanel, bpy.types.Panel):
         row.operator("radiosity.build_material", text="Build Material", icon="MATERIAL")
         row.operator("radiosity.build_material", text="Build and Put On").assign = True
         column.operator("radiosity.export_gltf", text="Export glTF", icon="EXPORT")
+        row = column.row(align=True)
+        row.operator("radiosity.remove_bake", icon="TRASH")
+        row.menu("RADIOSITY_MT_remove", text="", icon="DOWNARROW_HLT")
 
 
 CLASSES = (

@@ -1,13 +1,18 @@
-"""An explicit button that builds materials which show the bake. The user's own stay as they are."""
+"""Materials that show the bake, one for each object, and putting them on. The user's own stay."""
 
 import bpy
 
-from .results import attribute_of, baked_objects, image_of, uv_map_of
+from ..bake.made import SLOT, note
+from ..bake.own_materials import BEFORE, OWN, PREVIEW, is_preview, own_material
+from .results import any_baked, attribute_of, baked_objects, image_of, passes_baked, uv_map_of
+
+GREY = (0.8, 0.8, 0.8)  # what Cycles and a bake show of a face without material
 
 
 class RADIOSITY_OT_build_material(bpy.types.Operator):
-    """Build a material that shows the baked light as it is: one for a color attribute, one per
-    object for images. Your materials are not changed"""
+    """Build a material for each baked object that shows its light; where light alone was baked,
+    times the base color of the object's own material. Your materials are not changed, and a bake
+    looks through ours"""
 
     bl_idname = "radiosity.build_material"
     bl_label = "Build Preview Material"
@@ -15,78 +20,154 @@ class RADIOSITY_OT_build_material(bpy.types.Operator):
 
     assign: bpy.props.BoolProperty(
         name="Put on Objects",
-        description="Show the new material in every slot of the baked objects. Their meshes keep "
-        "your materials: set a slot's link back to Data to see them again",
+        description="Show the new material in every slot of the baked objects. Remove Bake brings "
+        "your materials back",
         default=False,
     )
 
     @classmethod
     def poll(cls, context):
-        if not baked_objects(context):
+        if not any_baked(context):
             cls.poll_message_set("Nothing visible carries a bake of this target and name")
             return False
         return True
 
     def execute(self, context):
-        properties = context.scene.radiosity
+        properties, told = context.scene.radiosity, []
         made = {}
         for item in baked_objects(context):
-            name = result_name(properties, item)
-            if name not in made:
-                made[name] = build(name, properties, item)
-            if self.assign:
-                put_on(item, made[name])
-        names = ", ".join(material.name for material in made.values())
-        self.report({"INFO"}, names)
+            materials = build(properties, item, told)
+            made.update((material.name, None) for material in materials)
+            if self.assign and not put_on(item, materials):
+                told.append(f"{item.name} has no material slot, and its mesh is linked")
+        for text in told:
+            self.report({"WARNING"}, text)
+        if not told:
+            self.report({"INFO"}, ", ".join(made))
         return {"FINISHED"}
 
 
-def result_name(properties, item) -> str:
-    """The name of the attribute or image that shows the bake of ``item``."""
-    if properties.target == "VERTEX":
-        return attribute_of(properties, item.data)
-    return image_of(properties, item).name
+def build(properties, item, told: list[str]) -> list:
+    """The materials for the slots of ``item``, those of an earlier build used again.
+
+    One for all slots where the colours of the surface were baked too; else one for each of the
+    object's own materials. What cannot be shown is ``told``.
+    """
+    slots = range(len(item.material_slots))
+    own = [own_material(item, index) for index in slots] or [None]
+    passes = passes_baked(properties, item)
+    lit = "color" not in passes and bool({"direct", "indirect"} & set(passes))
+    if not lit:
+        material = _material(properties, item, own[0], False)
+        _show(material, properties, item, None)
+        return [material] * len(own)
+    made: dict = {}
+    for each in own:
+        if each not in made:
+            made[each] = _lit_material(properties, item, each, not made, told)
+    return [made[each] for each in own]
 
 
-def build(name: str, properties, item):
-    """A new material whose Emission shader shows ``name``, the bake of ``item``."""
-    material = bpy.data.materials.new(f"{name} Preview")
-    if bpy.app.version < (5, 0, 0):
-        material.use_nodes = True  # later versions always do
-    material.use_fake_user = True
-    nodes, links = material.node_tree.nodes, material.node_tree.links
-    nodes.clear()
-    output = nodes.new("ShaderNodeOutputMaterial")
-    emission = nodes.new("ShaderNodeEmission")
-    source = _source(nodes, links, name, properties, item)
-    emission.location, source.location = (-200, 0), (-500, 0)
-    links.new(source.outputs["Color"], emission.inputs["Color"])
-    links.new(emission.outputs["Emission"], output.inputs["Surface"])
+def _lit_material(properties, item, own, first: bool, told: list[str]):
+    """A copy of ``own`` that emits its base colour times the baked light."""
+    from .base_color import NoBaseColor, base_color  # not at Blender's start
+
+    material = _material(properties, item, own, True, "" if first else own.name if own else "None")
+    color = GREY
+    if own is not None:
+        try:
+            color = base_color(material.node_tree)
+        except NoBaseColor as shader:
+            told.append(f"{own.name}: the base color of {shader} cannot be had; the light is shown "
+                        "without it")  # fmt: skip
+            color = None
+    _show(material, properties, item, color)
     return material
 
 
-def _source(nodes, links, name, properties, item):
+def _material(properties, item, own, copied: bool, suffix: str = ""):
+    """The object's material of this suffix, made or made anew: a copy of ``own``, or empty."""
+    key = f"{item.name}/{suffix}"
+    earlier = next((m for m in bpy.data.materials if m.get(PREVIEW) == key), None)
+    if copied and own is not None:
+        material = own.copy()
+        material.asset_clear()
+    elif earlier is not None:
+        material = earlier
+    else:
+        material = bpy.data.materials.new("")
+    if bpy.app.version < (5, 0, 0):
+        material.use_nodes = True  # later versions always do
+    if not copied or own is None:
+        material.node_tree.nodes.clear()
+    if earlier not in (None, material):
+        earlier.user_remap(material)
+        bpy.data.materials.remove(earlier)
+    material.name = f"{properties.bake_name}_{item.name} Preview" + (suffix and f" {suffix}")
+    material.use_fake_user = True
+    material[PREVIEW] = key
+    if own is not None:
+        material[OWN] = own
+    elif OWN in material:
+        del material[OWN]
+    return material
+
+
+def _show(material, properties, item, color) -> None:
+    """Make the material emit the bake of ``item``, times ``color`` if that is not None."""
+    from ..export.node_math import feed, vector_math
+
+    tree = material.node_tree
+    nodes, links = tree.nodes, tree.links
+    emission = nodes.new("ShaderNodeEmission")
+    source = _source(nodes, links, properties, item)
+    light = source.outputs["Color"]
+    if color is not None:
+        light = vector_math(tree, "MULTIPLY", light, color)
+    feed(tree, light, emission.inputs["Color"])
+    outputs = [node for node in nodes if node.bl_idname == "ShaderNodeOutputMaterial"]
+    for output in outputs or [nodes.new("ShaderNodeOutputMaterial")]:
+        links.new(emission.outputs["Emission"], output.inputs["Surface"])
+    x, y = (outputs[0] if outputs else emission).location
+    emission.location, source.location = (x - 200, y + 200), (x - 700, y + 200)
+
+
+def _source(nodes, links, properties, item):
     """The node whose Color output is the bake."""
     if properties.target == "VERTEX":
         attribute = nodes.new("ShaderNodeAttribute")
-        attribute.attribute_name = name
+        attribute.attribute_name = attribute_of(properties, item.data)
         return attribute
     texture = nodes.new("ShaderNodeTexImage")
     texture.image = image_of(properties, item)
     coordinates = nodes.new("ShaderNodeUVMap")
     coordinates.uv_map = uv_map_of(properties, item.data)
-    coordinates.location = (-700, 0)
     links.new(coordinates.outputs["UV"], texture.inputs["Vector"])
     return texture
 
 
-def put_on(item, material) -> None:
-    """Show ``material`` in every slot by a link of the object; the mesh keeps its own."""
+def put_on(item, materials) -> bool:
+    """Show ``materials`` in the slots by links of the object, noting what was there; the mesh
+    keeps its own. False where there is no slot and none can be made."""
     if not item.material_slots:
+        if item.data.library is not None:
+            return False
         item.data.materials.append(None)
-    for slot in item.material_slots:
+        note(item.data, "", kind=SLOT)
+    before = {}
+    if BEFORE in item:
+        before = {key: dict(entry) for key, entry in item[BEFORE].items()}
+    for index, (slot, material) in enumerate(zip(item.material_slots, materials)):
+        if not is_preview(slot.material):
+            entry = {"link": slot.link}
+            if slot.link == "OBJECT" and slot.material is not None:
+                entry["material"] = slot.material
+            before[str(index)] = entry
         slot.link = "OBJECT"
         slot.material = material
+    if before:
+        item[BEFORE] = before
+    return True
 
 
 CLASSES = (RADIOSITY_OT_build_material,)

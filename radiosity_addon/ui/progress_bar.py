@@ -45,4 +45,4 @@ def redraw(context) -> None:
                 for region in area.regions:
                     if region.type == "UI" and region.active_panel_category == CATEGORY:
                         region.tag_redraw()
-        window.workspace.status_text_set_internal(None)
+        window.workspace.status_text_set(None)

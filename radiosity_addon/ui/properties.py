@@ -5,6 +5,9 @@
 
 from __future__ import annotations
 
+import typing
+from types import SimpleNamespace
+
 import bpy
 from bpy.props import (
     BoolProperty,
@@ -29,7 +32,7 @@ DOMAINS = (
     ("POINT", "Vertex", "One color per vertex: smaller, light blends over hard edges"),
 )
 SOURCES = (
-    ("ALL", "All Visible", "Every mesh that is rendered in this view layer"),
+    ("ALL", "All Rendered", "Every mesh that is rendered in this view layer, hidden here or not"),
     ("SELECTED", "Selected", "The selected meshes; all others still light and shadow them"),
 )
 QUALITIES = (
@@ -52,6 +55,14 @@ FORMATS = (
     ("RGBE", "RGBE", "PNG whose alpha is an exponent: value = color x 2^(255 alpha - 128)"),
     ("HDR", "Radiance HDR", "Linear with a shared exponent: small, no alpha"),
 )
+
+
+def _get_percent(properties) -> float:
+    return 100 * typed(properties.error)
+
+
+def _set_percent(properties, value: float) -> None:
+    properties.error = typed(value) / 100
 
 
 class RadiositySettings(bpy.types.PropertyGroup):
@@ -127,6 +138,19 @@ class RadiositySettings(bpy.types.PropertyGroup):
         "by normal and bump maps. Off: as the faces lie",
         default=DEFAULTS.shading_normals,
     )
+    error_percent: FloatProperty(
+        name="Target Error",
+        description="Accepted relative error: half of it takes about three times as long",
+        get=_get_percent,
+        set=_set_percent,
+        min=100 * ERROR_RANGE[0],
+        max=100 * ERROR_RANGE[1],
+        soft_min=0.5,
+        soft_max=20,
+        precision=2,
+        step=10,
+        subtype="PERCENTAGE",
+    )
     use_time_limit: BoolProperty(
         name="Time Limit",
         description="Stop refining after this time and bake the best result so far; the report "
@@ -184,6 +208,40 @@ class RadiositySettings(bpy.types.PropertyGroup):
         max=1024,
     )
     report: StringProperty(options={"HIDDEN"}, description="The last bake's report, as JSON")
+
+
+# Not to be given as a keyword: what is kept, and the error in another unit.
+NO_KEYWORDS = ("report", "error_percent")
+# What is meant along with a keyword, where it is not given itself.
+IMPLIED = {
+    "error": ("quality", CUSTOM),
+    "time_limit": ("use_time_limit", True),
+    "image_dir": ("write_files", True),
+    "format": ("write_files", True),
+}
+
+
+def keywords() -> dict:
+    """The settings as properties of an operator, which are the scene's where they are not given."""
+    found = {}
+    for name, each in typing.get_type_hints(RadiositySettings).items():
+        if name not in NO_KEYWORDS:
+            each.keywords["options"] = {*each.keywords.get("options", ()), "SKIP_SAVE"}
+            found[name] = each
+    return found
+
+
+def with_keywords(properties: RadiositySettings, operator) -> SimpleNamespace:
+    """The scene's settings, and in place of some those that ``operator`` was given."""
+    names = [name for name in RadiositySettings.__annotations__ if name not in NO_KEYWORDS]
+    given = getattr(operator, "properties", None)
+    asked = {} if given is None else {
+        name: getattr(given, name) for name in names if given.is_property_set(name)
+    }  # fmt: skip
+    for name, (other, value) in IMPLIED.items():
+        if name in asked:
+            asked.setdefault(other, value)
+    return SimpleNamespace(**{**{name: getattr(properties, name) for name in names}, **asked})
 
 
 def settings_of(properties: RadiositySettings, objects: tuple[str, ...] = ()) -> Settings:

@@ -4,8 +4,8 @@ import bpy
 from bpy.app.translations import pgettext_iface as iface_
 
 from . import words
-from .panels import RadiosityPanel
-from .preflight import MOST_SHOWN, preflight
+from .panels import RadiosityPanel, broken
+from .preflight import MOST_SHOWN, preflight_to_draw
 from .report_store import load_report, report_text
 
 STAGES = {
@@ -22,16 +22,16 @@ REUSED = {
     "transport": "Form factors of the last bake",
 }
 ENERGY = {"emitted": "Emitted", "absorbed": "Absorbed", "escaped": "Escaped"}
-LINE = 44  # characters of a warning in one line of the panel
 
 
 class RADIOSITY_PT_preflight(RadiosityPanel, bpy.types.Panel):
     bl_label = "Before the Bake"
     bl_parent_id = "RADIOSITY_PT_bake"
     bl_options = {"DEFAULT_CLOSED"}
+    bl_order = -1  # first below the button
 
     def draw(self, context):
-        plan = preflight(context)
+        plan = preflight_to_draw(context)
         column = self.layout.column(align=True)
         pair(column, "Objects", words.count(len(plan.baked)))
         for name in plan.baked[:MOST_SHOWN]:
@@ -46,6 +46,10 @@ class RADIOSITY_PT_preflight(RadiosityPanel, bpy.types.Panel):
         column.separator()
         pair(column, "Time, about", words.duration(plan.seconds))
         pair(column, "Memory, about", words.size(plan.bytes))
+        if plan.sharing:
+            column.separator()
+            pair(column, "Sharing a Mesh", words.count(len(plan.sharing)))
+            column.operator("radiosity.single_user", icon="DUPLICATE")
 
 
 class RADIOSITY_PT_report(RadiosityPanel, bpy.types.Panel):
@@ -62,10 +66,10 @@ class RADIOSITY_PT_report(RadiosityPanel, bpy.types.Panel):
         if report is None:
             self.layout.label(text="The report cannot be read")
             return
+        draw_warnings(self.layout, report)
         draw_error(self.layout, report)
         draw_work(self.layout, report)
         draw_time(self.layout, report)
-        draw_warnings(self.layout, report)
         self.layout.operator("radiosity.copy_report", icon="COPYDOWN")
 
 
@@ -115,13 +119,6 @@ def draw_note(column, text: str, icon: str) -> None:
     """The whole text, broken into lines, the icon before the first."""
     for index, line in enumerate(broken(text)):
         column.label(text=line, icon="BLANK1" if index else icon, translate=False)
-
-
-def broken(text: str) -> list[str]:
-    """The text in lines that fit a sidebar."""
-    import textwrap
-
-    return textwrap.wrap(text, LINE)
 
 
 def pair(layout, label: str, value: str) -> None:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from ..bake.attribute import FALLBACK
-from ..bake.image import find_image
+import bpy
+
+from ..bake.attribute import find_colors
+from ..bake.image import MARK, find_image
+from ..bake.made import PASSES, passes_of
 from ..bake.uv_maps import find_uv_map
 from ..settings import Settings
 
@@ -15,10 +18,14 @@ def image_of(properties, item):
 
 def attribute_of(properties, mesh) -> str | None:
     """The name of the mesh's baked colour attribute, or None."""
-    for name in (properties.bake_name, FALLBACK.format(properties.bake_name)):
-        if name in mesh.color_attributes:
-            return name
-    return None
+    return find_colors(mesh, properties.bake_name)
+
+
+def passes_baked(properties, item) -> tuple[str, ...]:
+    """The passes that the bake of ``item`` holds; empty where it was not noted."""
+    if properties.target == "VERTEX":
+        return passes_of(item.data, attribute_of(properties, item.data))
+    return tuple(image_of(properties, item).get(PASSES, "").split(","))
 
 
 def uv_map_of(properties, mesh) -> str | None:
@@ -31,12 +38,24 @@ def uv_map_of(properties, mesh) -> str | None:
 
 def baked_objects(context) -> list:
     """The visible meshes that carry a result for the target that is chosen."""
+    return list(_baked(context))
+
+
+def any_baked(context) -> bool:
+    """Whether there are any: asked at every redraw, so it looks no further than the first."""
+    return next(_baked(context), None) is not None
+
+
+def _baked(context):
     properties = context.scene.radiosity
-    return [
-        item
-        for item in context.view_layer.objects
-        if item.type == "MESH" and item.visible_get() and has_result(item, properties)
-    ]
+    marked = {image.get(MARK) for image in bpy.data.images}
+    for item in context.view_layer.objects:
+        if item.type != "MESH":
+            continue
+        if properties.target == "IMAGE" and f"{properties.bake_name}_{item.name}" not in marked:
+            continue
+        if has_result(item, properties) and item.visible_get():
+            yield item
 
 
 def has_result(item, properties) -> bool:

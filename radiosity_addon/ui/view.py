@@ -7,7 +7,7 @@ viewport looked like is remembered for as long as Blender runs.
 import bpy
 
 from . import overlay
-from .results import attribute_of, baked_objects
+from .results import any_baked, attribute_of, baked_objects
 
 SHADING = ("type", "light", "color_type", "show_xray")
 _before: dict[int, dict] = {}  # by the space's address: its shading before it showed a bake
@@ -28,7 +28,7 @@ class RADIOSITY_OT_show(bpy.types.Operator):
         if space is None or space.type != "VIEW_3D":
             cls.poll_message_set("Use it in a 3D View")
             return False
-        if not shows(space) and not baked_objects(context):
+        if not shows(space) and not any_baked(context):
             cls.poll_message_set("Nothing visible carries a bake of this target and name")
             return False
         return True

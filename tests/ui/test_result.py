@@ -90,7 +90,7 @@ def test_built_material_leaves_the_users_alone(baked):
     item.data.materials.append(mine)
     assert baked.ops.radiosity.build_material() == {"FINISHED"}
     assert item.material_slots[0].material == mine
-    assert baked.data.materials["Radiosity Preview"].use_fake_user
+    assert baked.data.materials["Radiosity_Box Preview"].use_fake_user
 
 
 def test_material_put_on_keeps_the_users_on_the_mesh(baked):
@@ -98,7 +98,7 @@ def test_material_put_on_keeps_the_users_on_the_mesh(baked):
     mine = baked.data.materials.new("Mine")
     item.data.materials.append(mine)
     baked.ops.radiosity.build_material(assign=True)
-    assert item.material_slots[0].material.name == "Radiosity Preview"
+    assert item.material_slots[0].material.name == "Radiosity_Box Preview"
     assert item.data.materials[0] == mine
     item.material_slots[0].link = "DATA"
     assert item.material_slots[0].material == mine
@@ -113,7 +113,7 @@ def emission_source(material):
 
 def test_material_emits_the_attribute(baked):
     baked.ops.radiosity.build_material()
-    source = emission_source(baked.data.materials["Radiosity Preview"])
+    source = emission_source(baked.data.materials["Radiosity_Box Preview"])
     assert source.type == "ATTRIBUTE" and source.attribute_name == "Radiosity"
 
 

@@ -1,0 +1,196 @@
+"""A job like Blender's own: keywords, menus, the last message, the list beside the button."""
+
+from __future__ import annotations
+
+import json
+from types import SimpleNamespace
+
+import pytest
+
+
+@pytest.fixture
+def file(addon, room):
+    addon.ops.wm.open_mainfile(filepath=str(room))
+    addon.context.scene.radiosity.quality = "HIGH"
+    return addon
+
+
+def report_of(bpy) -> dict:
+    return json.loads(bpy.context.scene.radiosity.report)
+
+
+def test_keywords_stand_in_for_the_scenes_settings(file):
+    """For one bake: what is not given is the scene's, and the scene's stay."""
+    properties = file.context.scene.radiosity
+    properties.bake_name = "Lit"
+    assert file.ops.radiosity.bake(target="IMAGE", error=0.2, resolution=16) == {"FINISHED"}
+    assert file.data.images["Lit_Box"].size[:] == (16, 16)
+    assert report_of(file)["target_error"] == pytest.approx(0.2, rel=1e-6)
+    assert (properties.target, properties.quality) == ("VERTEX", "HIGH")
+    assert file.ops.radiosity.bake(quality="DRAFT") == {"FINISHED"}
+    assert report_of(file)["target_error"] == 0.1  # nothing of the first call stays
+    assert len(file.data.images) == 1 or "Lit" in file.data.objects["Box"].data.color_attributes
+
+
+def test_keywords_imply_what_they_need(file, tmp_path):
+    from radiosity_addon.ui.properties import settings_of, with_keywords
+
+    def settings(**given):
+        stand_in = SimpleNamespace(is_property_set=given.__contains__, **given)
+        operator = SimpleNamespace(properties=stand_in)
+        return settings_of(with_keywords(file.context.scene.radiosity, operator))
+
+    assert settings().quality == "high" and settings(quality="DRAFT").quality == "draft"
+    assert settings(error=0.02).target_error == 0.02
+    assert settings(time_limit=5.0).time_limit == 5.0
+    assert settings(target="IMAGE", image_dir=str(tmp_path)).image_dir == str(tmp_path)
+
+
+def test_wrong_keywords_are_errors(file):
+    with pytest.raises(TypeError, match="PICTURE"):
+        file.ops.radiosity.bake(target="PICTURE")
+    with pytest.raises(TypeError, match="sharpness"):
+        file.ops.radiosity.bake(sharpness=1)
+
+
+def test_error_in_per_cent_is_the_error(file):
+    properties = file.context.scene.radiosity
+    properties.error_percent = 1.5
+    assert properties.error == pytest.approx(0.015)
+    properties.error = 0.07
+    assert properties.error_percent == pytest.approx(7)
+
+
+@pytest.mark.parametrize(
+    ("baked", "warnings", "text"),
+    [(7, 2, "Baked 7 objects, 2 warnings"), (1, 1, "Baked 1 object, 1 warning"),
+     (3, 0, "Baked 3 objects")],
+)  # fmt: skip
+def test_last_message(addon, baked, warnings, text):
+    from radiosity_addon.ui.bake import summary
+
+    objects = [{"baked": True}] * baked + [{"baked": False}]
+    assert summary({"objects": objects, "warnings": ["a"] * warnings}) == text
+
+
+def test_warnings_make_the_last_message_one(file, capfd):
+    file.data.objects.remove(file.data.objects["Bulb"])  # nothing lights the box
+    capfd.readouterr()
+    file.ops.radiosity.bake(quality="DRAFT")
+    number = len(report_of(file)["warnings"])
+    assert number
+    last = capfd.readouterr().out.strip().splitlines()[-1]
+    assert last.startswith(f"Warning: Baked 1 object, {number} warning")
+
+
+class Layout:
+    """A stand-in that notes which operators are drawn, and in which context."""
+
+    def __init__(self, drawn: list) -> None:
+        self.drawn, self.operator_context = drawn, ""
+
+    def row(self):
+        return Layout(self.drawn)
+
+    def separator(self) -> None:
+        pass
+
+    def operator(self, name: str, **_):
+        self.drawn.append((name, self.operator_context))
+        return SimpleNamespace()
+
+
+def test_menus_offer_the_bake_as_the_button_does(addon):
+    """Menu search finds what stands in a menu."""
+    from radiosity_addon.ui import menus
+
+    for name, draw in menus.MENUS:
+        assert draw in getattr(addon.types, name).draw._draw_funcs
+        drawn: list = []
+        draw(SimpleNamespace(layout=Layout(drawn)), None)
+        assert ("radiosity.bake", "INVOKE_DEFAULT") in drawn
+    import radiosity_addon
+
+    radiosity_addon.unregister()
+    try:
+        for name, draw in menus.MENUS:
+            assert draw not in getattr(getattr(addon.types, name).draw, "_draw_funcs", ())
+    finally:
+        radiosity_addon.register()
+
+
+def test_repeating_does_not_block(file, monkeypatch):
+    """A window's Repeat Last calls ``execute``; the bake is then started as the button does."""
+    from radiosity_addon.ui import bake
+
+    begun, timers = [], []
+    monkeypatch.setattr(bake, "bpy", SimpleNamespace(
+        app=SimpleNamespace(
+            background=False, timers=SimpleNamespace(register=lambda f, **_: timers.append(f))),
+        ops=SimpleNamespace(radiosity=SimpleNamespace(bake=Call(begun))),
+    ))  # fmt: skip
+    operator = SimpleNamespace(
+        options=SimpleNamespace(is_repeat=False, is_repeat_last=True), error=0.05,
+        properties=SimpleNamespace(is_property_set=lambda name: name == "error"),
+    )  # fmt: skip
+    operator._again = lambda: bake.RADIOSITY_OT_bake._again(operator)
+    assert bake.RADIOSITY_OT_bake.execute(operator, file.context) == {"CANCELLED"}
+    assert begun == []
+    timers[0]()
+    assert begun == [(("INVOKE_DEFAULT",), {"error": 0.05})]
+
+
+class Call:
+    def __init__(self, calls: list) -> None:
+        self.calls = calls
+
+    def poll(self) -> bool:
+        return True
+
+    def __call__(self, *words, **keywords) -> None:
+        self.calls.append((words, keywords))
+
+
+def test_what_will_not_fit_is_said_by_the_button(file, monkeypatch):
+    """16,384² texels of which 0.6 are covered, 2,900 bytes each: 467 GB."""
+    from radiosity_addon.ui import preflight
+
+    properties = file.context.scene.radiosity
+    monkeypatch.setattr(preflight, "available_memory", lambda: 16e9)
+    assert preflight.preflight(file.context).problems == ()
+    properties.target, properties.resolution = "IMAGE", 16384
+    (text,) = preflight.preflight(file.context).problems
+    assert "468 GB" in text.replace(".", "") or "467" in text
+    assert "16.0 GB" in text
+    monkeypatch.setattr(preflight, "available_memory", lambda: None)
+    assert preflight.preflight(file.context).problems == ()
+
+
+def test_list_is_made_anew_when_something_changed_only(file, monkeypatch):
+    from radiosity_addon.ui import preflight
+
+    made = []
+    monkeypatch.setattr(preflight, "LONGEST", 1e9)
+    original = preflight.preflight
+    monkeypatch.setattr(preflight, "preflight", lambda c: made.append(1) or original(c))
+    preflight.preflight_to_draw(file.context)
+    preflight.preflight_to_draw(file.context)
+    assert len(made) == 1
+    file.context.scene.radiosity.resolution = 99
+    preflight.preflight_to_draw(file.context)
+    assert len(made) == 2
+    item = file.data.objects.new("Other", file.data.objects["Box"].data)
+    file.context.scene.collection.objects.link(item)
+    file.context.view_layer.update()
+    assert preflight.preflight_to_draw(file.context).sharing == ("Other",)
+    assert len(made) == 3
+
+
+def test_shared_meshes_are_made_single_user(file):
+    mesh = file.data.objects["Box"].data
+    twin = file.data.objects.new("Twin", mesh)
+    file.context.scene.collection.objects.link(twin)
+    file.context.view_layer.update()
+    assert file.ops.radiosity.single_user() == {"FINISHED"}
+    assert file.data.objects["Box"].data == mesh and twin.data != mesh
+    assert file.ops.radiosity.single_user() == {"CANCELLED"}
