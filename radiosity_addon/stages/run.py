@@ -10,7 +10,6 @@ import numpy as np
 from ..bake.corner_fit import CornerFit, corner_fit
 from ..bake.dilate import extend_islands
 from ..bake.faces import receiver_areas
-from ..bake.fill import fill_texels
 from ..solver.progress import Progress, silent
 from ..solver.receivers import Projection
 from ..solver.solution import Solution, Statistics, compose
@@ -99,8 +98,8 @@ def _where_judged(layout: Layout, fits: list[CornerFit]) -> Projection:
 
 
 def _image(job: Job, layout: Layout, index: int, light: np.ndarray) -> np.ndarray:
-    """(height, width, 4) float32: the texels' ``light``, what it says of those that are buried, and
-    the islands' margin around them."""
+    """(height, width, 4) float32: the texels' ``light`` and the margin around them. Texels that are
+    buried are filled like those of the margin, but belong to a face; deeper ones are dark."""
     span = slice(*layout.spans[index : index + 2])
     resolution = job.settings.resolution
     part = layout.receivers.grid[span]
@@ -108,13 +107,11 @@ def _image(job: Job, layout: Layout, index: int, light: np.ndarray) -> np.ndarra
     pixels = np.zeros((resolution, resolution, 3), np.float32)
     covered[part[:, 1], part[:, 2]] = True
     pixels[part[:, 1], part[:, 2]] = light
+    image = extend_islands(pixels, covered, job.settings.margin)
     if layout.buried is not None:
         buried = layout.buried.grid[layout.buried.grid[:, 0] == index]
-        hidden = np.zeros_like(covered)
-        hidden[buried[:, 1], buried[:, 2]] = True
-        fill_texels(pixels, covered, hidden)
-        covered |= hidden
-    return extend_islands(pixels, covered, job.settings.margin)
+        image[buried[:, 1], buried[:, 2], 3] = 1
+    return image
 
 
 def _warn_of_darkness(solution: Solution, passes: tuple[str, ...]) -> list[str]:

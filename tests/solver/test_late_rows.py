@@ -42,7 +42,7 @@ def test_what_lies_on_a_cut_counts_as_what_the_next_ray_met():
         ((8, 16, 64), 0.0049, 0.0049),  # nearly all that is enough: rays would take for ever
         ((8, 16, 64), 0.004, 0.0),  # less than enough
         ((16, 64), 0.01, 0.0),  # the first round's rays are aimed otherwise
-        ((8, 16, 20), 0.01, 0.0),  # too few more
+        ((8, 16, 19), 0.01, 0.0),  # too few more
         ((), 0.01, 0.0),
     ],
 )

@@ -102,7 +102,7 @@ def test_one_channel_gives_what_three_give_in_less_time(monkeypatch):
     """Rays cost the same; the sums over neighbours, a third as wide, are timed alone, by turns."""
     weigh, seconds = ErrorEstimator.weigh, ([], [])
 
-    def timed(self, halves):
+    def timed(self, halves, left):
         grey = Surface(
             self.surface.reflectance[:, :1], self.surface.emission[:, :1], self.surface.area
         )
@@ -115,7 +115,7 @@ def test_one_channel_gives_what_three_give_in_less_time(monkeypatch):
             for judge, some, spent in zip((replace(self, surface=grey), self), (narrow, halves),
                                           seconds):  # fmt: skip
                 began = time.process_time()
-                verdict = weigh(judge, some)
+                verdict = weigh(judge, some, left)
                 spent.append(time.process_time() - began)
         return verdict
 

@@ -61,7 +61,7 @@ class Estimate:
     direct_square: np.ndarray  # (count,) relative, mean over channels
     gather_square: np.ndarray  # (count,)
     apart: np.ndarray  # (count, channels) relative: half the halves' difference, as gathered
-    halves: tuple  # of irradiances (count, channels) in ``unit``, smoothed: all light of each
+    halves: tuple  # of direct irradiances (count, channels) in ``unit``, smoothed
 
     @property
     def square(self) -> np.ndarray:
@@ -103,7 +103,7 @@ class ErrorEstimator:
     sees: Callable  # (k,) bool of receivers (k,), (k,): whether one sees all of the other
     project: Projection | None = None
 
-    def weigh(self, halves: list[Lighting], left: list[np.ndarray | None]) -> Estimate:
+    def weigh(self, halves: list[Lighting], left=(None, None)) -> Estimate:
         """Combine the halves. ``left`` are the squared relative biases (count,) that each half
         knows of and could not correct; None: of none."""
         unit = self._typical(halves)
@@ -158,11 +158,11 @@ class ErrorEstimator:
             direct_square=shadow_square,
             gather_square=gather_square,
             apart=bounced * (bounced_a - bounced_b) / 2,
-            halves=(one_direct + one_indirect, two_direct + two_indirect),
+            halves=(one_direct, two_direct),
         )
 
     def reflected(self, estimate: Estimate) -> list[np.ndarray]:
-        """(count, channels) float32 radiosity that receivers reflect, by each half's light."""
+        """(count, channels) float32 radiosity that receivers reflect of direct light, by each half."""
         color = self.surface.reflectance.astype(np.float32)
         return [
             np.maximum(half, 0) * color * np.float32(estimate.unit) for half in estimate.halves

@@ -40,7 +40,8 @@ FEWEST_PATHS, MOST_PATHS = 2000, 20_000  # along the residual
 DIVISION_PATHS = 4000  # at most, to find elements to divide
 MORE_PATHS = 1.5  # times the paths so far: to follow fewer more is not worth it
 MEAN_ERROR = 0.25  # of the error asked for: standard error of the mean over paths
-MAX_DIVISIONS = 5  # rounds of dividing elements that bring a bias
+MANY_ELEMENTS = 5_000  # before any is divided: to solve them again takes longer than it tells
+MAX_DIVISIONS = 3  # rounds of dividing elements that bring a bias
 MOST_DIVIDED = 30  # times the elements at the start
 SMALL_BIAS = 0.2  # of the error asked for: the sum of a bias that is left to the correction
 
@@ -109,6 +110,8 @@ class Replicate:
 
     def _without_bias(self, radiosity: Radiosity, size: int, key) -> Radiosity:
         """Radiosities with the elements divided that bring a bias to the receivers."""
+        if radiosity.elements.count > MANY_ELEMENTS:
+            return radiosity
         for step in range(MAX_DIVISIONS):
             residuals = self._followed(radiosity, DIVISION_PATHS)
             if radiosity.elements.count > MOST_DIVIDED * size:
@@ -148,8 +151,7 @@ class Replicate:
 
     def _more_paths(self, radiosity: Radiosity, paths: int, batch: int) -> Residuals:
         return follow_residual(
-            self.context, self.footprints, radiosity, paths, self.needs.explicit,
-            self.context.seed, 11, self.number, batch,
+            self.context, self.footprints, radiosity, paths, self.context.seed, 11, self.number, batch,
         )
 
     def take(self, radiosity: Radiosity) -> SolveFigures:
@@ -162,8 +164,8 @@ class Replicate:
         return self._solved()
 
     def look_at_receivers(self, light: np.ndarray) -> SolveFigures:
-        """From now on gather ``light`` (count, channels), as exitance, where rays end on receivers.
-        It is finer than the elements' and has shadows in it."""
+        """From now on gather ``light`` (count, channels), direct light as exitance, where rays end on
+        receivers. It is finer than the elements' and has shadows in it."""
         known = build_receiver_map(
             self.receivers, self.footprints, len(self.context.scene.triangles),
             None if self.walls is None else self.walls.divided,

@@ -22,7 +22,6 @@ MAX_ROUNDS = 20
 MAX_SAMPLES = 1 << 14  # rays or points of a receiver in one round
 ELEMENTS_SHARE = 0.8  # of the goal: a larger error common to neighbours wants finer elements
 MOST_ELEMENTS = 200_000
-LOOKS = 2  # rounds after which all rays look at receivers anew: what leaks into pockets dies out
 LAST_RESTART = 6  # rounds: later, too much would be gathered anew
 GROWTH = 8  # times the samples so far, at most, in one round;
 LARGE_ROUND, LARGE_GROWTH = 1.5e7, 3  # with so many rays this: the elements may be too coarse
@@ -84,7 +83,7 @@ class Rounds:
                 learning = joined(learning, *self._both("learn"))
                 guide = make_guide(learning)
                 learns = guide is not None  # the first rays tell well enough whether one pays
-            if step < LOOKS and self.first.needs.everything:
+            if step == 0 and self.first.needs.everything:
                 self._look_at_receivers(estimate)
                 direct, gathered = self._more(estimate, plan, light, guide)
                 gathered = [(everyone, plan.rays)]
@@ -144,8 +143,8 @@ class Rounds:
         return plan
 
     def _look_at_receivers(self, estimate: Estimate) -> None:
-        """Both replicates gather from now on, where rays end on receivers, the light that is known
-        of these."""
+        """Where rays end on receivers, both replicates gather from now on the direct light that is
+        known of these."""
         one, other = self.estimator.reflected(estimate)
         self.second.ask("look_at_receivers", other)
         self.first.look_at_receivers(one)

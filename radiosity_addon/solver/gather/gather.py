@@ -85,7 +85,7 @@ def gather(
         for part in met:
             sides = sides_hit(elements, part.hits)
             hits = part.hits
-            unknown = radiosity.unknown_at(sides, hits.triangle, hits.u, hits.v)
+            unknown = np.flatnonzero(np.take(radiosity.unknown, sides))
             if share is not None:
                 unknown = unknown[of_first(share, part)[unknown, 0] > 0]
             if len(unknown):

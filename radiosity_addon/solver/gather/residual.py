@@ -61,7 +61,7 @@ class _Ends:
 
 
 def follow_residual(
-    context: Context, footprints: Footprints, radiosity: Radiosity, paths: int, explicit: bool, *key
+    context: Context, footprints: Footprints, radiosity: Radiosity, paths: int, *key
 ) -> Residuals:
     """``paths`` paths from receivers, as many from a receiver as its share of the area makes."""
     level = (np.arange(paths) + uniform((paths,), *key, 1)) / paths * footprints.cumulative[-1]
@@ -70,7 +70,7 @@ def follow_residual(
     table = first_hand_table(context, radiosity)
 
     def work(chunk: slice) -> Residuals:
-        return _follow(context, footprints, radiosity, table, owners[chunk], explicit,
+        return _follow(context, footprints, radiosity, table, owners[chunk],
                        (*key, chunk.start))  # fmt: skip
 
     chunks = ranges(paths, PATHS_PER_CHUNK)
@@ -88,7 +88,7 @@ def join_residuals(parts: list[Residuals]) -> Residuals:
     return Residuals(places=join_places([part.places for part in parts]), visit=visit, **arrays)
 
 
-def _follow(context, footprints, radiosity, table, owners, explicit: bool, key) -> Residuals:
+def _follow(context, footprints, radiosity, table, owners, key) -> Residuals:
     """Paths from ``owners`` (n,)."""
     count = len(owners)
     points = footprint_points(footprints, owners, uniform((count, 3), *key, 2), 1, *key)
@@ -97,8 +97,7 @@ def _follow(context, footprints, radiosity, table, owners, explicit: bool, key) 
     if points.shade is not None:
         share = points.shade.share_of_rays(directions)
         known, ends = known * share, replace(ends, weight=ends.weight * share[ends.path])
-    if explicit:
-        known = known + _direct(context, points, (*key, 4))
+    known = known + _direct(context, points, (*key, 4))
     lack = np.zeros((count, context.channels))
     visits = []
     for bounce in range(MAX_BOUNCES):
@@ -107,8 +106,7 @@ def _follow(context, footprints, radiosity, table, owners, explicit: bool, key) 
         later = bounce >= FULL_BOUNCES
         value, ends_next = _step(context, radiosity, table, ends, later, (*key, 5, bounce))
         if bounce == 0:  # where rays of the gather end, sides get rows (``late_rows``)
-            places = ends.places
-            value[radiosity.unknown_at(places.side, places.triangle, places.u, places.v)] = 0
+            value[radiosity.unknown[ends.places.side]] = 0
         for channel in range(context.channels):
             lack[:, channel] += np.bincount(ends.path, value[:, channel], count)
         visits.append((ends.path, ends.places, value.astype(np.float32)))

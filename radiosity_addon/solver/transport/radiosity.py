@@ -57,31 +57,33 @@ class Radiosity:
     residual: float
     seconds: float  # of the linear solve
     tolerance: float  # relative error of the bake that it is solved for
-    receivers: ReceiverMap | None = None  # where they are known, and what (R, channels) float32
-    of_receivers: np.ndarray | None = None  # light is reflected from them
+    source: np.ndarray  # (n_rows, channels) the part of the solution that is reflected first-hand
+    receivers: ReceiverMap | None = None  # where they are known, what they reflect first-hand,
+    of_receivers: np.ndarray | None = None  # (R, channels) float32, and what sides reflect beside
+    beside: np.ndarray | None = None  # that, (2 n_cells + 2, channels) float32
 
     def reflected_at(self, side: np.ndarray, triangle, u, v) -> np.ndarray:
         """(n, channels) float32 reflected radiosity at cell sides (n,), and at barycentric (u, v)
-        of triangles there: a receiver's own where it is known, else the element's."""
+        of triangles there: where a receiver is known, its own direct light takes the place of the
+        element's, which is a mean over light and shadow."""
         light = np.take(self.reflected, side, axis=0)
         if self.receivers is not None:
             receiver = self.receivers.at(triangle, u, v, (side & 1) == 0)
-            known = np.flatnonzero(receiver >= 0)
+            known = np.flatnonzero((receiver >= 0) & ~np.take(self.unknown, side))
             light[known] = np.take(self.of_receivers, receiver[known], axis=0)
+            light[known] += np.take(self.beside, side[known], axis=0)
         return light
 
-    def unknown_at(self, side: np.ndarray, triangle, u, v) -> np.ndarray:
-        """Which (k,) int of places (n,) nothing is known of."""
-        unknown = np.flatnonzero(np.take(self.unknown, side))
-        if self.receivers is None or len(unknown) == 0:
-            return unknown
-        front = (side[unknown] & 1) == 0
-        receiver = self.receivers.at(triangle[unknown], u[unknown], v[unknown], front)
-        return unknown[receiver < 0]
-
     def with_receivers(self, receivers: ReceiverMap, light: np.ndarray) -> Radiosity:
-        """Where rays end on receivers, these reflect ``light`` (R, channels)."""
-        return replace(self, receivers=receivers, of_receivers=light.astype(np.float32))
+        """Where rays end on receivers, these reflect ``light`` (R, channels) first-hand."""
+        found = replace(self, receivers=receivers, of_receivers=light.astype(np.float32))
+        return replace(found, beside=found._beside())
+
+    def _beside(self) -> np.ndarray:
+        """(2 n_cells + 2, channels) float32 reflected radiosity less what is first-hand."""
+        values = np.zeros((2 * self.elements.count, self.solution.shape[1]), np.float32)
+        values[self.transport.sides.side] = self.solution - self.source
+        return self.elements.values_of_cells(values, np.float32(0))
 
 
 def solve_radiosity(
@@ -111,16 +113,18 @@ def extended(context: Context, radiosity: Radiosity, places: Places, key) -> Rad
     found = solve_rows(
         context, elements, more.numbered_from(first), radiosity.tolerance, radiosity
     )
-    return replace(
+    result = replace(
         radiosity,
         reflected=radiosity.reflected + found.reflected,
         unknown=elements.values_of_cells(more.row == -1, False),
         transport=join_transports(before, more),
         solution=np.concatenate([radiosity.solution, found.solution]),
+        source=np.concatenate([radiosity.source, found.source]),
         iterations=max(radiosity.iterations, found.iterations),
         residual=max(radiosity.residual, found.residual),
         seconds=radiosity.seconds + found.seconds,
     )
+    return result if result.receivers is None else replace(result, beside=result._beside())
 
 
 def divided(context: Context, radiosity: Radiosity, chosen, places: Places, key) -> Radiosity:
@@ -128,10 +132,11 @@ def divided(context: Context, radiosity: Radiosity, chosen, places: Places, key)
     on their parts."""
     before = radiosity.transport
     elements = radiosity.elements
-    for fresh in range(HALVINGS):
-        parts = elements.count
-        elements = refine(context.geometry, elements, chosen if fresh == 0 else parts_of_chosen)
-        parts_of_chosen = np.arange(parts, elements.count)
+    parts = chosen
+    for _ in range(HALVINGS):
+        first = elements.count
+        elements = refine(context.geometry, elements, parts)
+        parts = np.arange(first, elements.count)
     kept = before.sides.take(np.flatnonzero(~np.isin(before.sides.side // 2, chosen)))
     inside = np.isin(radiosity.elements.sides_of(places.side) // 2, chosen)
     places = places[np.flatnonzero(inside)].on(elements)
@@ -147,7 +152,8 @@ def without_reflection(context: Context, target: int) -> Radiosity:
     elements = build_elements(context.geometry, _groups(context.scene), target)
     nothing = np.zeros((elements.nowhere + 1, context.channels), np.float32)
     emitted, known = _gathered_emission(context, elements), np.zeros(len(nothing), bool)
-    return Radiosity(elements, nothing, *emitted, known, None, nothing[:0], 0, 0.0, 0.0, 1.0)
+    return Radiosity(elements, nothing, *emitted, known, None, nothing[:0], 0, 0.0, 0.0, 1.0,
+                     nothing[:0])
 
 
 def _seeds(context, elements, receivers: int, place, target: int, key) -> Places:
@@ -202,6 +208,7 @@ def solve_rows(
     source = sides.lit + sides.reflectance * transport.sky
     if emitted is not None:
         source = source + sides.reflectance * _light_met(transport, emitted)
+    first = source
     if known is not None:
         source = source + sides.reflectance * _light_met(transport, known.reflected)
     solution, iterations, residual, began = source, 0, 0.0, time.perf_counter()
@@ -219,7 +226,7 @@ def solve_rows(
     unknown = elements.values_of_cells(transport.row == -1, False)
     return Radiosity(
         elements, table, emitted, varied, unknown, transport, solution, iterations, residual,
-        seconds, tolerance,
+        seconds, tolerance, first,
     )
 
 
