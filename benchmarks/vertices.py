@@ -56,7 +56,7 @@ def measure(obj, errors, seeds, truth: float, say=print) -> list[Row]:
             off = x - (a + b) / 2
             level = (a + b).mean(axis=1)
             square = (off**2).mean(axis=1) / np.maximum(level, level.mean()) ** 2
-            most = np.argsort(square)[: len(square) - len(square) // 100]
+            most = np.sort(np.argsort(square)[: len(square) - len(square) // 100])
             rows.append(Row(error, seed, said, relative_error(x, a, b),
                             relative_error(x[most], a[most], b[most])))  # fmt: skip
             row = rows[-1]
