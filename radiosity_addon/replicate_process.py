@@ -1,4 +1,4 @@
-"""Twin: a process beside this one that does a bake's second half. No bpy.
+"""Replicate process: beside this one, it does a bake's second replicate. No bpy.
 
 NumPy lets other threads go on only inside its loops, and these are short: two threads of one Python
 get no more done than one and a half, two processes twice as much (docs/cost.md has the figures).

@@ -1,7 +1,7 @@
 """The sequence: Scene and receivers in, Solution out. The algorithm, in order.
 
-Everything that is random is done twice, in two independent halves (``half``) whose mean is the
-result: their difference tells the error. They work in ``rounds`` until the error asked for is met.
+Everything that is random is done twice, in two independent replicates (``replicate``) whose mean is
+the result: their difference tells the error. They work in ``rounds`` until the error asked for is met.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def solve(
     ``project`` is a Projection to where the error is judged, for colours that are means over
     receivers; None judges the receivers themselves. ``progress``
     may raise to stop. ``kept`` has solves to use again and takes those made. ``beside`` does the
-    second half in another process (see ``half.Here`` for how it is spoken to); None does both here.
+    second replicate in another process (see ``replicate.LocalReplicate`` for how it is spoken to); None does both here.
     The result is the same. ``context`` is the scene's where it is open already. Raises ValueError
     for a scene that cannot be solved.
     """

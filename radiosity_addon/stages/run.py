@@ -21,8 +21,9 @@ from .layout import Layout, lay_out, shaded_layout
 def run(job: Job, progress: Progress = silent, kept=None, beside=None) -> Result:
     """Solve the scene and turn the light into each target's colours. Imports no bpy.
 
-    ``kept`` (solver.adaptive.solve_cache.Kept) has solves of an earlier bake to use again, and takes this one's.
-    ``beside`` (twin.Twin) does half of the work in another process.
+    ``kept`` (solver.adaptive.solve_cache.SolveCache) has solves of an earlier bake to use
+    again, and takes this one's.
+    ``beside`` (replicate_process) does half of the work in another process.
     Raises solver.progress.Cancelled (or whatever else ``progress`` raises) when told to stop.
     """
     from ..solver.sequence import open_scene, solve

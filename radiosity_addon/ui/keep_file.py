@@ -1,7 +1,7 @@
 """The file that keeps solves between the bakes of one Blender session. No bpy.
 
 It lies in Blender's own temporary folder, never beside the user's file, and holds what
-``solver.adaptive.solve_cache.Kept`` holds. Only the solver's process reads and writes it.
+``solver.adaptive.solve_cache.SolveCache`` holds. Only the solver's process reads and writes it.
 """
 
 from __future__ import annotations

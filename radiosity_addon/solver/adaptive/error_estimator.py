@@ -1,4 +1,4 @@
-"""Judge: from two independent halves of the light to a result, its error, and what to add.
+"""Error estimator: from two independent replicates to a result, its error, what to add.
 
 The error is the local relative RMS error of ``relative_error``, over the surface: a receiver counts
 by the area of its footprint, a colour by that of the faces it is fitted to.

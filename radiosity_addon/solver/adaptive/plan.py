@@ -1,6 +1,6 @@
 """Plan: how much of everything to spend for an asked error.
 
-The constants were measured on the study's scenes (docs/trade.md); the loop in ``sequence``
+The constants were measured on the study's scenes (docs/trade.md); the loop in ``rounds``
 corrects what they get wrong, so they decide on speed, not on truth.
 """
 

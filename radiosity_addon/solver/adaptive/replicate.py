@@ -1,6 +1,6 @@
-"""Half: one of two independent halves, in which everything that is random is done twice.
+"""Replicate: one of two, independent in all that is random, so that everything is done twice.
 
-The halves' mean is the result, their difference tells the error. Neither looks at the other, so the
+Their mean is the result, their difference tells the error. Neither looks at the other, so the
 second may live in another process: it is *asked*, works beside the first, and gives its *answers*
 later.
 """

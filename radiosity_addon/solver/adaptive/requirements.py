@@ -1,4 +1,4 @@
-"""Needs: which light a bake has to find. The rest costs neither rays nor unknowns."""
+"""Requirements: which light a bake has to find. The rest costs neither rays nor unknowns."""
 
 from __future__ import annotations
 

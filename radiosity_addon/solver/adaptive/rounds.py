@@ -1,4 +1,4 @@
-"""Rounds: solve, gather, judge, and again where the error is, until it is what was asked for.
+"""Rounds: solve, gather, estimate, and again where the error is, until it is what was asked for.
 
 More points and rays go to the receivers that need them; finer elements come first where the error
 is theirs.

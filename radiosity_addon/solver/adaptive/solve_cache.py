@@ -1,4 +1,4 @@
-"""Keep: solves of one scene, for baking it again without repeating what has not changed.
+"""Solve cache: solves of one scene, for baking it again without repeating what has not changed.
 
 What a solve depends on falls into three parts, each known by its digest: the *shape* (surfaces,
 what they reflect, where lights are), the *light* (how bright and of what colour they are), and the

@@ -1,4 +1,4 @@
-"""Ways: whether one place on the surface sees another."""
+"""Line of sight: whether one place on the surface sees another."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Chosen light: direct light where there are many lights, of which every point looks at a few."""
+"""Many lights: direct light where there are many lights, of which every point looks at a few."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Passage: what rays meet on their way through surfaces that let light through.
+"""Transmission: what rays meet on their way through surfaces that let light through.
 
 A cutout leaf or a pane of glass reflects its share and lets the rest straight on, tinted. Scenes
 without such surfaces never come here.

@@ -1,4 +1,4 @@
-"""Apart: parts of the surface that do not see each other are different elements.
+"""Discontinuities: parts of the surface that do not see each other are different elements.
 
 Inside a block that stands on the floor it is dark, and a radiosity shared with the lit floor around
 would leak in. So cells are cut along what crosses them or stands on them, small faces share an

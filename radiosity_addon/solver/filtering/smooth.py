@@ -1,4 +1,4 @@
-"""Smooth: share sampled light among neighbours, as far as the light itself allows.
+"""Smoothing: share sampled light among neighbours, as far as the light itself allows.
 
 Light varies slowly over most of a surface, its sampling noise does not, so neighbours are averaged
 by kernels of growing width. How far to go is chosen at every receiver by cross-validation: two

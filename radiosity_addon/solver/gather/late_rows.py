@@ -1,8 +1,8 @@
-"""Unseen: light that rays bring from sides that nothing was known of when the system was solved.
+"""Late rows: light that rays bring from sides that had no row when the system was solved.
 
 Elements are known where rays of a sample of the receivers met them, or rays of known ones. One of
-later rays in a few hundred meets another, as in a pocket of its own: the system is solved again
-with rows for that one too.
+later rays in a few hundred meets another, as in a pocket of its own: it gets a row then,
+and the new rows alone are solved.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Lighting: sums of light over a half's points and rays, at each receiver."""
+"""Lighting: sums of light over a replicate's points and rays, at each receiver."""
 
 from __future__ import annotations
 

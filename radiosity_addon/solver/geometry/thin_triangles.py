@@ -1,4 +1,4 @@
-"""Sharp edges: where two walls meet under a small angle, a ray's origin must keep its distance.
+"""Thin triangles: where two walls meet under a small angle, a ray's origin must keep its distance.
 
 Origins are lifted off their triangle (``geometry.OFFSET``). Nearer to a
 sharp edge than the lift over the tangent of its angle, that would put them behind the other wall:

@@ -1,4 +1,4 @@
-"""Emitters: which emissive faces are sampled as lights, and the flat lights that they become.
+"""Emissive faces: which emissive faces are sampled as lights, and the flat lights that they become.
 
 Faces are where they are small beside the scene; large ones (a glowing wall, a furnace) are met by
 enough rays anyway. Emission that varies is cut into cells. Where the back of a face emits otherwise

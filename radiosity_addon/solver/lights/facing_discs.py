@@ -1,4 +1,4 @@
-"""Spheres: point and spot lamps, hard or soft."""
+"""Facing discs: point and spot lamps, hard or soft."""
 
 from __future__ import annotations
 

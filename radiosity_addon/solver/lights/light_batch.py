@@ -1,4 +1,4 @@
-"""Lights: what the kinds of explicitly sampled light have in common.
+"""Light batch: what the kinds of explicitly sampled light have in common.
 
 The kinds are ``polygons``, ``spheres``, ``balls`` and ``suns``. A kind holds arrays, one entry a
 light. It gives, at points: the irradiance that would arrive without obstacles, and rays that test

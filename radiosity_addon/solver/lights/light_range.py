@@ -1,4 +1,4 @@
-"""Reach: which lights can light anything at all. The others are not sampled.
+"""Light range: which lights can light anything at all. The others are not sampled.
 
 A lamp whose beam passes the scene by, that faces away from all of it, or that is linked to nothing
 in it, costs neither rays nor choices.

@@ -1,4 +1,4 @@
-"""Balls: point and spot lamps whose soft falloff is off: glowing spheres, not facing discs.
+"""Spheres: point and spot lamps whose soft falloff is off: glowing spheres, not facing discs.
 
 Seen whole from a distance d such a lamp brings I cosθ / d², however large it is; partly below the
 horizon the part above; from inside the same everywhere.

@@ -1,4 +1,4 @@
-"""Sampling: randomised quasi-Monte Carlo numbers, directions and tangent frames.
+"""Sobol: randomised quasi-Monte Carlo numbers, directions and tangent frames.
 
 Every number follows from (seed, stream), never from threads or the clock.
 """

@@ -1,4 +1,4 @@
-"""Tracer: the one file that knows embreex. Rays in, hits out, float32.
+"""Embree: the one file that knows embreex. Rays in, hits out, float32.
 
 Embreex checks no shapes and prints its device's errors to a log, so both are checked here.
 The vertices must already be centred and scaled to a unit box (``geometry``): float32 needs it.

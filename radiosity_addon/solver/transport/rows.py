@@ -1,4 +1,4 @@
-"""Transport: form factors as rays. Row i of the matrix is what the rays of element side i hit.
+"""Rows: form factors as rays. Row i of the matrix is what the rays of element side i hit.
 
 Only sides that light can reach a receiver from get a row: those that receivers' rays meet, those
 that their rays meet, and so on. There are no unknowns for back sides that no ray meets.
