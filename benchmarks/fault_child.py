@@ -11,13 +11,13 @@ import os
 
 STAGES = {  # in order; what is called when one begins
     "start": "radiosity_addon.command:_import_bpy",
-    "open": "radiosity_addon.command:_open",
-    "export": "radiosity_addon.stages:prepare",
+    "open": "radiosity_addon.command:open_scene",
+    "export": "radiosity_addon.bake_job:prepare",
     "elements": "radiosity_addon.solver.sequence:build_context",
     "transport": "radiosity_addon.solver.transport.radiosity:trace_transport",
     "solve": "radiosity_addon.solver.transport.radiosity:solve_second_kind",
     "gather": "radiosity_addon.solver.adaptive.replicate:add_gathered",
-    "write": "radiosity_addon.stages:apply",
+    "write": "radiosity_addon.bake_job:apply",
     "save": "radiosity_addon.command:_save",
 }
 

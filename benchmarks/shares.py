@@ -28,14 +28,14 @@ WORKS = {  # (file, function) that do it, Embree and all
     "of which Lambert's formula": [("lambert.py", "polygon_form_factor")],
     "gathering": [("lighting.py", "add_gathered")],
     "of which rows for what no ray had met before": [("late_rows.py", "with_late_rows")],
-    "looking up what element a ray met": [("gather.py", "sides_hit")],
+    "looking up what element a ray met": [("rays.py", "sides_hit")],
     "directions and places of rays": [
         ("points.py", "footprint_points"),
-        ("gather.py", "_shared_directions"),
-        ("gather.py", "_own_directions"),
+        ("rays.py", "_shared_directions"),
+        ("rays.py", "_own_directions"),
     ],
     "smoothing and judging, and who is whose neighbour": [
-        ("error_estimator.py", "weigh"), ("error_estimator.py", "common"), ("error_estimator.py", "mark"),
+        ("error_estimator.py", "weigh"), ("error_estimator.py", "common"), ("error_estimator.py", "lacking"),
         ("sequence.py", "_judge"),
     ],
     "texels and footprints": [("layout.py", "lay_out"), ("footprints.py", "build_footprints")],

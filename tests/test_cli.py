@@ -194,7 +194,7 @@ def test_a_fault_of_ours_is_one_line_that_says_so(room, monkeypatch, capfd):
     def faulty(*_, **__):
         raise KeyError("corner")
 
-    monkeypatch.setattr("radiosity_addon.stages.run", faulty)
+    monkeypatch.setattr("radiosity_addon.bake_job.run", faulty)
     assert main([str(room)]) == 1
     err = capfd.readouterr().err
     assert err.count("\n") == 1 and "unexpected KeyError" in err and "RADIOSITY_DEBUG" in err

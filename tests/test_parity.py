@@ -1,6 +1,6 @@
 """A fast look at the parity suite: one small case of every group against Cycles, and its page.
 
-At 32² texels, 16 samples and an asked 3 % the bakes take seconds. The bound is 5 %: the asked 3 %,
+At 32² texels, 128 samples and an asked 3 % the bakes take seconds. The bound is 5 %: the asked 3 %,
 and what an asked error may be missed by; the references' noise enters only through its standard
 error, of which two are allowed, as in the suite. A wrong unit, a lost sun, a texture turned around
 or an object left out is off by 10 % and more.
@@ -18,10 +18,10 @@ from benchmarks.parity_stage import Case
 from verification.error import Measured
 
 BOUND = 0.05
-SIZE, SAMPLES = 32, 16
-FAST = {"point, radius 0.3": {}, "area, disc": {}, "image with a small sun, turned": {"samples": 64},
+SIZE, SAMPLES = 32, 128
+FAST = {"point, radius 0.3": {}, "area, disc": {}, "image with a small sun, turned": {"samples": 256},
         "image, sRGB": {"size": 64}, "tinted transparent": {}, "collection instances": {},
-        "direct, reflectance 0": {}, "smooth ball": {}, "normal map": {"samples": 64}}  # fmt: skip
+        "direct, reflectance 0": {}, "smooth ball": {}, "normal map": {"samples": 256}}  # fmt: skip
 
 
 @pytest.fixture(autouse=True)

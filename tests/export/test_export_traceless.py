@@ -36,8 +36,8 @@ def test_mode_stays_and_materials_are_still_evaluated(blender, export, mode):
     assert hasattr(scene.materials[scene.material[0]].reflectance, "pixels")
 
 
-WHERE = [("parts", "_read", 1, OSError), ("evaluated", "_bake", 3, KeyboardInterrupt),
-         ("evaluated", "_bake", 6, OSError),
+WHERE = [("parts", "_read", 1, OSError), ("evaluated", "bake_pass", 3, KeyboardInterrupt),
+         ("evaluated", "bake_pass", 6, OSError),
          ("panorama", "render", 2, KeyboardInterrupt)]  # fmt: skip
 
 

@@ -111,7 +111,7 @@ def test_interpolated_picture():
     own = Texture(field.pixels, whole, "EXTEND", "Linear")
     levels = evaluate_field(own, np.zeros(3600, int), np.stack([u, v], 1))[:, 0]
     levels = levels.reshape(60, 60)
-    found, x = floor_light(scene, each=15)
+    found, x = floor_light(scene, error=0.003, each=15)
     truth = of_texels(x, levels, np.arange(61) / 60)
     assert found.mean() == pytest.approx(truth.mean(), rel=0.005)
 

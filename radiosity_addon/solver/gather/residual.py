@@ -100,13 +100,15 @@ def _follow(context, footprints, radiosity, table, owners, key) -> Residuals:
     known = known + _direct(context, points, (*key, 4))
     lack = np.zeros((count, context.channels))
     visits = []
+    # Where rays of the gather end on sides without a row, these get one that lacks nothing
+    # (``late_rows``).
+    some = np.flatnonzero(~radiosity.unknown[ends.places.side])
+    ends = _Ends(ends.path[some], ends.places[some], ends.weight[some])
     for bounce in range(MAX_BOUNCES):
         if len(ends.path) == 0:
             break
         later = bounce >= FULL_BOUNCES
         value, ends_next = _step(context, radiosity, table, ends, later, (*key, 5, bounce))
-        if bounce == 0:  # where rays of the gather end, sides get rows (``late_rows``)
-            value[radiosity.unknown[ends.places.side]] = 0
         for channel in range(context.channels):
             lack[:, channel] += np.bincount(ends.path, value[:, channel], count)
         visits.append((ends.path, ends.places, value.astype(np.float32)))
