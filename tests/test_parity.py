@@ -21,7 +21,7 @@ BOUND = 0.05
 SIZE, SAMPLES = 32, 128
 FAST = {"point, radius 0.3": {}, "area, disc": {}, "image with a small sun, turned": {"samples": 256},
         "image, sRGB": {"size": 64}, "tinted transparent": {}, "collection instances": {},
-        "direct, reflectance 0": {}, "smooth ball": {}, "normal map": {"samples": 256}}  # fmt: skip
+        "direct, reflectance 0": {}, "smooth ball": {"samples": 512}, "normal map": {"samples": 256}}  # fmt: skip
 
 
 @pytest.fixture(autouse=True)

@@ -36,12 +36,12 @@ from .requirements import Requirements, requirements_of
 # size does to the light then shows in the difference of the halves.
 SHARE_OF_ELEMENTS = (0.6, 1.35)
 SHARE_OF_ROW_RAYS = (1.5, 0.75)  # so that the halves cost about the same
-FEWEST_PATHS, MOST_PATHS = 2000, 20_000  # along the residual
+FEWEST_PATHS, MOST_PATHS = 2000, 40_000  # along the residual
 DIVISION_PATHS = 4000  # at most, to find elements to divide
 MORE_PATHS = 1.5  # times the paths so far: to follow fewer more is not worth it
 MEAN_ERROR = 0.25  # of the error asked for: standard error of the mean over paths
 MANY_ELEMENTS = 5_000  # before any is divided: to solve them again takes longer than it tells
-MAX_DIVISIONS = 3  # rounds of dividing elements that bring a bias
+MAX_DIVISIONS = 5  # rounds of dividing elements that bring a bias
 MOST_DIVIDED = 30  # times the elements at the start
 SMALL_BIAS = 0.2  # of the error asked for: the sum of a bias that is left to the correction
 
