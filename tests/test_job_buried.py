@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from radiosity_addon.bake.fill import fill_texels
 from radiosity_addon.bake_job import Job, run
 from radiosity_addon.export.exported import CornerMap, ExportedObject
 from radiosity_addon.settings import Settings
@@ -61,17 +60,3 @@ def test_the_underside_of_a_box_on_a_sheet_is_black():
     p = vertices[faces]
     down = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])[:, 2] < 0
     assert down.sum() == 2 and not colors[triangles[down]].any()
-
-
-def test_fill_takes_the_nearest_texel_of_the_same_island():
-    """Two islands one texel apart: the second one's buried texel is nearer to the first, of which
-    it takes nothing; one of which nothing is known stays black."""
-    known, wanted = np.zeros((2, 3, 12), bool)
-    known[0, :4] = True  # brightness 1
-    wanted[0, 5:8] = True
-    known[0, 8] = True  # brightness 2
-    wanted[2, 0] = True
-    pixels = np.where(known, np.where(np.arange(12) < 5, 1.0, 2.0), 0.0)[..., None].repeat(3, 2)
-    fill_texels(pixels, known, wanted)
-    assert pixels[0, :, 0].tolist() == [1, 1, 1, 1, 0, 2, 2, 2, 2, 0, 0, 0]
-    assert not pixels[2].any()
