@@ -113,9 +113,9 @@ class Replicate:
         if radiosity.elements.count > MANY_ELEMENTS:
             return radiosity
         for step in range(MAX_DIVISIONS):
-            residuals = self._followed(radiosity, DIVISION_PATHS)
             if radiosity.elements.count > MOST_DIVIDED * size:
                 break
+            residuals = self._followed(radiosity, DIVISION_PATHS)
             chosen, bias = self._biased(radiosity, residuals)
             if bias < SMALL_BIAS * self.error:
                 break
