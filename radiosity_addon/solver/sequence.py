@@ -24,7 +24,7 @@ from .filtering.lattice import build_lattices
 from .geometry.footprints import Footprints, build_footprints
 from .geometry.triangles import rounding_warning
 from .lights.context import Context, build_context
-from .materials.region_means import Regions
+from .materials.region_means import footprint_regions
 from .progress import Progress, silent
 from .receivers import Receivers
 from .scene import Scene
@@ -139,8 +139,7 @@ def _surface(context: Context, footprints: Footprints) -> Surface:
     reflectance, emission = np.zeros((2, cells, context.channels))
     for square in (False, True):
         some = np.flatnonzero(footprints.square == square)
-        corners = np.moveaxis(footprints.corners[some].astype(float), 1, 0)
-        regions = Regions(footprints.triangle[some], *corners, square)
+        regions = footprint_regions(footprints, some, square)
         reflectance[some] = context.mean_reflectance(regions)
         emission[some], _ = context.mean_emission(regions)
     mean = footprints.mean_of_cells

@@ -144,12 +144,14 @@ def biased_elements(
     explain; and that bias, relative: the sum over their parts of its absolute value.
 
     ``scale`` (n_paths,) is what lacks are relative to; ``side`` and ``position`` (n_visits, 3) are
-    the visits' element sides and where they are. Parts are octants around the mean of the visits
-    to a side.
+    the visits' element sides, below 0 for what is no element, and where they are. Parts are octants
+    around the mean of the visits to a side.
     """
-    if len(side) == 0:
+    some = np.flatnonzero(side >= 0)
+    if len(some) == 0:
         return np.zeros(0, np.int64), 0.0
-    value = residuals.value.mean(axis=1, dtype=float) / scale[residuals.visit]
+    value = residuals.value[some].mean(axis=1, dtype=float) / scale[residuals.visit[some]]
+    side, position = side[some], position[some]
     sides, mine = np.unique(side, return_inverse=True)
     mine = mine.reshape(-1)
     number = np.bincount(mine)

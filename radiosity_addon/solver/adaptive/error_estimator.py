@@ -61,7 +61,6 @@ class Estimate:
     direct_square: np.ndarray  # (count,) relative, mean over channels
     gather_square: np.ndarray  # (count,)
     apart: np.ndarray  # (count, channels) relative: half the halves' difference, as gathered
-    halves: tuple  # of direct irradiances (count, channels) in ``unit``, smoothed
 
     @property
     def square(self) -> np.ndarray:
@@ -158,15 +157,7 @@ class ErrorEstimator:
             direct_square=shadow_square,
             gather_square=gather_square,
             apart=bounced * (bounced_a - bounced_b) / 2,
-            halves=(one_direct, two_direct),
         )
-
-    def reflected(self, estimate: Estimate) -> list[np.ndarray]:
-        """(count, channels) float32 radiosity that receivers reflect of direct light, by each half."""
-        color = self.surface.reflectance.astype(np.float32)
-        return [
-            np.maximum(half, 0) * color * np.float32(estimate.unit) for half in estimate.halves
-        ]
 
     def lacking(self, estimate: Estimate, goal: float, light: Lighting):
         """How many points and rays receivers lack for a relative error ``goal``: (count,) float64

@@ -30,6 +30,8 @@ class Plan:
     elements: int
     row_rays: int
     row_points: int
+    patch_rays: int  # of each patch of a receiver
+    patch_points: int
     points: int  # of each receiver, for direct light
     rays: int  # of each receiver, for gathered light
 
@@ -37,7 +39,7 @@ class Plan:
         """More elements, whose error is ``excess`` times what it may be (error² ~ 1 / elements)."""
         elements = int(self.elements * min(max(excess**2, 2), 16))
         rays = 2 * self.row_rays if 2 * self.row_rays * elements <= MOST_ROW_RAYS else self.row_rays
-        return replace(self, elements=elements, row_rays=rays)
+        return replace(self, elements=elements, row_rays=rays, patch_rays=2 * self.patch_rays)
 
 
 def make_plan(error: float, receivers: int, smoothing: bool, corners: bool = False) -> Plan:
@@ -61,6 +63,8 @@ def make_plan(error: float, receivers: int, smoothing: bool, corners: bool = Fal
         elements=int(min(elements, 60_000)),
         row_rays=64,
         row_points=8,
+        patch_rays=round_up(64 * elements / max(receivers, 1), 4, 64),
+        patch_points=2,
         points=points,
         rays=rays,
     )

@@ -7,7 +7,7 @@ later.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -21,7 +21,7 @@ from ..progress import silent
 from ..receivers import Receivers
 from ..sampling.guide import Guide, Learning, clusters_of, start_learning
 from ..transport.radiosity import Radiosity, divided, solve_radiosity, without_reflection
-from ..transport.receiver_map import build_receiver_map
+from ..transport.patches import ReceiverPatches, build_receiver_patches
 from .correction import (
     Correction,
     biased_elements,
@@ -94,6 +94,15 @@ class Replicate:
         """(count,) of receivers that learn together."""
         return clusters_of(*self.footprints.middle(), self.footprints.area)
 
+    def _patches(self, elements: int) -> ReceiverPatches | None:
+        """Receivers no larger than so many elements would be, as patches."""
+        geometry = self.context.geometry
+        return build_receiver_patches(
+            self.receivers, self.footprints, self.context.scene.object,
+            geometry.area.sum() / elements,
+            None if self.walls is None else self.walls.divided,
+        )
+
     def solve(self, plan: Plan) -> SolveFigures:
         """Radiosities for ``plan``; what was gathered by others is forgotten."""
         context, size = self.context, int(plan.elements * SHARE_OF_ELEMENTS[self.number])
@@ -103,17 +112,18 @@ class Replicate:
         key = (context.seed, 10, self.number, plan.elements)
         everyone = np.arange(self.footprints.count)
         place = place_on(self.footprints, everyone, plan.row_points, *key)
+        own = replace(plan, elements=size, row_rays=rays)
         radiosity = solve_radiosity(
-            context, len(everyone), place, size, rays, plan.row_points, self.error, key
+            context, self.footprints, place, self._patches(plan.elements), own, self.error, key
         )
         return self.take(self._without_bias(radiosity, size, key))
 
     def _without_bias(self, radiosity: Radiosity, size: int, key) -> Radiosity:
         """Radiosities with the elements divided that bring a bias to the receivers."""
-        if radiosity.elements.count > MANY_ELEMENTS:
+        if radiosity.patches.elements.count > MANY_ELEMENTS:
             return radiosity
         for step in range(MAX_DIVISIONS):
-            if radiosity.elements.count > MOST_DIVIDED * size:
+            if radiosity.patches.elements.count > MOST_DIVIDED * size:
                 break
             residuals = self._followed(radiosity, DIVISION_PATHS)
             chosen, bias = self._biased(radiosity, residuals)
@@ -126,12 +136,12 @@ class Replicate:
 
     def _biased(self, radiosity: Radiosity, residuals: Residuals):
         """Elements worth dividing, and the bias they bring: see ``biased_elements``."""
-        places = residuals.places
+        places, patches = residuals.places, radiosity.patches
         uv = np.stack([places.u, places.v], 1).astype(float)
         return biased_elements(
             residuals,
             irradiance_scale(residuals, self._regions(residuals)),
-            radiosity.elements.sides_of(places.side),
+            patches.of(places.entry) - patches.first,
             self.context.geometry.at(places.triangle, uv),
         )
 
@@ -162,15 +172,6 @@ class Replicate:
             self.residuals = self._followed(radiosity, MOST_PATHS)
             self._correct()
         return self._solved()
-
-    def look_at_receivers(self, light: np.ndarray) -> SolveFigures:
-        """From now on gather ``light`` (count, channels), direct light as exitance, where rays end on
-        receivers. It is finer than the elements' and has shadows in it."""
-        known = build_receiver_map(
-            self.receivers, self.footprints, len(self.context.scene.triangles),
-            None if self.walls is None else self.walls.divided,
-        )
-        return self.take(self.radiosity.with_receivers(known, light))
 
     def audit(self, factor: float) -> None:
         """Follow ``factor`` times as many paths as so far."""

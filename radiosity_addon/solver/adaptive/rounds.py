@@ -83,11 +83,6 @@ class Rounds:
                 learning = joined(learning, *self._both("learn"))
                 guide = make_guide(learning)
                 learns = guide is not None  # the first rays tell well enough whether one pays
-            if step == 0 and self.first.needs.everything:
-                self._look_at_receivers(estimate)
-                direct, gathered = self._more(estimate, plan, light, guide)
-                gathered = [(everyone, plan.rays)]
-                continue
             shadows, dim = estimate.squares()
             told.append((light[0].rays.mean(), dim))
             floor = _floor(told, min(shadows, DIRECT_SHARE * plan.goal**2), plan.enough)
@@ -98,8 +93,6 @@ class Rounds:
                 if not self._time_for(2 * (laps.get("transport", 0.0) + laps["gather"])):
                     break
                 plan = self._solve(plan)
-                if self.first.needs.everything:
-                    self._look_at_receivers(estimate)
                 rays = round_up(np.median(light[0].rays), 4, MAX_SAMPLES)
                 direct, gathered = [], [(everyone, rays)]
                 continue
@@ -141,14 +134,6 @@ class Rounds:
         if keeps:
             self.kept.add(self.first.context, plan, list(self._both("give")))
         return plan
-
-    def _look_at_receivers(self, estimate: Estimate) -> None:
-        """Where rays end on receivers, both replicates gather from now on the direct light that is
-        known of these."""
-        one, other = self.estimator.reflected(estimate)
-        self.second.ask("look_at_receivers", other)
-        self.first.look_at_receivers(one)
-        self.clock.lap("transport")
 
     def _audited(self, estimate: Estimate, plan: Plan) -> bool:
         """Whether both replicates have followed more paths along the residual, as they know of a

@@ -70,6 +70,8 @@ class SolveCache:
             return None
         chosen = fine[-1]
         if self._now[1] != self.light:
+            if any(block.onward for half in chosen.halves for block in half.transport.blocks):
+                return None  # rays found light themselves: they must be traced again
             chosen = self._lit_anew(context, chosen, tolerance)
         elif self._now[2] == self.receivers:
             chosen = next((solve for solve in fine if _same(solve.plan, plan)), chosen)
@@ -106,12 +108,13 @@ class SolveCache:
 def lit_anew(context: Context, half: Radiosity, unit: float, tolerance: float, key) -> Radiosity:
     """The same elements and rows under the context's lamps: direct light at the points that the
     rows start from, and the linear system. ``unit`` is what the rows' sky was divided by."""
-    sides = half.transport.sides
-    _, lit, spread = light_points(context, sides.points, key)
-    sides = replace(sides, lit=lit, spread=spread)
-    sky = half.transport.sky * (unit / context.unit)
-    transport = replace(half.transport, sides=sides, sky=sky)
-    return solve_rows(context, half.elements, transport, tolerance)
+    blocks = []
+    for number, block in enumerate(half.transport.blocks):
+        _, lit, spread = light_points(context, block.patches.points, (*key, number))
+        patches = replace(block.patches, lit=lit, spread=spread)
+        blocks.append(replace(block, patches=patches, sky=block.sky * (unit / context.unit)))
+    transport = replace(half.transport, blocks=tuple(blocks))
+    return solve_rows(context, half.patches, transport, tolerance)
 
 
 def _as_fine(kept: Plan, asked: Plan) -> bool:

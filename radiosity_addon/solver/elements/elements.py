@@ -40,19 +40,8 @@ class Elements:
     cut: np.ndarray  # (n_grids - n_triangles, 3) float32: of those of n = 0, see ``cut_cells``
     has_cuts: bool
 
-    @property
-    def miss(self) -> int:
-        """The cell side that stands for nothing hit."""
-        return 2 * len(self.element)
-
-    @property
-    def nowhere(self) -> int:
-        """The cell side that stands for a place too near a cut to lie on either side of it: no
-        light comes from there."""
-        return self.miss + 1
-
     def sides_of(self, cell_sides: np.ndarray) -> np.ndarray:
-        """Element sides of cell sides, none of which may be the miss."""
+        """Element sides of cell sides."""
         return 2 * self.element[cell_sides >> 1].astype(np.int64) + (cell_sides & 1)
 
     def shared(self) -> np.ndarray:
@@ -71,7 +60,8 @@ class Elements:
         return result
 
     def cells_at(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Undivided cells (n,) int32 at barycentric (u, v) of triangles; -1 counts as 0."""
+        """Undivided cells (n,) int32 at barycentric (u, v) of triangles; -1 counts as 0. The number of
+        cells stands for a place within BAND of a cut, on neither side of it."""
         triangle = triangle.astype(np.intp)
         cells = np.take(self.base, triangle, mode="clip")
         n = np.take(self.grid, triangle, mode="clip")
@@ -113,13 +103,12 @@ class Elements:
         x[some], y[some] = u, v
 
     def values_of_cells(self, values: np.ndarray, nothing) -> np.ndarray:
-        """(2 n_cells + 2, ...) from values of element sides (2 n_elements, ...), for lookups by
-        cell side; ``nothing`` for divided cells, the miss and nowhere."""
+        """(2 n_cells, ...) from values of element sides (2 n_elements, ...), for lookups by cell
+        side; ``nothing`` for divided cells."""
         owner = np.where(self.element >= 0, self.element, 0)
         pairs = values.reshape((-1, 2) + values.shape[1:])[owner]
         pairs[self.element < 0] = nothing
-        table = pairs.reshape((-1,) + values.shape[1:])
-        return np.concatenate([table, np.full((2,) + values.shape[1:], nothing, values.dtype)])
+        return pairs.reshape((-1,) + values.shape[1:])
 
 
 def build_elements(geometry: Geometry, group: np.ndarray, target: int) -> Elements:

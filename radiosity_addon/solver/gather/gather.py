@@ -16,28 +16,25 @@ from ..lights.polygons import NEAR
 from ..sampling.guide import Guide, Learning
 from ..sampling.points import grouped_chunks
 from ..sampling.sobol import sobol
+from ..transport.onward import arrive
 from ..transport.rays import (
     RAYS_PER_CHUNK,
     Met,
-    find_lost,
     mean_of_rays,
     of_first,
     shoot,
     shoot_guided,
-    sides_hit,
 )
+from ..transport.rows import Places, join_places
 from ..workers.parallel import map_chunks
 
 
 @dataclass(frozen=True)
 class LateHits:
-    """k places met of which nothing is known: cell side, triangle, barycentric u and v, which
-    owner's ray met it, and ``weight`` (k, channels): its share in the owner's mean."""
+    """k places met of which nothing is known, which owner's ray met it, and ``weight`` (k, channels):
+    its share in the owner's mean."""
 
-    side: np.ndarray
-    triangle: np.ndarray
-    u: np.ndarray
-    v: np.ndarray
+    places: Places
     owner: np.ndarray
     weight: np.ndarray
 
@@ -59,12 +56,10 @@ def gather(
     owners: np.ndarray, learns: bool = False, guide: Guide | None = None,
 ) -> Gathered:
     """Light that ``rays`` from each of ``count`` owners bring; ``place(chosen, group)`` gives the
-    owners' Points. ``radiosity`` has ``elements`` and, by cell side, ``reflected`` and ``emitted``
-    (2 n_cells + 2, channels) float32, how long those are that are ``varied``, and bool whether it is ``unknown``. ``owners`` (count,) are
-    the receivers' numbers; where somebody ``learns``, lessons are given; ``guide`` aims the rays;
-    None: nobody."""
+    owners' Points. ``radiosity`` is a Radiosity. ``owners`` (count,) are the receivers' numbers; where
+    somebody ``learns``, lessons are given; ``guide`` aims the rays; None: nobody."""
     totals, unseen, lessons = np.zeros((2, count, context.channels)), [], []
-    elements = radiosity.elements
+    patches = radiosity.patches
     emitted = first_hand_table(context, radiosity)
 
     def work(chunk):
@@ -82,10 +77,9 @@ def gather(
             weight = share if weight is None else weight * share
         bounced, first, brought = 0.0, 0.0, None
         unseen = []
-        for part in met:
-            sides = sides_hit(elements, part.hits)
-            hits = part.hits
-            unknown = np.flatnonzero(np.take(radiosity.unknown, sides))
+        arrived, found = arrive(context, patches, met, (*key_, 1))
+        for part, entries in arrived:
+            unknown = np.flatnonzero(np.take(radiosity.unknown, entries))
             if share is not None:
                 unknown = unknown[of_first(share, part)[unknown, 0] > 0]
             if len(unknown):
@@ -93,18 +87,29 @@ def gather(
                 worth = worth * (1 if weight is None else of_first(weight, part)[unknown])
                 worth = np.broadcast_to(worth / rays, (len(unknown), context.channels))
                 numbers = np.arange(count)[chosen]
-                unseen.append(_unseen(sides, part, unknown, numbers, worth))
-            if part.rays is None:
-                find_lost(sides, elements, len(whose))
-            light = radiosity.reflected_at(sides, hits.triangle, hits.u, hits.v)
+                unseen.append(_unseen(entries, part, unknown, numbers, worth))
+            light = np.take(radiosity.reflected, entries, axis=0)
             bounced = bounced + mean_of_rays(light, part, rays, len(whose), weight)
-            direct = first_hand(context, radiosity, emitted, sides, part, directions)
+            direct = first_hand(context, radiosity, emitted, entries, part, directions)
             if direct is not None:
-                first = first + mean_of_rays(direct, part, rays, len(whose), weight)
+                mean = mean_of_rays(direct, part, rays, len(whose), weight)
                 light = light + direct
+                if part.reflected:
+                    bounced = bounced + mean
+                else:
+                    first = first + mean
             if learns:
                 seen = light if share is None else light * of_first(share, part)
                 brought = _brought(seen, part, brought)
+        for part in found:
+            mean = mean_of_rays(part.light, part, rays, len(whose), weight)
+            if part.reflected:
+                bounced = bounced + mean
+            else:
+                first = first + mean
+            if learns:
+                light = part.light if share is None else part.light * of_first(share, part)
+                brought = _brought(light, part, brought)
         if not learns:
             lesson = None
         elif guide is None:  # most bakes end with their first round: nobody asks
@@ -125,20 +130,21 @@ def gather(
     return Gathered(*totals, _join_unseen(unseen), lessons)
 
 
-def _unseen(sides: np.ndarray, met: Met, index: np.ndarray, chosen, weight) -> LateHits:
+def _unseen(entries: np.ndarray, met: Met, index: np.ndarray, chosen, weight) -> LateHits:
     """The hits ``index`` (k,) of rays from owners ``chosen`` (R,)."""
     number, hits = index if met.rays is None else met.rays[index], met.hits
-    return LateHits(
-        sides[index], hits.triangle[index], hits.u[index], hits.v[index],
-        chosen[number % len(chosen)], weight,
-    )
+    places = Places(entries[index], hits.triangle[index], hits.u[index], hits.v[index],
+                    hits.front[index])  # fmt: skip
+    return LateHits(places, chosen[number % len(chosen)], weight)
 
 
 def _join_unseen(parts: list[LateHits]) -> LateHits | None:
-    names = ("side", "triangle", "u", "v", "owner", "weight")
     if not parts:
         return None
-    return LateHits(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+    owner, weight = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("owner", "weight")
+    )
+    return LateHits(join_places([part.places for part in parts]), owner, weight)
 
 
 def _lesson(xi, turn, owners, brought, learning: Learning):
@@ -151,7 +157,7 @@ def _brought(light: np.ndarray, met: Met, before: np.ndarray | None) -> np.ndarr
     what the rays brought ``before``."""
     if met.weight is not None:
         light = light * met.weight
-    mean = light @ np.full(light.shape[1], 1 / light.shape[1], np.float32)
+    mean = (light @ np.full(light.shape[1], 1 / light.shape[1])).astype(np.float32)
     if met.rays is None:
         return mean
     before[met.rays] += mean
@@ -159,22 +165,22 @@ def _brought(light: np.ndarray, met: Met, before: np.ndarray | None) -> np.ndarr
 
 
 def first_hand_table(context: Context, radiosity) -> np.ndarray | None:
-    """(2 n_cells + 2, channels) float32 light first-hand from what rays meet, by cell side: emission
+    """(n_entries, channels) float32 light first-hand from what rays meet, by entry: emission
     that is not sampled explicitly, and of the miss a constant sky's; None where there is neither."""
     emitted, sky = radiosity.emitted, context.sky
     if sky is None or not sky.constant:
         return emitted
     table = np.zeros_like(radiosity.reflected) if emitted is None else emitted.copy()
-    table[radiosity.elements.miss] = sky.pixels[0, 0]
+    table[radiosity.patches.miss] = sky.pixels[0, 0]
     return table
 
 
-def first_hand(context: Context, radiosity, emitted, sides, met: Met, directions: np.ndarray):
+def first_hand(context: Context, radiosity, emitted, entries, met: Met, directions: np.ndarray):
     """(k, channels) float32 light from the sky, and emission met; None where there is neither. What
     a near ray meets of a picture is its value there, of a far one the mean over the cell."""
-    light = None if emitted is None else np.take(emitted, sides, axis=0)
+    light = None if emitted is None else np.take(emitted, entries, axis=0)
     if radiosity.varied is not None:
-        near = np.take(radiosity.varied, sides) > NEAR * met.hits.distance
+        near = np.take(radiosity.varied, entries) > NEAR * met.hits.distance
         some = np.flatnonzero(near & (met.hits.triangle >= 0))
         uv = np.stack([met.hits.u[some], met.hits.v[some]], 1).astype(float)
         found = context.emission(met.hits.triangle[some], uv, met.hits.front[some])
@@ -182,8 +188,7 @@ def first_hand(context: Context, radiosity, emitted, sides, met: Met, directions
     if context.sky is None or context.sky.constant:
         return light
     if light is None:
-        light = np.zeros((len(sides), context.channels), np.float32)
+        light = np.zeros((len(entries), context.channels), np.float32)
     missed = np.flatnonzero(met.hits.triangle < 0)
-    numbers = missed if met.rays is None else met.rays[missed]
-    light[missed] += context.sky(directions.reshape(-1, 3)[numbers])
+    light[missed] += context.sky(met.directions_of(missed, directions))
     return light

@@ -13,7 +13,6 @@ import numpy as np
 
 from ..lights.context import Context
 from ..transport.radiosity import Radiosity, extended
-from ..transport.rows import Places
 from .gather import Gathered
 
 
@@ -25,8 +24,7 @@ def with_late_rows(
     unseen = found.unseen
     if unseen is None:
         return found, radiosity
-    places = Places(unseen.side, unseen.triangle, unseen.u, unseen.v)
-    radiosity = extended(context, radiosity, places, key)
-    light = unseen.weight * radiosity.reflected[unseen.side]
+    radiosity = extended(context, radiosity, unseen.places, key)
+    light = unseen.weight * radiosity.reflected[unseen.places.entry]
     more = [np.bincount(unseen.owner, column, len(found.bounced)) for column in light.T]
     return replace(found, bounced=found.bounced + np.stack(more, 1)), radiosity

@@ -21,8 +21,9 @@ from ..lights.context import Context
 from ..sampling.points import Points, footprint_points, points_on
 from ..sampling.sobol import uniform
 from ..transport.radiosity import Radiosity
-from ..transport.rays import Met, find_lost, mean_of_rays, shoot_apart, sides_hit
-from ..transport.rows import Places, join_places
+from ..transport.onward import arrive
+from ..transport.rays import Met, mean_of_rays, shoot_apart
+from ..transport.rows import Places, join_places, no_places
 from ..workers.parallel import map_chunks, ranges
 from .gather import first_hand, first_hand_table
 
@@ -52,7 +53,7 @@ class Residuals:
 
 @dataclass(frozen=True)
 class _Ends:
-    """Where k rays of paths ended: cell sides and barycentric places; ``weight`` (k, channels) of
+    """Where k rays of paths ended; ``weight`` (k, channels) of
     the light that comes back along the path."""
 
     path: np.ndarray
@@ -93,7 +94,7 @@ def _follow(context, footprints, radiosity, table, owners, key) -> Residuals:
     count = len(owners)
     points = footprint_points(footprints, owners, uniform((count, 3), *key, 2), 1, *key)
     met, directions = shoot_apart(context, points, 1, *key, 3)
-    known, ends = _arrived(context, radiosity, table, met, directions, count)
+    known, ends = _arrived(context, radiosity, table, met, directions, count, (*key, 6))
     if points.shade is not None:
         share = points.shade.share_of_rays(directions)
         known, ends = known * share, replace(ends, weight=ends.weight * share[ends.path])
@@ -102,7 +103,7 @@ def _follow(context, footprints, radiosity, table, owners, key) -> Residuals:
     visits = []
     # Where rays of the gather end on sides without a row, these get one that lacks nothing
     # (``late_rows``).
-    some = np.flatnonzero(~radiosity.unknown[ends.places.side])
+    some = np.flatnonzero(~radiosity.unknown[ends.places.entry])
     ends = _Ends(ends.path[some], ends.places[some], ends.weight[some])
     for bounce in range(MAX_BOUNCES):
         if len(ends.path) == 0:
@@ -115,7 +116,7 @@ def _follow(context, footprints, radiosity, table, owners, key) -> Residuals:
         ends = ends_next
     nothing = np.zeros(0, np.int64)
     path, places, value = zip(
-        *visits or [(nothing, Places(*4 * (nothing,)), np.zeros((0, context.channels)))]
+        *visits or [(nothing, no_places(), np.zeros((0, context.channels)))]
     )
     return Residuals(
         owners, known.astype(np.float32), lack.astype(np.float32), join_places(list(places)),
@@ -123,23 +124,25 @@ def _follow(context, footprints, radiosity, table, owners, key) -> Residuals:
     )
 
 
-def _arrived(context, radiosity, table, met: list[Met], directions, count: int):
+def _arrived(context, radiosity, table, met: list[Met], directions, count: int, key):
     """(R, channels) irradiance that rays (rays, R) bring by the table, and where the first of each
     owner's rays ended, with all that it met on its way."""
     arriving, ends, rays = 0.0, [], len(directions)
-    for part in met:
-        sides = sides_hit(radiosity.elements, part.hits)
-        if part.rays is None:
-            find_lost(sides, radiosity.elements, count)
+    patches = radiosity.patches
+    arrived, found = arrive(context, patches, met, key)
+    for part in found:
+        arriving = arriving + mean_of_rays(part.light, part, rays, count)
+    for part, entries in arrived:
         hits = part.hits
-        light = radiosity.reflected_at(sides, hits.triangle, hits.u, hits.v)
-        direct = first_hand(context, radiosity, table, sides, part, directions)
+        light = np.take(radiosity.reflected, entries, axis=0)
+        direct = first_hand(context, radiosity, table, entries, part, directions)
         light = light if direct is None else light + direct
         arriving = arriving + mean_of_rays(light, part, rays, count)
-        number = np.arange(len(sides)) if part.rays is None else part.rays
-        some = np.flatnonzero((number < count) & (sides < radiosity.elements.miss))
+        number = np.arange(len(entries)) if part.rays is None else part.rays
+        some = np.flatnonzero((number < count) & patches.somewhere(entries))
         weight = 1.0 if part.weight is None else part.weight[some]
-        places = Places(sides[some], hits.triangle[some], hits.u[some], hits.v[some])
+        places = Places(entries[some], hits.triangle[some], hits.u[some], hits.v[some],
+                        hits.front[some])  # fmt: skip
         weight = np.broadcast_to(weight, (len(some), context.channels))
         ends.append(_Ends(number[some] % count, places, weight))
     return arriving, _Ends(
@@ -151,7 +154,7 @@ def _arrived(context, radiosity, table, met: list[Met], directions, count: int):
 def _step(context, radiosity, table, ends: _Ends, later: bool, key):
     """The weighted residual (k, channels) where paths are, and where they go on to."""
     places = ends.places
-    front = (places.side & 1) == 0
+    front = places.front
     turn = uniform((len(front), 3), *key, 1)
     points = points_on(
         context.geometry, places.triangle[None], places.u[None], places.v[None], front[None], turn
@@ -159,9 +162,11 @@ def _step(context, radiosity, table, ends: _Ends, later: bool, key):
     uv = np.stack([places.u, places.v], 1).astype(float)
     reflectance = context.reflectance(places.triangle, uv, front)
     met, directions = shoot_apart(context, points, NEXT_RAYS, *key, 2)
-    arriving, after = _arrived(context, radiosity, table, met, directions, len(front))
+    arriving, after = _arrived(
+        context, radiosity, table, met, directions, len(front), (*key, 7)
+    )
     arriving = arriving + _direct(context, points, (*key, 3))
-    known = radiosity.reflected_at(places.side, places.triangle, places.u, places.v)
+    known = radiosity.reflected[places.entry]
     residual = reflectance * arriving - known
     back = after.weight * (ends.weight * reflectance)[after.path]
     return ends.weight * residual, _surviving(

@@ -52,6 +52,19 @@ class Footprints:
         result[several] = sums / np.add.reduceat(weight, starts)[:, None]
         return result
 
+    def grouped(self, group: np.ndarray) -> Footprints:
+        """The cells of ``group`` (n_cells,) int as footprints 0, 1, ...; those of groups below 0 left
+        out. Light counts by their own normals."""
+        cells = np.argsort(group, kind="stable")
+        cells = cells[np.searchsorted(group[cells], 0) :]
+        start = np.searchsorted(group[cells], np.arange(int(group.max(initial=-1)) + 2))
+        area = np.diff(self.cumulative)[cells]
+        return Footprints(
+            self.origin[cells], self.u[cells], self.v[cells], self.normal[cells],
+            self.triangle[cells], self.corners[cells], self.square[cells], start,
+            np.concatenate([[0.0], np.cumsum(area)]),
+        )  # fmt: skip
+
     def middle(self) -> tuple[np.ndarray, np.ndarray]:
         """(count, 3) mean position and (count, 3) mean normal (not unit) over each footprint;
         float32."""

@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from ..fields import Constant, CornerColors, Field
+from ..geometry.footprints import Footprints
 from ..scene import Scene
 from .evaluate import evaluate_field
 from .texture_integrals import THIN, TextureSums, sum_texture
@@ -47,6 +48,12 @@ def triangle_regions(triangle: np.ndarray, corners: np.ndarray) -> Regions:
     corners = np.asarray(corners, float)
     first = corners[:, 0]
     return Regions(triangle, first, corners[:, 1] - first, corners[:, 2] - first, False)
+
+
+def footprint_regions(footprints: Footprints, cells: np.ndarray, square: bool) -> Regions:
+    """The regions that ``cells`` (n,) int of footprints are, all of them ``square`` or none."""
+    corners = np.moveaxis(footprints.corners[cells].astype(float), 1, 0)
+    return Regions(footprints.triangle[cells], *corners, square)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..direct.transmission import followed
-from ..elements.elements import Elements
 from ..lights.context import Context
 from ..lights.sky import Skylight
 from ..sampling.guide import Guide
@@ -26,12 +25,26 @@ class Met:
     """What rays met: all of them first, then those that went on through a surface.
 
     ``rays`` (k,) numbers the rays, ``weight`` (k, channels) the share of their light; both None for
-    the first, which is every ray with weight 1.
+    the first, which is every ray with weight 1. ``directions`` (k, 3) float32 are given of rays that
+    were reflected.
     """
 
     hits: Hits
     rays: np.ndarray | None = None
     weight: np.ndarray | None = None
+    directions: np.ndarray | None = None
+
+    @property
+    def reflected(self) -> bool:
+        """On their way: what they meet is no light first-hand."""
+        return self.directions is not None
+
+    def directions_of(self, index: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """(m, 3) of the hits ``index`` (m,) where rays started in ``directions`` (rays, R, 3)."""
+        if self.directions is not None:
+            return self.directions[index]
+        number = index if self.rays is None else self.rays[index]
+        return directions.reshape(-1, 3)[number]
 
 
 def shoot(context: Context, points: Points, rays: int, *key: int) -> tuple[list[Met], np.ndarray]:
@@ -96,25 +109,6 @@ def _own_directions(points: Points, u: np.ndarray, v: np.ndarray) -> np.ndarray:
     return directions
 
 
-def sides_hit(elements: Elements, hits: Hits) -> np.ndarray:
-    """(n,) int32 cell side of each hit: 2·cell + back; the miss where nothing was hit."""
-    sides = elements.cells_at(hits.triangle, hits.u, hits.v)
-    sides *= 2
-    sides += ~hits.front
-    if elements.has_cuts:
-        np.copyto(sides, elements.nowhere, where=sides >= elements.miss)
-    np.copyto(sides, elements.miss, where=hits.triangle < 0)
-    return sides
-
-
-def find_lost(sides: np.ndarray, elements: Elements, count: int) -> None:
-    """What lies on a cut of its element, where none of its parts is sure, counts as what the
-    owner's next ray met: ``sides`` (rays · count,) of all rays, changed in place."""
-    if elements.has_cuts:
-        lost = np.flatnonzero(sides == elements.nowhere)
-        sides[lost] = sides[(lost + count) % len(sides)]
-
-
 def mean_of_rays(values: np.ndarray, met: Met, rays: int, count: int, weight=None) -> np.ndarray:
     """(R, c) mean over each owner's ``rays`` of values (k, c) at what they met, of which the share
     ``met.weight`` comes through, of rays with ``weight`` (rays · R, 1), 1 where None."""
@@ -143,6 +137,5 @@ def sky_mean(sky: Skylight | None, missed: np.ndarray, met: Met, directions: np.
     if sky.constant and met.rays is None:
         return missed.reshape(rays, count).mean(axis=0)[:, None] * sky.pixels[0, 0]
     light = np.zeros((len(missed), sky.pixels.shape[2]), np.float32)
-    numbers = np.flatnonzero(missed) if met.rays is None else met.rays[missed]
-    light[missed] = sky(directions.reshape(-1, 3)[numbers])
+    light[missed] = sky(met.directions_of(np.flatnonzero(missed), directions))
     return mean_of_rays(light, met, rays, count)

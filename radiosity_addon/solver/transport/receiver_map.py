@@ -1,7 +1,6 @@
 """Receiver map: from a place on the surface to the receiver that it lies in.
 
-Receivers are finer than elements, and their direct light, with its shadows, is known: where a ray
-ends on one of them, that light tells more than an element's mean does.
+Each triangle has an affine map to the texels of its image, or a grid of places.
 """
 
 from __future__ import annotations
@@ -10,19 +9,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry.footprints import Footprints
 from ..geometry.grids import cell_in_grid
 from ..receivers import Receivers
 
 NEAR = 0.95  # share of a triangle's cells that its map to texels must find
-SAME_NORMAL = 1e-3  # difference of unit normals: cells that differ by more are not in one plane
-SAME_PLANE = 1e-5  # height [unit box] over a footprint's plane above which a cell is not in it
 NOTHING = -1
 
 
 @dataclass(frozen=True)
 class ReceiverMap:
-    """Each triangle has either an affine map to the texels of an image, or a grid of places."""
+    """What ``at`` looks up."""
 
     first: np.ndarray  # (n_triangles,) int64: first entry of its image or grid; NOTHING: no receiver
     width: np.ndarray  # (n_triangles,) int32: of its image; 0: it has a grid
@@ -30,11 +26,11 @@ class ReceiverMap:
     texel: np.ndarray  # (n_triangles, 3, 2) float32: column and row at its corner, steps along u, v
     entries: np.ndarray  # int32: receivers, NOTHING for none
 
-    def at(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray):
-        """(n,) int32 receivers at barycentric (u, v) of triangles; NOTHING where there is none, for
-        triangles below 0, and on backs."""
+    def at(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """(n,) int32 receivers at barycentric (u, v) of triangles; NOTHING where there is none, and for
+        triangles below 0."""
         result = np.full(len(triangle), NOTHING, np.int32)
-        some = np.flatnonzero(front & (triangle >= 0))
+        some = np.flatnonzero(triangle >= 0)
         some = some[self.first[triangle[some]] >= 0]
         triangle, u, v = triangle[some], u[some], v[some]
         width = self.width[triangle]
@@ -52,12 +48,8 @@ class ReceiverMap:
         return result
 
 
-def build_receiver_map(
-    receivers: Receivers, footprints: Footprints, triangles: int, divided: np.ndarray | None = None
-) -> ReceiverMap:
-    """The map for a scene of so many ``triangles``. Receivers that do not lie in one plane, or are
-    ``divided`` (count,) bool by a wall, are left out: what they hold is a mean over places that may
-    see different light."""
+def build_receiver_map(receivers: Receivers, triangles: int) -> ReceiverMap:
+    """The map for a scene of so many ``triangles``."""
     first, width = np.full(triangles, NOTHING, np.int64), np.zeros(triangles, np.int32)
     size, texel = np.zeros(triangles, np.int32), np.zeros((triangles, 3, 2), np.float32)
     if len(receivers.triangle) == 0:
@@ -74,26 +66,7 @@ def build_receiver_map(
     which, cells, grids = _grids(receivers, rest, triangles)
     first[which] = sum(map(len, entries)) + np.cumsum(cells**2) - cells**2
     size[which] = cells
-    entries = np.concatenate([*entries, grids])
-    even = _flat(footprints)
-    if divided is not None:
-        even &= ~divided
-    entries[(entries >= 0) & ~even[entries]] = NOTHING
-    return ReceiverMap(first, width, size, texel, entries)
-
-
-def _flat(footprints: Footprints) -> np.ndarray:
-    """(count,) bool: all cells of the footprint lie in one plane, and light on them counts by the
-    normal of that: what a surface reflects onto others follows its true normals."""
-    number = np.diff(footprints.start)
-    one = np.repeat(footprints.start[:-1], number)
-    turned = np.abs(footprints.normal - footprints.normal[one]).max(axis=1, initial=0)
-    step = footprints.origin - footprints.origin[one]
-    height = np.abs(np.einsum("nc,nc->n", step, footprints.normal[one]))
-    apart = (turned > SAME_NORMAL) | (height > SAME_PLANE)
-    if footprints.shading is not None:
-        apart |= footprints.shading.turned
-    return np.add.reduceat(apart, footprints.start[:-1]) == 0
+    return ReceiverMap(first, width, size, texel, np.concatenate([*entries, grids]))
 
 
 def _middles(receivers: Receivers) -> np.ndarray:

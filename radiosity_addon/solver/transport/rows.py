@@ -1,7 +1,8 @@
 """Rows: form factors as rays. Row i of the matrix is what the rays of element side i hit.
 
-Only sides that light can reach a receiver from get a row: those that receivers' rays meet, those
-that their rays meet, and so on. There are no unknowns for back sides that no ray meets.
+The patches of receivers have a row each. Of elements only sides that light can reach a receiver
+from get one: those that rays meet, those that their rays meet, and so on. There are no unknowns for
+back sides that no ray meets.
 
 An element's own rays start *where rays met it*. Its radiosity is then the mean over its part that
 is seen, not over what a lamp, a carpet or a wall in front of it hides: light or shadow caught in a
@@ -16,13 +17,15 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from ..direct.irradiance import direct_light
-from ..elements.elements import Elements
+from ..geometry.footprints import Footprints
 from ..lights.context import Context
-from ..sampling.points import Points, grouped_chunks, join_points, points_on
+from ..sampling.points import Points, footprint_points, grouped_chunks, join_points, points_on
 from ..sampling.sobol import uniform
 from ..tracing.embree import Hits
 from ..workers.parallel import map_chunks
-from .rays import RAYS_PER_CHUNK, find_lost, shoot, sides_hit, sky_mean
+from .patches import Patches
+from .onward import arrive
+from .rays import RAYS_PER_CHUNK, mean_of_rays, shoot, sky_mean
 
 MAX_GENERATIONS = 64  # of sides seen by sides seen by ... receivers
 STAGE = "transport"
@@ -31,68 +34,93 @@ BLACK = -2
 
 @dataclass(frozen=True)
 class Places:
-    """Where rays met the surface, n places: cell side, triangle, barycentric u and v."""
+    """Where rays met the surface, n places: entry (see ``patches``), triangle, barycentric u and v,
+    whether on the front."""
 
-    side: np.ndarray
+    entry: np.ndarray
     triangle: np.ndarray
     u: np.ndarray
     v: np.ndarray
+    front: np.ndarray
 
     def __getitem__(self, index) -> Places:
-        return Places(self.side[index], self.triangle[index], self.u[index], self.v[index])
+        return Places(*(getattr(self, name)[index] for name in _PLACE_ARRAYS))
 
-    def on(self, elements: Elements) -> Places:
-        """The same places with the cell sides of other elements."""
-        cells = elements.cells_at(self.triangle, self.u, self.v)
-        return Places(2 * cells + (self.side & 1), self.triangle, self.u, self.v)
+    def on(self, patches: Patches) -> Places:
+        """The same places with the entries of other patches."""
+        entry = patches.at(self.triangle, self.u, self.v, self.front)
+        return Places(entry, self.triangle, self.u, self.v, self.front)
 
 
-def places_hit(sides: np.ndarray, hits: Hits, miss: int) -> Places:
-    """The hits of ``sides_hit`` that met something that is somewhere."""
-    met = np.flatnonzero(sides < miss)
-    return Places(sides[met], hits.triangle[met], hits.u[met], hits.v[met])
+_PLACE_ARRAYS = ("entry", "triangle", "u", "v", "front")
+
+
+def places_hit(entries: np.ndarray, hits: Hits, patches: Patches) -> Places:
+    """The hits with ``entries`` (n,) that met something that is somewhere."""
+    met = np.flatnonzero(patches.somewhere(entries))
+    return Places(entries[met], hits.triangle[met], hits.u[met], hits.v[met], hits.front[met])
 
 
 def join_places(parts: list[Places]) -> Places:
     """All places of all parts."""
-    names = ("side", "triangle", "u", "v")
-    return Places(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+    arrays = (np.concatenate([getattr(part, name) for part in parts]) for name in _PLACE_ARRAYS)
+    return Places(*arrays)
+
+
+def no_places() -> Places:
+    """None of them."""
+    nothing = np.zeros(0, np.int32)
+    return Places(nothing, nothing, nothing, nothing, np.zeros(0, bool))
 
 
 @dataclass(frozen=True)
-class Sides:
-    """Element sides and what is known of them from their points, R sides."""
+class LitPatches:
+    """R patches and what is known of them from their points."""
 
-    side: np.ndarray  # (R,) int64
+    patch: np.ndarray  # (R,) int64
     points: Points  # (per, R)
     reflectance: np.ndarray  # (R, channels)
     lit: np.ndarray  # (R, channels): reflectance × direct irradiance, mean over the points
     spread: np.ndarray  # (R,): standard deviation of that over the points, mean of channels
-    share: np.ndarray  # (R,): of all places, those on this side
+    share: np.ndarray  # (R,): of all places, those on this patch
 
-    def take(self, chosen: np.ndarray) -> Sides:
-        """Some of the sides."""
-        return Sides(
-            self.side[chosen], self.points.take(chosen), self.reflectance[chosen],
+    def take(self, chosen: np.ndarray) -> LitPatches:
+        """Some of the patches."""
+        return LitPatches(
+            self.patch[chosen], self.points.take(chosen), self.reflectance[chosen],
             self.lit[chosen], self.spread[chosen], self.share[chosen],
         )
 
 
-def light_sides(context: Context, places: Places, side: np.ndarray, per: int, key) -> Sides:
-    """The sides that places lie on, lit directly at ``per`` of these places each.
+def light_met(context: Context, places: Places, patch: np.ndarray, per: int, key) -> LitPatches:
+    """The patches that places lie on, lit directly at ``per`` of these places each.
 
-    ``side`` (n,) are the places' element sides.
+    ``patch`` (n,) are the places' patches.
     """
-    order = np.argsort(side, kind="stable")
-    sides, first, number = np.unique(side[order], return_index=True, return_counts=True)
+    order = np.argsort(patch, kind="stable")
+    patches, first, number = np.unique(patch[order], return_index=True, return_counts=True)
     spread = ((np.arange(per)[:, None] + 0.5) / per * number).astype(np.int64)
     chosen = places[order[first + spread]]
-    turn = uniform((len(sides), 3), *key, 7)
-    front = (chosen.side & 1) == 0
-    points = points_on(context.geometry, chosen.triangle, chosen.u, chosen.v, front, turn)
+    turn = uniform((len(patches), 3), *key, 7)
+    points = points_on(
+        context.geometry, chosen.triangle, chosen.u, chosen.v, chosen.front, turn
+    )
     reflectance, lit, spread = light_points(context, points, key)
-    return Sides(
-        sides, points, reflectance.mean(axis=0), lit, spread, number / max(len(side), 1)
+    return LitPatches(
+        patches, points, reflectance.mean(axis=0), lit, spread, number / max(len(patch), 1)
+    )
+
+
+def light_receivers(context: Context, footprints: Footprints, per: int, key) -> LitPatches:
+    """The patches of receivers, lit directly at ``per`` points on each of their ``footprints``."""
+    everyone = np.arange(footprints.count)
+    turn = uniform((footprints.count, 3), *key, 7)
+    points = footprint_points(footprints, everyone, turn, per, *key, 6)
+    points = replace(points, barycentric=points.uv)
+    reflectance, lit, spread = light_points(context, points, key)
+    total = max(footprints.area.sum(), 1e-300)
+    return LitPatches(
+        everyone, points, reflectance.mean(axis=0), lit, spread, footprints.area / total
     )
 
 
@@ -116,148 +144,198 @@ def light_points(context: Context, points: Points, key):
 
 
 @dataclass(frozen=True)
-class Transport:
-    """Rows of rays. Cell sides are 2·cell + back, element sides 2·element + back."""
+class Rows:
+    """n rows that have as many rays each."""
 
-    sides: Sides  # of each row
-    row: np.ndarray  # (2 n_elements,) int32: its row, BLACK where it reflects nothing, else -1
-    hits: np.ndarray  # (n_rows, rays) int32: cell side met first by each ray; the miss: none
-    later: Later  # what rays met behind surfaces that transmit
-    sky: np.ndarray  # (n_rows, channels): mean sky radiosity its escaping rays bring
+    patches: LitPatches  # of each row
+    hits: np.ndarray  # (n, rays) int32: entry met first by each ray
+    later: Later  # what rays met behind surfaces that transmit, and where they went on
+    sky: np.ndarray  # (n, channels): what its rays bring from the sky, and found where they went on
+    onward: bool  # some found light where they went on
 
     @property
     def rays(self) -> int:
         """Of each row."""
         return self.hits.shape[1]
 
-    def numbered_from(self, first: int) -> Transport:
-        """The same rows with ``first`` as the first; sides whose rows come before have none."""
-        row = np.where(self.row >= first, self.row - first, np.int32(BLACK))
-        later = Later(self.later.row - first, self.later.side, self.later.weight)
-        return replace(self, row=row.astype(np.int32), later=later)
-
 
 @dataclass(frozen=True)
 class Later:
-    """k hits behind transmitting surfaces: row, cell side, weight (k, channels) of the ray's
-    light."""
+    """k hits behind transmitting surfaces: row in its Rows, entry, weight (k, channels) of the
+    ray's light."""
 
     row: np.ndarray
-    side: np.ndarray
+    entry: np.ndarray
     weight: np.ndarray
 
 
+@dataclass(frozen=True)
+class RowSamples:
+    """Rays of each row, and the points that they start from, of elements and of receivers' patches."""
+
+    rays: int
+    points: int
+    patch_rays: int
+    patch_points: int
+
+
+@dataclass(frozen=True)
+class Transport:
+    """Rows of rays."""
+
+    blocks: tuple[Rows, ...]  # numbered one after the other
+    row: np.ndarray  # (n_patches,) int32: its row, BLACK where it reflects nothing, else -1
+    samples: RowSamples
+
+    @property
+    def count(self) -> int:
+        """Of rows."""
+        return sum(len(block.hits) for block in self.blocks)
+
+    def joined(self, name: str) -> np.ndarray:
+        """(n_rows, ...) what the LitPatches of all rows have by that name."""
+        return np.concatenate([getattr(block.patches, name) for block in self.blocks])
+
+    def numbered_from(self, first: int) -> Transport:
+        """The same rows with ``first`` as the first; patches whose rows come before have none."""
+        row = np.where(self.row >= first, self.row - first, np.int32(BLACK))
+        return replace(self, row=row.astype(np.int32))
+
+
 def trace_transport(
-    context: Context, elements: Elements, known: Sides, rays: int, per: int, key, row=None
+    context: Context, patches: Patches, known: list[tuple[LitPatches, int]], samples: RowSamples,
+    key, row: np.ndarray | None = None,
 ) -> Transport:
-    """Trace rows for the ``known`` sides, and for whatever their rays meet that reflects, except
-    those that have one by ``row`` (2 n_elements,): see Transport, which the new ones are added to
-    then."""
-    row = np.full(2 * elements.count, -1, np.int32) if row is None else row.copy()
-    generations, total, fresh = [], int(row.max(initial=-1)) + 1, known
+    """Trace rows for the ``known`` patches, with so many rays each, and for whatever their rays meet
+    that reflects, with as many as ``samples`` tells, except those that have one by ``row``
+    (n_patches,): see Transport, which the new ones are added to then."""
+    row = np.full(patches.count, -1, np.int32) if row is None else row.copy()
+    blocks, total, fresh = [], int(row.max(initial=-1)) + 1, known
     for generation in range(MAX_GENERATIONS):
-        reflecting = np.flatnonzero(fresh.reflectance.max(axis=1) > 0)
-        row[fresh.side] = BLACK  # looked at: needs no row, or gets one now
-        fresh = fresh.take(reflecting)
-        if len(fresh.side) == 0 and generations:
+        numbered = []
+        for lit, number in fresh:
+            row[lit.patch] = BLACK  # looked at: needs no row, or gets one now
+            lit = lit.take(np.flatnonzero(lit.reflectance.max(axis=1) > 0))
+            row[lit.patch] = total + np.arange(len(lit.patch))
+            total += len(lit.patch)
+            numbered.append((lit, number))
+        places = []
+        for part, (lit, number) in enumerate(numbered):
+            if len(lit.patch):
+                rows, found = _trace_rows(
+                    context, patches, lit, row, number, (*key, generation, part)
+                )
+                blocks.append(rows)
+                places.append(found)
+        places = join_places(places) if places else no_places()
+        if len(places.entry) == 0:
             break
-        row[fresh.side] = total + np.arange(len(fresh.side))
-        total += len(fresh.side)
-        hits, later, sky, places = _trace_rows(
-            context, elements, fresh.points, row, rays, (*key, generation)
-        )
-        later = Later(later.row + total - len(fresh.side), later.side, later.weight)
-        generations.append((fresh, hits, later, sky))
-        side = elements.sides_of(places.side)
-        fresh = light_sides(context, places, side, per, (*key, generation))
-    sides, hits, later, sky = zip(*generations)
-    return Transport(
-        join_sides(sides), row, np.concatenate(hits), join_later(later),
-        np.concatenate(sky),
-    )
+        fresh = light_places(context, patches, places, samples, (*key, generation))
+    return Transport(tuple(blocks or [_no_rows(context, samples)]), row, samples)
 
 
-def join_transports(before: Transport, more: Transport) -> Transport:
-    """The rows of both; ``more`` was traced with the ``row`` of the one before."""
-    return Transport(
-        join_sides([before.sides, more.sides]), more.row, np.concatenate([before.hits, more.hits]),
-        join_later([before.later, more.later]), np.concatenate([before.sky, more.sky]),
-    )
+def light_places(context: Context, patches: Patches, places: Places, samples: RowSamples, key):
+    """[(LitPatches, rays of each row)] of the patches that places lie on: receivers', and sides of
+    elements."""
+    patch, result = patches.of(places.entry), []
+    for kind, (rays, per) in enumerate([
+        (samples.patch_rays, samples.patch_points), (samples.rays, samples.points),
+    ]):  # fmt: skip
+        some = np.flatnonzero((patch >= patches.first) == (kind == 1))
+        if len(some):
+            lit = light_met(context, places[some], patch[some], per, (*key, kind))
+            result.append((lit, rays))
+    return result
+
+
+def _no_rows(context: Context, samples: RowSamples) -> Rows:
+    lit = light_met(context, no_places(), np.zeros(0, np.int64), samples.points, (0,))
+    nothing = np.zeros(0, np.int32)
+    later = Later(nothing, nothing, np.zeros((0, context.channels), np.float32))
+    return Rows(lit, np.zeros((0, samples.rays), np.int32), later, np.zeros((0, context.channels)), False)
 
 
 def join_later(parts) -> Later:
     """All of all parts."""
-    names = ("row", "side", "weight")
+    names = ("row", "entry", "weight")
     return Later(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
-def join_sides(parts) -> Sides:
-    """All sides of all parts."""
+def join_patches(parts: list[LitPatches]) -> LitPatches:
+    """All patches of all parts."""
     arrays = {
         name: np.concatenate([getattr(part, name) for part in parts])
-        for name in ("side", "reflectance", "lit", "spread", "share")
+        for name in ("patch", "reflectance", "lit", "spread", "share")
     }
-    return Sides(points=join_points([part.points for part in parts]), **arrays)
+    return LitPatches(points=join_points([part.points for part in parts]), **arrays)
 
 
-def _trace_rows(context: Context, elements: Elements, points: Points, row, rays: int, key):
-    """Hits (R, rays), later hits, sky (R, channels), and the places on sides whose ``row`` is -1,
-    for R owners' points."""
-    count = points.shape[1]
+def _trace_rows(context: Context, patches: Patches, lit: LitPatches, row, rays: int, key):
+    """The rows of ``lit``, and the places that they meet on patches whose ``row`` is -1."""
+    count = len(lit.patch)
     hits = np.empty((count, rays), np.int32)
     light = np.zeros((count, context.channels))
     nothing = np.zeros(0, np.int32)
-    places = [Places(nothing, nothing, nothing, nothing)]
+    places = [no_places()]
     later = [Later(nothing, nothing, np.zeros((0, context.channels), np.float32))]
 
     def work(chunk):
         group, chosen = chunk
         owners = np.arange(count)[chosen]
-        met, directions = shoot(context, points.take(chosen), rays, *key, group, 3)
-        arriving, sides, found = 0.0, [], []
-        for part in met:
-            sides.append(sides_hit(elements, part.hits))
-            missed = sides[-1] == elements.miss
+        met, directions = shoot(context, lit.points.take(chosen), rays, *key, group, 3)
+        arrived, on_way = arrive(context, patches, met, (*key, group, 4))
+        light = 0.0
+        for part in on_way:
+            light = light + mean_of_rays(part.light, part, rays, len(owners))
+        arriving, fresh, behind = light, [], []
+        for part, entry in arrived:
+            missed = entry == patches.miss
             arriving = arriving + sky_mean(context.sky, missed, part, directions)
-            some = places_hit(sides[-1], part.hits, elements.miss)
-            found.append(some[row[elements.sides_of(some.side)] == -1])
-        behind = [
-            Later(owners[part.rays % len(owners)], side, part.weight)
-            for side, part in zip(sides[1:], met[1:])
-        ]
-        find_lost(sides[0], elements, len(owners))
-        return chosen, sides[0].reshape(rays, -1).T, arriving, found, behind
+            some = places_hit(entry, part.hits, patches)
+            fresh.append(some[row[patches.of(some.entry)] == -1])
+            if part.rays is not None:
+                behind.append(Later(owners[part.rays % len(owners)], entry, part.weight))
+        first = arrived[0][1].reshape(rays, -1).T
+        return chosen, first, arriving, np.any(light), fresh, behind
 
     chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // rays))
-    for chosen, sides, arriving, found, behind in map_chunks(
+    onward = False
+    for chosen, entries, arriving, found_more, fresh, behind in map_chunks(
         work, chunks, context.threads, context.tick(STAGE)
     ):
-        hits[chosen] = sides
+        hits[chosen] = entries
         light[chosen] = arriving
-        places += found
+        onward |= bool(found_more)
+        places += fresh
         later += behind
-    return hits, join_later(later), light, join_places(places)
+    return Rows(lit, hits, join_later(later), light, onward), join_places(places)
 
 
-def form_factors(transport: Transport, elements: Elements):
+def form_factors(transport: Transport, patches: Patches):
     """(n_rows, n_rows) float64 CSR: F_ij between rows, and for light that went through surfaces
-    one matrix a channel (None where there is none). Rays to sides without a row carry nothing
+    one matrix a channel (None where there is none). Rays to patches without a row carry nothing
     that is unknown and are left out; entries are >= 0 and rows sum to <= 1."""
-    n, rays = transport.hits.shape
-    to_row = elements.values_of_cells(transport.row, -1)
-    columns = to_row[transport.hits]
-    present = columns >= 0
-    starts = np.concatenate([[0], np.cumsum(present.sum(axis=1))])
-    data = np.full(starts[-1], 1.0 / max(rays, 1))
-    matrix = csr_matrix((data, columns[present], starts), shape=(n, n))
-    later = transport.later
-    column = to_row[later.side]
-    kept = np.flatnonzero(column >= 0)
-    if len(kept) == 0:
+    n, to_row = transport.count, patches.table(transport.row, -1)
+    columns, data, number, rows, later, weights, first = [], [], [], [], [], [], 0
+    for block in transport.blocks:
+        found = to_row[block.hits]
+        present = found >= 0
+        columns.append(found[present])
+        number.append(present.sum(axis=1))
+        data.append(np.full(len(columns[-1]), 1.0 / max(block.rays, 1)))
+        behind = to_row[block.later.entry]
+        kept = np.flatnonzero(behind >= 0)
+        rows.append(first + block.later.row[kept])
+        later.append(behind[kept])
+        weights.append(block.later.weight[kept] / block.rays)
+        first += len(block.hits)
+    starts = np.concatenate([[0], np.cumsum(np.concatenate(number))])
+    matrix = csr_matrix((np.concatenate(data), np.concatenate(columns), starts), shape=(n, n))
+    where = (np.concatenate(rows), np.concatenate(later))
+    if len(where[0]) == 0:
         return matrix, None
-    where = (later.row[kept], column[kept])
     return matrix, [
-        csr_matrix((weight / rays, where), shape=(n, n)) for weight in later.weight[kept].T
+        csr_matrix((weight, where), shape=(n, n)) for weight in np.concatenate(weights).T
     ]
 
 

@@ -1,0 +1,188 @@
+"""Patches: everything that has one radiosity. The footprints of receivers, where these are fine, and
+sides of elements elsewhere.
+
+Receivers follow the mesh and the user's own resolution, so that a patch of them lies on one side of
+each wall. A receiver whose cells face different ways, or lie far from each other, is several.
+
+Rays look radiosities up by *entry*: the fronts of the P patches of receivers, their backs, then the
+miss, then onward, then 2·cell + back for the sides of the elements' cells. *Patches* are numbered
+alike: those of receivers, then 2·P + 2·element + back. Where a ray ends on a baked object, but on none
+of its patches, it goes *onward*: it is reflected there and brings light that it finds itself. Such
+places are few: near walls that divide a receiver, near cuts of elements, on faces without texels.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..elements.elements import Elements
+from ..geometry.footprints import Footprints
+from ..receivers import Receivers
+from ..tracing.embree import Hits
+from .receiver_map import NOTHING, ReceiverMap, build_receiver_map
+
+MOST_PATCHES = 2_000_000  # of receivers: their rows are kept in memory
+EXTENT = 2.0  # times the mean edge of a receiver: cells further apart are different patches
+SMALLEST = 1e-6  # extent of a patch [unit box], at least
+ONWARD, SEVERAL = NOTHING - 1, NOTHING - 2  # in ``ReceiverPatches.patch``, see there
+
+
+@dataclass(frozen=True)
+class ReceiverPatches:
+    """P patches of receivers. ``patch`` (R,) int32: of a receiver that is one; NOTHING where
+    elements are finer, ONWARD where it has none, SEVERAL where it is more than one: these are found in ``keys`` (k,) int64, sorted: receiver · n_triangles
+    + triangle, and their ``values`` (k,) int32. ``footprints`` tells where the patches lie."""
+
+    map: ReceiverMap
+    patch: np.ndarray
+    keys: np.ndarray
+    values: np.ndarray
+    baked: np.ndarray  # (n_triangles,) bool: of an object that has patches
+    footprints: Footprints
+
+    @property
+    def count(self) -> int:
+        """Of fronts and backs."""
+        return 2 * self.footprints.count
+
+    def at(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray):
+        """(n,) int32 patches at barycentric (u, v) on sides of triangles, which may be below 0; NOTHING
+        or ONWARD where there is none."""
+        receiver = self.map.at(triangle, u, v)
+        patch = np.where(self.baked[triangle] & (triangle >= 0), np.int32(ONWARD), np.int32(NOTHING))
+        some = np.flatnonzero(receiver >= 0)
+        receiver = receiver[some]
+        found = np.take(self.patch, receiver)
+        several = np.flatnonzero(found == SEVERAL)
+        if len(several):
+            key = receiver[several].astype(np.int64) * len(self.baked) + triangle[some[several]]
+            place = np.minimum(np.searchsorted(self.keys, key), len(self.keys) - 1)
+            found[several] = np.where(self.keys[place] == key, self.values[place], ONWARD)
+        found += (found >= 0) * np.where(front[some], 0, np.int32(self.footprints.count))
+        patch[some] = found
+        return patch
+
+
+@dataclass(frozen=True)
+class Patches:
+    """The patches of receivers, if there are any, and elements."""
+
+    elements: Elements
+    receivers: ReceiverPatches | None = None
+
+    @property
+    def first(self) -> int:
+        """The patch of the first element's front; those before are receivers'."""
+        return 0 if self.receivers is None else self.receivers.count
+
+    @property
+    def count(self) -> int:
+        """Of all patches."""
+        return self.first + 2 * self.elements.count
+
+    @property
+    def miss(self) -> int:
+        """The entry that stands for nothing hit."""
+        return self.first
+
+    @property
+    def onward(self) -> int:
+        """The entry of places that have no patch: rays go on from there."""
+        return self.first + 1
+
+    @property
+    def cells(self) -> int:
+        """The entry of the first cell's front."""
+        return self.first + 2
+
+    @property
+    def entries(self) -> int:
+        """Of all."""
+        return self.cells + 2 * len(self.elements.element)
+
+    def hit(self, hits: Hits) -> np.ndarray:
+        """(n,) int32 entries of hits; the miss where nothing was hit."""
+        return self.at(hits.triangle, hits.u, hits.v, hits.front)
+
+    def at(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray):
+        """(n,) int32 entries at barycentric (u, v) on sides of triangles; -1 is the miss."""
+        if self.receivers is None:
+            return self._sides(triangle, u, v, front)
+        entry = self.receivers.at(triangle, u, v, front)
+        entry[entry == ONWARD] = self.onward
+        rest = np.flatnonzero(entry == NOTHING)
+        entry[rest] = self._sides(triangle[rest], u[rest], v[rest], front[rest])
+        return entry
+
+    def _sides(self, triangle, u, v, front) -> np.ndarray:
+        cell = self.elements.cells_at(triangle, u, v)
+        entry = self.cells + 2 * cell
+        entry += ~front
+        if self.elements.has_cuts:
+            np.copyto(entry, self.onward, where=cell >= len(self.elements.element))
+        np.copyto(entry, self.miss, where=triangle < 0)
+        return entry
+
+    def somewhere(self, entry: np.ndarray) -> np.ndarray:
+        """(n,) bool: the entry is neither the miss nor onward."""
+        return (entry < self.miss) | (entry > self.onward)
+
+    def of(self, entry: np.ndarray) -> np.ndarray:
+        """(n,) int64 patches of entries, each of which must be somewhere."""
+        patch = entry.astype(np.int64)
+        some = np.flatnonzero(entry >= self.cells)
+        patch[some] = self.first + self.elements.sides_of(entry[some] - self.cells)
+        return patch
+
+    def element_of(self, patch: np.ndarray) -> np.ndarray:
+        """(n,) int elements of patches; below 0 for those of receivers."""
+        return (patch - self.first) // 2
+
+    def table(self, values: np.ndarray, nothing) -> np.ndarray:
+        """(entries, ...) from values of patches (count, ...); ``nothing`` for the miss, onward and
+        divided cells."""
+        shape = values.shape[1:]
+        sides = self.elements.values_of_cells(values[self.first :], nothing)
+        none = np.full((2,) + shape, nothing, values.dtype)
+        return np.concatenate([values[: self.first], none, sides])
+
+
+def build_receiver_patches(
+    receivers: Receivers, footprints: Footprints, objects: np.ndarray, largest: float,
+    divided: np.ndarray | None,
+) -> ReceiverPatches | None:
+    """The patches of receivers on triangles of ``objects`` (n_triangles,) int. Those of an area above
+    ``largest`` are left to elements, which are finer. Receivers that are ``divided`` (R,) bool by a
+    wall have none: they see the light of both its sides. None where none is left, or they are too
+    many."""
+    triangles = len(objects)
+    owner = np.repeat(np.arange(footprints.count), np.diff(footprints.start))
+    used = np.ones(len(owner), bool) if divided is None else ~divided[owner]
+    # The cells that a triangle has in a receiver, and what they have in common with others'.
+    pair, first, mine = np.unique(
+        owner * triangles + footprints.triangle, return_index=True, return_inverse=True
+    )
+    facing = np.rint(1.5 * footprints.normal[first]).astype(np.int64) + 2
+    size = EXTENT * np.sqrt(footprints.cumulative[-1] / max(footprints.count, 1))
+    cube = np.floor((footprints.origin[first] + 0.5) / max(size, SMALLEST)).astype(np.int64)
+    common = np.column_stack([owner[first], facing, cube])
+    _, group = np.unique(common, axis=0, return_inverse=True)
+    group = group.reshape(-1)[mine.reshape(-1)]
+    area = np.bincount(group, np.diff(footprints.cumulative))
+    fine = used & (area[group] <= largest)
+    numbers = np.unique(group[fine])
+    if len(numbers) == 0 or len(numbers) > MOST_PATCHES:
+        return None
+    group = np.where(fine, np.searchsorted(numbers, group), np.where(used, NOTHING, ONWARD))
+    baked = np.isin(objects, objects[footprints.triangle[fine]])
+    patch = group[footprints.start[:-1]].astype(np.int32)
+    several = np.zeros(footprints.count, bool)
+    several[owner[group != patch[owner]]] = True
+    patch[several] = SEVERAL
+    some = several[owner[first]]
+    return ReceiverPatches(
+        build_receiver_map(receivers, triangles), patch, pair[some],
+        group[first[some]].astype(np.int32), baked, footprints.grouped(group),
+    )
