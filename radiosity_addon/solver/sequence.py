@@ -32,7 +32,6 @@ from .solution import Solution, Statistics
 from .workers.parallel import thread_count
 
 
-
 @np.errstate(under="ignore")  # light that vanishes beside the brightest is nothing
 def solve(
     scene: Scene, receivers: Receivers, settings, progress: Progress | None = None, project=None,

@@ -128,9 +128,10 @@ class ErrorEstimator:
             for shadow, half in ((shadows.a, gathered.a), (shadows.b, gathered.b))
         ]
         (one_direct, one_indirect), (two_direct, two_indirect) = light
-        # Noise of the light before smoothing is none of the brightness it is judged against.
-        smooth_light = self._radiance(*(sum(part) / 2 for part in zip(*light)), unit)
-        level /= level_of(smooth_light, self.surface.share)
+        # Errors are judged against either half alone: a ray that brings much too much to one of
+        # them raises their mean's brightness, too, but not the other's.
+        levels = [level_of(self._radiance(*half, unit), self.surface.share) for half in light]
+        level *= np.sqrt(sum(each ** np.float32(-2) for each in levels) / 2)
         shadow_square, gather_square = map_chunks(
             lambda part: self._pooled(lattices, part.square * level[:, 0] ** 2),
             [shadows, gathered],

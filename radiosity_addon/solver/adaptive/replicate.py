@@ -12,16 +12,16 @@ from functools import cached_property
 
 import numpy as np
 
+from ..filtering.walls import Walls, find_walls
 from ..gather.lighting import Lighting, add_direct, add_gathered, no_light, place_on
 from ..gather.residual import Residuals, follow_residual, join_residuals
-from ..filtering.walls import Walls, find_walls
 from ..geometry.footprints import Footprints, build_footprints
 from ..lights.context import Context, build_context
 from ..progress import silent
 from ..receivers import Receivers
 from ..sampling.guide import Guide, Learning, clusters_of, start_learning
-from ..transport.radiosity import Radiosity, divided, solve_radiosity, without_reflection
 from ..transport.patches import ReceiverPatches, build_receiver_patches
+from ..transport.radiosity import Radiosity, divided, solve_radiosity, without_reflection
 from .correction import (
     Correction,
     biased_elements,

@@ -16,7 +16,7 @@ from ..lights.polygons import NEAR
 from ..sampling.guide import Guide, Learning
 from ..sampling.points import grouped_chunks
 from ..sampling.sobol import sobol
-from ..transport.onward import arrive
+from ..transport.onward import Ends, ends_of, go_on, join_ends
 from ..transport.rays import (
     RAYS_PER_CHUNK,
     Met,
@@ -25,18 +25,7 @@ from ..transport.rays import (
     shoot,
     shoot_guided,
 )
-from ..transport.rows import Places, join_places
 from ..workers.parallel import map_chunks
-
-
-@dataclass(frozen=True)
-class LateHits:
-    """k places met of which nothing is known, which owner's ray met it, and ``weight`` (k, channels):
-    its share in the owner's mean."""
-
-    places: Places
-    owner: np.ndarray
-    weight: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -47,7 +36,7 @@ class Gathered:
 
     bounced: np.ndarray
     first: np.ndarray
-    unseen: LateHits | None
+    unseen: Ends  # on patches of which nothing is known; the weight is the share in the owner's mean
     lessons: list
 
 
@@ -77,39 +66,27 @@ def gather(
             weight = share if weight is None else weight * share
         bounced, first, brought = 0.0, 0.0, None
         unseen = []
-        arrived, found = arrive(context, patches, met, (*key_, 1))
-        for part, entries in arrived:
-            unknown = np.flatnonzero(np.take(radiosity.unknown, entries))
+        for part in met:
+            entries = patches.hit(part.hits)
+            unknown = np.take(radiosity.unknown, entries) | (entries == patches.onward)
+            unknown = np.flatnonzero(unknown)
             if share is not None:
                 unknown = unknown[of_first(share, part)[unknown, 0] > 0]
             if len(unknown):
-                worth = 1 if part.weight is None else part.weight[unknown]
-                worth = worth * (1 if weight is None else of_first(weight, part)[unknown])
+                worth = 1 if weight is None else of_first(weight, part)[unknown]
                 worth = np.broadcast_to(worth / rays, (len(unknown), context.channels))
-                numbers = np.arange(count)[chosen]
-                unseen.append(_unseen(entries, part, unknown, numbers, worth))
+                number = unknown if part.rays is None else part.rays[unknown]
+                owner = np.arange(count)[chosen][number % len(whose)]
+                unseen.append(ends_of(part, entries, unknown, owner, worth))
             light = np.take(radiosity.reflected, entries, axis=0)
             bounced = bounced + mean_of_rays(light, part, rays, len(whose), weight)
             direct = first_hand(context, radiosity, emitted, entries, part, directions)
             if direct is not None:
-                mean = mean_of_rays(direct, part, rays, len(whose), weight)
+                first = first + mean_of_rays(direct, part, rays, len(whose), weight)
                 light = light + direct
-                if part.reflected:
-                    bounced = bounced + mean
-                else:
-                    first = first + mean
             if learns:
                 seen = light if share is None else light * of_first(share, part)
                 brought = _brought(seen, part, brought)
-        for part in found:
-            mean = mean_of_rays(part.light, part, rays, len(whose), weight)
-            if part.reflected:
-                bounced = bounced + mean
-            else:
-                first = first + mean
-            if learns:
-                light = part.light if share is None else part.light * of_first(share, part)
-                brought = _brought(light, part, brought)
         if not learns:
             lesson = None
         elif guide is None:  # most bakes end with their first round: nobody asks
@@ -127,24 +104,23 @@ def gather(
         unseen += places
         if learns:
             lessons.append(lesson)
-    return Gathered(*totals, _join_unseen(unseen), lessons)
+    bounced, first = totals
+    unseen = join_ends(unseen, context.channels)
+    lost = unseen.places.entry == patches.onward
+    onward = go_on(context, patches, unseen.take(np.flatnonzero(lost)), count, (*key, 5))
+    bounced += onward.light + light_at(radiosity.reflected, onward.ends, count)
+    first += onward.first
+    if emitted is not None:
+        bounced += light_at(emitted, onward.ends, count)
+    unknown = onward.ends.take(np.flatnonzero(radiosity.unknown[onward.ends.places.entry]))
+    unseen = join_ends([unseen.take(np.flatnonzero(~lost)), unknown], context.channels)
+    return Gathered(bounced, first, unseen, lessons)
 
 
-def _unseen(entries: np.ndarray, met: Met, index: np.ndarray, chosen, weight) -> LateHits:
-    """The hits ``index`` (k,) of rays from owners ``chosen`` (R,)."""
-    number, hits = index if met.rays is None else met.rays[index], met.hits
-    places = Places(entries[index], hits.triangle[index], hits.u[index], hits.v[index],
-                    hits.front[index])  # fmt: skip
-    return LateHits(places, chosen[number % len(chosen)], weight)
-
-
-def _join_unseen(parts: list[LateHits]) -> LateHits | None:
-    if not parts:
-        return None
-    owner, weight = (
-        np.concatenate([getattr(part, name) for part in parts]) for name in ("owner", "weight")
-    )
-    return LateHits(join_places([part.places for part in parts]), owner, weight)
+def light_at(table: np.ndarray, ends: Ends, count: int) -> np.ndarray:
+    """(count, channels) sums of what ``table`` (n_entries, channels) has where owners' rays ended."""
+    light = ends.weight * table[ends.places.entry]
+    return np.stack([np.bincount(ends.owner, column, count) for column in light.T], 1)
 
 
 def _lesson(xi, turn, owners, brought, learning: Learning):
@@ -190,5 +166,6 @@ def first_hand(context: Context, radiosity, emitted, entries, met: Met, directio
     if light is None:
         light = np.zeros((len(entries), context.channels), np.float32)
     missed = np.flatnonzero(met.hits.triangle < 0)
-    light[missed] += context.sky(met.directions_of(missed, directions))
+    numbers = missed if met.rays is None else met.rays[missed]
+    light[missed] += context.sky(directions.reshape(-1, 3)[numbers])
     return light

@@ -9,11 +9,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from ..lights.context import Context
 from ..transport.radiosity import Radiosity, extended
-from .gather import Gathered
+from .gather import Gathered, light_at
 
 
 def with_late_rows(
@@ -22,9 +20,8 @@ def with_late_rows(
     """What rays brought, and what is reflected from the ``unseen`` places that they met; with the
     radiosity of these, too."""
     unseen = found.unseen
-    if unseen is None:
+    if len(unseen.owner) == 0:
         return found, radiosity
     radiosity = extended(context, radiosity, unseen.places, key)
-    light = unseen.weight * radiosity.reflected[unseen.places.entry]
-    more = [np.bincount(unseen.owner, column, len(found.bounced)) for column in light.T]
-    return replace(found, bounced=found.bounced + np.stack(more, 1)), radiosity
+    more = light_at(radiosity.reflected, unseen, len(found.bounced))
+    return replace(found, bounced=found.bounced + more), radiosity

@@ -20,12 +20,12 @@ from ..geometry.footprints import Footprints
 from ..lights.context import Context
 from ..sampling.points import Points, footprint_points, points_on
 from ..sampling.sobol import uniform
+from ..transport.onward import Ends, ends_of, go_on, join_ends
+from ..transport.places import Places, join_places, no_places
 from ..transport.radiosity import Radiosity
-from ..transport.onward import arrive
 from ..transport.rays import Met, mean_of_rays, shoot_apart
-from ..transport.rows import Places, join_places, no_places
 from ..workers.parallel import map_chunks, ranges
-from .gather import first_hand, first_hand_table
+from .gather import first_hand, first_hand_table, light_at
 
 NEXT_RAYS = 16  # rays at each place of a path: they find K (T + F) there
 LIGHT_SAMPLES = 2  # of each light, at each place of a path
@@ -49,16 +49,6 @@ class Residuals:
     places: Places
     visit: np.ndarray
     value: np.ndarray
-
-
-@dataclass(frozen=True)
-class _Ends:
-    """Where k rays of paths ended; ``weight`` (k, channels) of
-    the light that comes back along the path."""
-
-    path: np.ndarray
-    places: Places
-    weight: np.ndarray
 
 
 def follow_residual(
@@ -97,22 +87,22 @@ def _follow(context, footprints, radiosity, table, owners, key) -> Residuals:
     known, ends = _arrived(context, radiosity, table, met, directions, count, (*key, 6))
     if points.shade is not None:
         share = points.shade.share_of_rays(directions)
-        known, ends = known * share, replace(ends, weight=ends.weight * share[ends.path])
+        known, ends = known * share, replace(ends, weight=ends.weight * share[ends.owner])
     known = known + _direct(context, points, (*key, 4))
     lack = np.zeros((count, context.channels))
     visits = []
     # Where rays of the gather end on sides without a row, these get one that lacks nothing
     # (``late_rows``).
     some = np.flatnonzero(~radiosity.unknown[ends.places.entry])
-    ends = _Ends(ends.path[some], ends.places[some], ends.weight[some])
+    ends = Ends(ends.owner[some], ends.places[some], ends.weight[some])
     for bounce in range(MAX_BOUNCES):
-        if len(ends.path) == 0:
+        if len(ends.owner) == 0:
             break
         later = bounce >= FULL_BOUNCES
         value, ends_next = _step(context, radiosity, table, ends, later, (*key, 5, bounce))
         for channel in range(context.channels):
-            lack[:, channel] += np.bincount(ends.path, value[:, channel], count)
-        visits.append((ends.path, ends.places, value.astype(np.float32)))
+            lack[:, channel] += np.bincount(ends.owner, value[:, channel], count)
+        visits.append((ends.owner, ends.places, value.astype(np.float32)))
         ends = ends_next
     nothing = np.zeros(0, np.int64)
     path, places, value = zip(
@@ -127,31 +117,31 @@ def _follow(context, footprints, radiosity, table, owners, key) -> Residuals:
 def _arrived(context, radiosity, table, met: list[Met], directions, count: int, key):
     """(R, channels) irradiance that rays (rays, R) bring by the table, and where the first of each
     owner's rays ended, with all that it met on its way."""
-    arriving, ends, rays = 0.0, [], len(directions)
-    patches = radiosity.patches
-    arrived, found = arrive(context, patches, met, key)
-    for part in found:
-        arriving = arriving + mean_of_rays(part.light, part, rays, count)
-    for part, entries in arrived:
-        hits = part.hits
-        light = np.take(radiosity.reflected, entries, axis=0)
-        direct = first_hand(context, radiosity, table, entries, part, directions)
+    arriving, rays, patches = 0.0, len(directions), radiosity.patches
+    ends, lost = [], []
+    for part in met:
+        entry = patches.hit(part.hits)
+        light = np.take(radiosity.reflected, entry, axis=0)
+        direct = first_hand(context, radiosity, table, entry, part, directions)
         light = light if direct is None else light + direct
         arriving = arriving + mean_of_rays(light, part, rays, count)
-        number = np.arange(len(entries)) if part.rays is None else part.rays
-        some = np.flatnonzero((number < count) & patches.somewhere(entries))
-        weight = 1.0 if part.weight is None else part.weight[some]
-        places = Places(entries[some], hits.triangle[some], hits.u[some], hits.v[some],
-                        hits.front[some])  # fmt: skip
-        weight = np.broadcast_to(weight, (len(some), context.channels))
-        ends.append(_Ends(number[some] % count, places, weight))
-    return arriving, _Ends(
-        np.concatenate([end.path for end in ends]), join_places([end.places for end in ends]),
-        np.concatenate([end.weight for end in ends]),
-    )
+        number = np.arange(len(entry)) if part.rays is None else part.rays
+        for parts, some in (
+            (ends, (number < count) & patches.somewhere(entry)), (lost, entry == patches.onward),
+        ):  # fmt: skip
+            some = np.flatnonzero(some)
+            weight = np.ones((len(some), context.channels))
+            parts.append(ends_of(part, entry, some, number[some], weight))
+    onward = go_on(context, patches, join_ends(lost, context.channels), rays * count, key)
+    light = onward.light + onward.first + light_at(radiosity.reflected, onward.ends, rays * count)
+    if table is not None:
+        light += light_at(table, onward.ends, rays * count)
+    arriving = arriving + light.reshape(rays, count, -1).mean(axis=0)
+    ends.append(onward.ends.take(np.flatnonzero(onward.ends.owner < count)))
+    return arriving, join_ends(ends, context.channels)
 
 
-def _step(context, radiosity, table, ends: _Ends, later: bool, key):
+def _step(context, radiosity, table, ends: Ends, later: bool, key):
     """The weighted residual (k, channels) where paths are, and where they go on to."""
     places = ends.places
     front = places.front
@@ -168,20 +158,20 @@ def _step(context, radiosity, table, ends: _Ends, later: bool, key):
     arriving = arriving + _direct(context, points, (*key, 3))
     known = radiosity.reflected[places.entry]
     residual = reflectance * arriving - known
-    back = after.weight * (ends.weight * reflectance)[after.path]
+    back = after.weight * (ends.weight * reflectance)[after.owner]
     return ends.weight * residual, _surviving(
-        _Ends(ends.path[after.path], after.places, back), uniform((len(back),), *key, 4), later
+        Ends(ends.owner[after.owner], after.places, back), uniform((len(back),), *key, 4), later
     )
 
 
-def _surviving(ends: _Ends, xi: np.ndarray, later: bool) -> _Ends:
+def _surviving(ends: Ends, xi: np.ndarray, later: bool) -> Ends:
     """Russian roulette: those that go on, in proportion to their weight, at a weight of 1; fewer
     ``later``."""
     chance = np.minimum(ends.weight.max(axis=1, initial=0), 1)
     chance = chance * (LATE_CHANCE if later else 1.0)
     chosen = np.flatnonzero(xi < chance)
-    return _Ends(
-        ends.path[chosen], ends.places[chosen], ends.weight[chosen] / chance[chosen, None]
+    return Ends(
+        ends.owner[chosen], ends.places[chosen], ends.weight[chosen] / chance[chosen, None]
     )
 
 

@@ -23,7 +23,7 @@ from .solids import Solids, find_solids
 LIFT = 4 * OFFSET  # places are looked at from so far above the surface
 OPPOSED = -0.99  # cosine between the normals of faces that lie flush against each other, at most
 MOST_LINES = 12  # by which one cell is cut
-SEEN = 1e-3  # of a receiver must be open for it to count
+SEEN, TEXEL_SEEN = 1e-3, 0.25  # of a receiver must be open for it to count; of a texel: others fill it
 WHOLE = 1 - 1e-6  # of a receiver is open where nothing of it is buried
 SLIVER = 1e-9  # of a triangle: a smaller part is nothing
 
@@ -172,7 +172,7 @@ def _kept(surroundings: Surroundings, receivers: Receivers, hidden, cut, part, c
     total = np.bincount(owner, whole, count)
     share = np.bincount(owner, whole * clear, count) + np.bincount(owner[part], area, count)
     share /= np.maximum(total, 1e-300)
-    buried = share < SEEN
+    buried = share < (SEEN if receivers.grid is None else TEXEL_SEEN)
     mixed = ~buried & (share < WHOLE)
     cells = np.flatnonzero(np.where(mixed[owner], clear, True))
     parts = np.flatnonzero(mixed[owner[part]] & (area > SLIVER * scale[receivers.triangle[part]]))

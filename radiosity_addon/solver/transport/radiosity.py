@@ -19,19 +19,16 @@ from ..lights.emissive_faces import emits_apart
 from ..materials.region_means import footprint_regions, triangle_regions
 from ..workers.parallel import map_chunks, ranges
 from .patches import Patches, ReceiverPatches
+from .places import Places, join_places, no_places, places_hit
 from .rays import shoot
 from .rows import (
-    Places,
+    RowSamples,
     Transport,
     form_factors,
     join_patches,
-    join_places,
-    RowSamples,
     light_met,
     light_places,
     light_receivers,
-    no_places,
-    places_hit,
     trace_transport,
     transported,
 )

@@ -25,26 +25,12 @@ class Met:
     """What rays met: all of them first, then those that went on through a surface.
 
     ``rays`` (k,) numbers the rays, ``weight`` (k, channels) the share of their light; both None for
-    the first, which is every ray with weight 1. ``directions`` (k, 3) float32 are given of rays that
-    were reflected.
+    the first, which is every ray with weight 1.
     """
 
     hits: Hits
     rays: np.ndarray | None = None
     weight: np.ndarray | None = None
-    directions: np.ndarray | None = None
-
-    @property
-    def reflected(self) -> bool:
-        """On their way: what they meet is no light first-hand."""
-        return self.directions is not None
-
-    def directions_of(self, index: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """(m, 3) of the hits ``index`` (m,) where rays started in ``directions`` (rays, R, 3)."""
-        if self.directions is not None:
-            return self.directions[index]
-        number = index if self.rays is None else self.rays[index]
-        return directions.reshape(-1, 3)[number]
 
 
 def shoot(context: Context, points: Points, rays: int, *key: int) -> tuple[list[Met], np.ndarray]:
@@ -137,5 +123,6 @@ def sky_mean(sky: Skylight | None, missed: np.ndarray, met: Met, directions: np.
     if sky.constant and met.rays is None:
         return missed.reshape(rays, count).mean(axis=0)[:, None] * sky.pixels[0, 0]
     light = np.zeros((len(missed), sky.pixels.shape[2]), np.float32)
-    light[missed] = sky(met.directions_of(np.flatnonzero(missed), directions))
+    numbers = np.flatnonzero(missed) if met.rays is None else met.rays[missed]
+    light[missed] = sky(directions.reshape(-1, 3)[numbers])
     return mean_of_rays(light, met, rays, count)

@@ -21,56 +21,15 @@ from ..geometry.footprints import Footprints
 from ..lights.context import Context
 from ..sampling.points import Points, footprint_points, grouped_chunks, join_points, points_on
 from ..sampling.sobol import uniform
-from ..tracing.embree import Hits
 from ..workers.parallel import map_chunks
+from .onward import ends_of, go_on, join_ends
 from .patches import Patches
-from .onward import arrive
-from .rays import RAYS_PER_CHUNK, mean_of_rays, shoot, sky_mean
+from .places import Places, join_places, no_places, places_hit
+from .rays import RAYS_PER_CHUNK, shoot, sky_mean
 
 MAX_GENERATIONS = 64  # of sides seen by sides seen by ... receivers
 STAGE = "transport"
 BLACK = -2
-
-
-@dataclass(frozen=True)
-class Places:
-    """Where rays met the surface, n places: entry (see ``patches``), triangle, barycentric u and v,
-    whether on the front."""
-
-    entry: np.ndarray
-    triangle: np.ndarray
-    u: np.ndarray
-    v: np.ndarray
-    front: np.ndarray
-
-    def __getitem__(self, index) -> Places:
-        return Places(*(getattr(self, name)[index] for name in _PLACE_ARRAYS))
-
-    def on(self, patches: Patches) -> Places:
-        """The same places with the entries of other patches."""
-        entry = patches.at(self.triangle, self.u, self.v, self.front)
-        return Places(entry, self.triangle, self.u, self.v, self.front)
-
-
-_PLACE_ARRAYS = ("entry", "triangle", "u", "v", "front")
-
-
-def places_hit(entries: np.ndarray, hits: Hits, patches: Patches) -> Places:
-    """The hits with ``entries`` (n,) that met something that is somewhere."""
-    met = np.flatnonzero(patches.somewhere(entries))
-    return Places(entries[met], hits.triangle[met], hits.u[met], hits.v[met], hits.front[met])
-
-
-def join_places(parts: list[Places]) -> Places:
-    """All places of all parts."""
-    arrays = (np.concatenate([getattr(part, name) for part in parts]) for name in _PLACE_ARRAYS)
-    return Places(*arrays)
-
-
-def no_places() -> Places:
-    """None of them."""
-    nothing = np.zeros(0, np.int32)
-    return Places(nothing, nothing, nothing, nothing, np.zeros(0, bool))
 
 
 @dataclass(frozen=True)
@@ -151,7 +110,7 @@ class Rows:
     hits: np.ndarray  # (n, rays) int32: entry met first by each ray
     later: Later  # what rays met behind surfaces that transmit, and where they went on
     sky: np.ndarray  # (n, channels): what its rays bring from the sky, and found where they went on
-    onward: bool  # some found light where they went on
+    onward: bool  # some went on
 
     @property
     def rays(self) -> int:
@@ -283,32 +242,39 @@ def _trace_rows(context: Context, patches: Patches, lit: LitPatches, row, rays: 
         group, chosen = chunk
         owners = np.arange(count)[chosen]
         met, directions = shoot(context, lit.points.take(chosen), rays, *key, group, 3)
-        arrived, on_way = arrive(context, patches, met, (*key, group, 4))
-        light = 0.0
-        for part in on_way:
-            light = light + mean_of_rays(part.light, part, rays, len(owners))
-        arriving, fresh, behind = light, [], []
-        for part, entry in arrived:
-            missed = entry == patches.miss
+        arriving, entries, fresh, behind, more = 0.0, [], [], [], []
+        for part in met:
+            entries.append(patches.hit(part.hits))
+            missed = entries[-1] == patches.miss
             arriving = arriving + sky_mean(context.sky, missed, part, directions)
-            some = places_hit(entry, part.hits, patches)
+            some = places_hit(entries[-1], part.hits, patches)
             fresh.append(some[row[patches.of(some.entry)] == -1])
+            number = np.arange(rays * len(owners)) if part.rays is None else part.rays
             if part.rays is not None:
-                behind.append(Later(owners[part.rays % len(owners)], entry, part.weight))
-        first = arrived[0][1].reshape(rays, -1).T
-        return chosen, first, arriving, np.any(light), fresh, behind
+                behind.append(Later(owners[number % len(owners)], entries[-1], part.weight))
+            lost = np.flatnonzero(entries[-1] == patches.onward)
+            weight = np.ones((len(lost), context.channels), np.float32)
+            more.append(
+                ends_of(part, entries[-1], lost, owners[number[lost] % len(owners)], weight)
+            )
+        return chosen, entries[0].reshape(rays, -1).T, arriving, fresh, behind, more
 
     chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // rays))
-    onward = False
-    for chosen, entries, arriving, found_more, fresh, behind in map_chunks(
+    onward = []
+    for chosen, entries, arriving, fresh, behind, more in map_chunks(
         work, chunks, context.threads, context.tick(STAGE)
     ):
         hits[chosen] = entries
         light[chosen] = arriving
-        onward |= bool(found_more)
         places += fresh
         later += behind
-    return Rows(lit, hits, join_later(later), light, onward), join_places(places)
+        onward += more
+    onward = go_on(context, patches, join_ends(onward, context.channels), count, (*key, 4))
+    light += (onward.light + onward.first) / rays
+    ends = onward.ends
+    later.append(Later(ends.owner, ends.places.entry, ends.weight.astype(np.float32)))
+    places.append(ends.places[row[patches.of(ends.places.entry)] == -1])
+    return Rows(lit, hits, join_later(later), light, len(ends.owner) > 0), join_places(places)
 
 
 def form_factors(transport: Transport, patches: Patches):
