@@ -21,10 +21,10 @@ from .direct.line_of_sight import LineOfSight
 from .energy import energy_balance
 from .filtering.graph import build_graph
 from .filtering.lattice import build_lattices
-from .geometry.footprints import Footprints, build_footprints
+from .geometry.footprints import build_footprints
 from .geometry.triangles import rounding_warning
 from .lights.context import Context, build_context
-from .materials.region_means import footprint_regions
+from .materials.region_means import footprint_means
 from .progress import Progress, silent
 from .receivers import Receivers
 from .scene import Scene
@@ -129,20 +129,9 @@ def _judge(first: Replicate, passes, project, threads: int) -> ErrorEstimator:
     else:
         lattices = build_graph(position, normal, footprints.area, threads, walls)
     sees = LineOfSight(context, footprints, position, normal).sees_whole
-    return ErrorEstimator(_surface(context, footprints), lattices, passes, threads, sees, project)
-
-
-def _surface(context: Context, footprints: Footprints) -> Surface:
-    """Reflectance and emission, exact means over each footprint; and the footprints' area."""
-    cells = len(footprints.triangle)
-    reflectance, emission = np.zeros((2, cells, context.channels))
-    for square in (False, True):
-        some = np.flatnonzero(footprints.square == square)
-        regions = footprint_regions(footprints, some, square)
-        reflectance[some] = context.mean_reflectance(regions)
-        emission[some], _ = context.mean_emission(regions)
-    mean = footprints.mean_of_cells
-    return Surface(mean(reflectance), mean(emission), footprints.area)
+    emission = footprint_means(lambda regions: context.mean_emission(regions)[0], footprints)
+    surface = Surface(first.reflectance, emission, footprints.area)
+    return ErrorEstimator(surface, lattices, passes, threads, sees, project)
 
 
 def _warnings(context: Context, verdict: Estimate, settings, solved: list[SolveFigures]):

@@ -17,6 +17,7 @@ from ..gather.lighting import Lighting, add_direct, add_gathered, no_light, plac
 from ..gather.residual import Residuals, follow_residual, join_residuals
 from ..geometry.footprints import Footprints, build_footprints
 from ..lights.context import Context, build_context
+from ..materials.region_means import footprint_means
 from ..progress import silent
 from ..receivers import Receivers
 from ..sampling.guide import Guide, Learning, clusters_of, start_learning
@@ -75,7 +76,8 @@ class Replicate:
     footprints: Footprints
     needs: Requirements
     error: float  # relative, that the bake is for
-    radiosity: Radiosity | None = None
+    radiosity: Radiosity | None = None  # that rays look up
+    solved: np.ndarray | None = None  # (n, channels) what the patches of receivers reflect by it
     light: Lighting = field(init=False)
     residuals: Residuals | None = None  # of paths with these radiosities
     correction: Correction | None = None
@@ -167,6 +169,7 @@ class Replicate:
     def take(self, radiosity: Radiosity) -> SolveFigures:
         """Gather with these radiosities from now on, and correct by paths along their residual."""
         self.radiosity = radiosity
+        self.solved = radiosity.reflected[: radiosity.patches.first].copy()
         self.light.forget_gathered()
         if self.needs.reflected:
             self.residuals = self._followed(radiosity, MOST_PATHS)
@@ -193,6 +196,8 @@ class Replicate:
         """Add light of the round ``step``: [(owners, points of each)] of explicit light, and
         [(owners, rays of each)], aimed by ``guide``."""
         self.lessons = []
+        if step > 0 and self.needs.everything:
+            self._look_at_receivers()
         if self.needs.explicit:
             for part in direct:
                 add_direct(self.context, self.footprints, self.light, *part, step, self.number)
@@ -204,6 +209,27 @@ class Replicate:
                 )
                 self.lessons += lessons
         return self.now()
+
+    def _look_at_receivers(self) -> None:
+        """Rays read from now on what has been gathered at the receivers that they end on, beside what
+        rows have brought: more rays, one reflection later."""
+        if self.radiosity.patches.receivers is None:
+            return
+        light, shading = self.light, self.footprints.shading
+        known = light.rays[:, 0] > 0
+        if shading is not None:
+            known &= ~(np.add.reduceat(shading.turned, self.footprints.start[:-1]) > 0)
+        some = np.flatnonzero(known)
+        arriving = light.direct[some] / np.maximum(light.points[some], 1)
+        arriving += (light.bounced[some] + light.first[some]) / light.rays[some]
+        self.radiosity = self.radiosity.with_gathered(
+            self.solved, some, self.reflectance[some] * arriving, light.rays[some, 0]
+        )
+
+    @cached_property
+    def reflectance(self) -> np.ndarray:
+        """(count, channels) mean over each receiver."""
+        return footprint_means(self.context.mean_reflectance, self.footprints)
 
     @property
     def paths(self) -> int:

@@ -56,6 +56,18 @@ def footprint_regions(footprints: Footprints, cells: np.ndarray, square: bool) -
     return Regions(footprints.triangle[cells], *corners, square)
 
 
+def footprint_means(mean_of, footprints: Footprints) -> np.ndarray:
+    """(count, channels) means over footprints; ``mean_of(regions)`` gives those of their cells."""
+    parts = []
+    for square in (False, True):
+        some = np.flatnonzero(footprints.square == square)
+        parts.append((some, mean_of(footprint_regions(footprints, some, square))))
+    cells = np.empty((len(footprints.triangle), parts[0][1].shape[1]))
+    for some, means in parts:
+        cells[some] = means
+    return footprints.mean_of_cells(cells)
+
+
 @dataclass(frozen=True)
 class FieldMeans:
     """The means of one field."""

@@ -58,6 +58,19 @@ class Radiosity:
     seconds: float  # of the linear solve
     tolerance: float  # relative error of the bake that it is solved for
 
+    def with_gathered(self, solved: np.ndarray, receiver: np.ndarray, light, rays) -> Radiosity:
+        """What the patches of ``receiver`` (k,) int reflect is the mean of what their rows' rays brought,
+        ``solved`` (n_patches, channels), and of ``light`` (k, channels), which ``rays`` (k,) rays brought;
+        of receivers that are one patch."""
+        patch = self.patches.receivers.patch[receiver]
+        some = np.flatnonzero(patch >= 0)
+        own = self.transport.samples.patch_rays
+        share = (rays[some] / (rays[some] + own)).astype(np.float32)[:, None]
+        reflected = self.reflected.copy()
+        before = solved[patch[some]]
+        reflected[patch[some]] = before + share * (light[some].astype(np.float32) - before)
+        return replace(self, reflected=reflected)
+
 
 def solve_radiosity(
     context: Context, receivers: Footprints, place, own: ReceiverPatches | None,
