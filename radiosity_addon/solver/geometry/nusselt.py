@@ -18,7 +18,9 @@ from .vectors import cross, dot, size, tangents
 from .warps import linear_place
 
 BLOCK = 1 << 11  # polygons at a time: their arrays stay in the cache
-STEPS = 3  # of Newton's method [iterations]: leave an azimuth wrong by < 1e-6 of its sector
+STEPS = 2  # of Newton's method [iterations]: nearly always enough;
+CLOSE = 1e-5  # of a sector's area: where an azimuth is further off, more steps are taken
+BRACKETED_STEPS = 30  # [iterations] of these
 TURN = 2 * np.pi
 
 
@@ -183,8 +185,32 @@ def _azimuth(outer, inner, width, target, area):
     last = _reached(outer, *end)[1] - _reached(inner, *end)[1]
     turn = width * linear_place(first, last, target / np.where(area > 0, area, 1))
     for _ in range(STEPS):
-        place = np.cos(turn), np.sin(turn)
-        (far, high), (near, low) = _reached(outer, *place), _reached(inner, *place)
-        turn -= (far - near - target) / np.maximum(0.5 * (high - low), 1e-300)
+        excess, low, high = _excess(outer, inner, turn, target)
+        turn -= excess / np.maximum(0.5 * (high - low), 1e-300)
         np.clip(turn, 0, width, out=turn)
+    excess, low, high = _excess(outer, inner, turn, target)
+    far = np.flatnonzero(np.abs(excess) > CLOSE * area)
+    if len(far):
+        turn[far] = _bracketed(outer[:, far], inner[:, far], width[far], target[far], turn[far])
+        _, low[far], high[far] = _excess(outer[:, far], inner[:, far], turn[far], target[far])
     return turn, low, high
+
+
+def _excess(outer, inner, turn, target):
+    """(n,) the area up to an azimuth less the ``target``, and inner and outer r² there."""
+    place = np.cos(turn), np.sin(turn)
+    (far, high), (near, low) = _reached(outer, *place), _reached(inner, *place)
+    return far - near - target, low, high
+
+
+def _bracketed(outer, inner, width, target, turn):
+    """The same turns (n,) where Newton's method from afar fails: its steps, or halves of what is
+    left between bounds where they leave it."""
+    low, high = np.zeros(len(turn)), width.copy()
+    for _ in range(BRACKETED_STEPS):
+        excess, inside, outside = _excess(outer, inner, turn, target)
+        np.copyto(high, turn, where=excess > 0)
+        np.copyto(low, turn, where=excess <= 0)
+        step = turn - excess / np.maximum(0.5 * (outside - inside), 1e-300)
+        turn = np.where((step > low) & (step < high), step, (low + high) / 2)
+    return turn
