@@ -93,7 +93,8 @@ def without_buried(
 
 def _hidden_cells(surroundings: Surroundings, receivers: Receivers, contacts) -> np.ndarray:
     """(n_cells,) bool: cells that are buried as a whole, if no line touches them. No line meets
-    some of the squares of cells: there one stands for all."""
+    some of the squares of cells: there one that is open stands for all. Where it is buried each is
+    looked at, as a box may stand on a part of them without any line."""
     middle = _middles(receivers)
     _, stands = np.unique(contacts.square, return_index=True)
     alone = contacts.met[contacts.square]
@@ -101,8 +102,9 @@ def _hidden_cells(surroundings: Surroundings, receivers: Receivers, contacts) ->
     some = np.flatnonzero(alone)
     hidden = np.zeros(len(middle), bool)
     hidden[some] = surroundings.bury(receivers.triangle[some], middle[some])
-    follow = ~contacts.met[contacts.square]
-    hidden[follow] = hidden[stands[contacts.square[follow]]]
+    follow = ~alone & hidden[stands[contacts.square]]
+    follow = np.flatnonzero(follow)
+    hidden[follow] = surroundings.bury(receivers.triangle[follow], middle[follow])
     return hidden
 
 
