@@ -2,7 +2,27 @@
 
 from __future__ import annotations
 
+import atexit
+import os
+import sys
+
 import pytest
+
+status = 0
+
+
+def pytest_sessionfinish(exitstatus):
+    global status
+    status = int(exitstatus)
+
+
+@atexit.register  # before Blender's own, so that it runs after them
+def leave():
+    """End the process here: Blender 4.5 waits for one of its own threads forever when the process
+    is taken apart after some of the tests."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(status)
 
 
 @pytest.fixture

@@ -32,7 +32,8 @@ def export_glb(path: str | Path, objects: set[str], names: dict[str, str]) -> No
 
     if "gltf" not in dir(bpy.ops.export_scene):
         raise RuntimeError("Blender's glTF exporter is off; enable the add-on glTF 2.0 format")
-    with _hooked(_hook_class(objects, names)):
+    failures: list[Exception] = []
+    with _hooked(_recording(_hook_class(objects, names), failures)):
         known = bpy.ops.export_scene.gltf.get_rna_type().properties.keys()
         options = {key: value for key, value in OPTIONS.items() if key in known}
         try:
@@ -40,6 +41,8 @@ def export_glb(path: str | Path, objects: set[str], names: dict[str, str]) -> No
         except RuntimeError as error:
             lines = str(error).strip().splitlines() or ["no reason given"]
             raise RuntimeError(f"Blender's glTF exporter failed: {lines[-1]}") from error
+    if failures:
+        raise RuntimeError(f"Blender's glTF exporter failed: {failures[0]}")
     if not Path(path).is_file():
         raise RuntimeError("Blender's glTF exporter wrote nothing; is there a mesh to export?")
 
@@ -59,6 +62,26 @@ def _hook_class(objects: set[str], names: dict[str, str]):
                 node.extras = {**(node.extras or {}), TAG: item.name}
 
     return Carry
+
+
+def _recording(hook, failures: list[Exception]):
+    """``hook`` with what its methods raise added to ``failures``: exporters before Blender 5.1 go on
+    as if nothing had happened."""
+
+    def recorded(method):
+        def call(self, *words):
+            try:
+                return method(self, *words)
+            except Exception as error:
+                failures.append(error)
+                raise
+
+        return call
+
+    methods = {
+        name: recorded(getattr(hook, name)) for name in dir(hook) if name.startswith("gather_")
+    }
+    return type(hook.__name__, (hook,), methods)
 
 
 @contextmanager
