@@ -15,7 +15,7 @@ from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import PointLamp, Scene
 from radiosity_addon.solver.tracing.buried import find_surroundings, without_buried
-from radiosity_addon.solver.transport.receiver_map import build_receiver_map
+from radiosity_addon.solver.transport.patches import ONWARD, build_receiver_patches
 from verification import meshes
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
@@ -50,10 +50,11 @@ def open_area(scene: Scene, receivers) -> float:
 @pytest.mark.parametrize("bottom", [0.0, -0.1], ids=["standing", "sunk"])
 @pytest.mark.parametrize("turn", [0.0, 0.3])
 def test_what_is_left_of_a_floor_is_what_a_block_does_not_cover(turn, bottom):
-    """1 − 0.3 · 0.2; receivers of which less than a thousandth is open count as buried."""
+    """1 − 0.3 · 0.2; texels of which less than a quarter is open count as buried: of those on the
+    block's outline, 1 / 64 wide and 1 long, a quarter, which show an eighth in the mean."""
     scene = meshes.scene([FLOOR, block(origin=(0.4, 0.3, bottom), turn=turn)])
     texels = texel_receivers(UV, np.arange(2), 64)
-    assert open_area(scene, texels) == pytest.approx(1 - 0.06, abs=1e-6)
+    assert open_area(scene, texels) == pytest.approx(1 - 0.06, abs=1.6e-3)
     assert open_area(scene, meshes.triangle_receivers(scene, 4)) > 0
 
 
@@ -93,7 +94,7 @@ def room(kind: str) -> Scene:
     "kind, left", [("sheets", 1.0), ("a lamp inside", 1.0), ("thick walls", 1 - 0.06 + 0.02)]
 )
 def test_rooms_are_not_buried(kind, left):
-    assert open_area(room(kind), texel_receivers(UV, np.arange(2), 64)) == pytest.approx(left, abs=1e-6)
+    assert open_area(room(kind), texel_receivers(UV, np.arange(2), 64)) == pytest.approx(left, abs=2e-3)
 
 
 def spread_from(scene: Scene, receivers, lit: np.ndarray) -> np.ndarray:
@@ -144,17 +145,18 @@ def test_light_is_not_smoothed_under_a_sheet_wall(target, turn):
         assert (light[dark].max() == 0) == (len(parts) == 2)
 
 
-def test_rays_read_no_light_from_receivers_that_a_sheet_divides():
-    """A sheet at x = 0.37 through the sixth of sixteen columns: of it alone no place is mapped."""
+def test_rays_go_on_from_receivers_that_a_sheet_divides():
+    """A sheet at x = 0.37 through the sixth of sixteen columns: it alone has no patches."""
     wall = np.array([[0.37, -1, -0.1], [0.37, 2, -0.1], [0.37, 2, 0.5], [0.37, -1, 0.5]])
     scene = meshes.scene([FLOOR, (wall, FLOOR[1])])
     context = build_context(scene, 0, 1, silent)
     receivers = texel_receivers(UV, np.arange(2), 16)
     footprints = build_footprints(context.geometry, receivers)
     divided = find_walls(context, footprints, receivers).divided
-    found = build_receiver_map(receivers, footprints, len(scene.triangles), divided)
+    found = build_receiver_patches(receivers, footprints, scene.object, np.inf, divided)
     x, y = np.random.default_rng(0).random((2, 1000))
     lower = x > y  # the first triangle: (0, 0), (1, 0), (1, 1); the second: (0, 0), (1, 1), (0, 1)
     u, v = np.where(lower, x - y, x), np.where(lower, y, y - x)
     owner = found.at(np.where(lower, 0, 1), u, v, np.ones(1000, bool))
-    assert np.array_equal(owner < 0, np.floor(x * 16) == 5)
+    assert np.array_equal(owner == ONWARD, np.floor(x * 16) == 5)
+    assert (owner[owner != ONWARD] >= 0).all()

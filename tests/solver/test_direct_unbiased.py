@@ -11,7 +11,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from verification import stability_scenes as scenes
 from radiosity_addon.solver.direct.irradiance import direct_light
 from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.gather.lighting import place_on
@@ -21,6 +20,7 @@ from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import AreaLamp, Material, PointLamp, Scene
 from verification import meshes
+from verification import stability_scenes as scenes
 
 X, Y, Z = np.eye(3)
 GAP, EDGE = 0.01, 0.2  # the sheet's distance from the light, the height of its lower edge

@@ -1,12 +1,10 @@
 """What the system did not know of when it was solved: pockets, and places on a cut."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from radiosity_addon.solver.adaptive.rounds import _floor
-from radiosity_addon.solver.transport.rays import find_lost
+from radiosity_addon.solver.transport.patches import Patches
 from verification import meshes
 from verification.stability_scenes import radiosity, worst
 
@@ -29,10 +27,16 @@ def test_pockets_that_few_rays_find_keep_their_light():
     assert worst(found, 1.0) < 1e-4
 
 
-def test_what_lies_on_a_cut_counts_as_what_the_next_ray_met():
-    sides = np.array([5, 9, 7, 8, 9, 6])  # three rays from each of two owners
-    find_lost(sides, SimpleNamespace(has_cuts=True, nowhere=9), 2)
-    assert sides.tolist() == [5, 8, 7, 8, 5, 6]
+def test_rays_that_end_on_no_patch_find_their_light_themselves(monkeypatch):
+    """A furnace of reflectance 0.5 whose radiosity is 1. No place has a patch, so that all light but
+    the first emission, 0.5 of reflectance times 1, is found by rays that go on."""
+    corners, _ = meshes.box_polygons()
+    scene = meshes.scene([meshes.grid(face, 4) for face in corners], 0.5, 0.5)
+    monkeypatch.setattr(
+        Patches, "at", lambda self, triangle, *_: np.where(triangle < 0, self.miss, self.onward)
+    )
+    found, _, _ = radiosity(scene, 0.02, 1)
+    assert found.mean() == pytest.approx(1.0, abs=2e-3)
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,8 @@ import pytest
 
 from radiosity_addon.solver.geometry.footprints import build_footprints
 from radiosity_addon.solver.geometry.triangles import build_geometry
-from radiosity_addon.solver.sampling.points import footprint_points, grouped_chunks, masked, owned
 from radiosity_addon.solver.receivers import Receivers
+from radiosity_addon.solver.sampling.points import footprint_points, grouped_chunks, masked, owned
 from radiosity_addon.solver.sampling.sobol import GROUPS, tangent_axes, tangent_frames
 
 CORNER = np.array([[[0.0, 0], [0.5, 0], [0, 0.5]]])  # a quarter of a triangle, or half as a square

@@ -7,7 +7,10 @@ import pytest
 
 from radiosity_addon.solver.adaptive.error_estimator import ErrorEstimator, Estimate, Surface
 from radiosity_addon.solver.adaptive.relative_error import (
-    area_shares, bound_of_most, level_of, mean_over,
+    area_shares,
+    bound_of_most,
+    level_of,
+    mean_over,
 )  # fmt: skip
 from radiosity_addon.solver.gather.lighting import Lighting, no_light
 from radiosity_addon.solver.receivers import Projection
@@ -28,12 +31,21 @@ def estimate(radiance: np.ndarray, apart: np.ndarray, area, project=None) -> Est
     return judge.weigh([half(1.0), half(-1.0)])
 
 
+def test_halves_far_apart_are_judged_against_either():
+    """Radiances 1 ± 0.9 beside a surface of 1: the halves 1.9 and 0.1, of which the second counts as
+    a quarter of its mean, (3 + 0.1) / 16 = 0.194: 9.8 times less, so that the error 0.9
+    is judged against both: ε² = ¼ · 0.81 · ½ (1 / 1.9² + 1 / 0.194²)."""
+    found = estimate(np.ones((2, 1)), np.array([[0.0], [0.9]]), [3, 1])
+    either = (1.9**-2 + (3.1 / 16) ** -2) / 2
+    assert found.error == pytest.approx(np.sqrt(0.25 * 0.81 * either), rel=1e-4)
+
+
 def test_a_receiver_counts_by_its_area():
-    """Radiances 1 and 1, off by 0.1 and 10 (halves differ by twice that, their mean by half of the
+    """Radiances 1 and 100, off by 0.1 and 30 (halves differ by twice that, their mean by half of the
     difference), areas 1 and 1e-6:
-    ε² = (1 · 0.01 + 1e-6 · 100) / (1 + 1e-6) = 0.0101, where the mean over both were 50."""
-    found = estimate(np.ones((2, 1)), np.array([[0.1], [10.0]]), [1, 1e-6])
-    assert found.error == pytest.approx(np.sqrt(0.0101 / (1 + 1e-6)), rel=1e-5)
+    ε² = (1 · 0.01 + 1e-6 · 0.09) / (1 + 1e-6), where the mean over both were 0.05."""
+    found = estimate(np.array([[1.0], [100.0]]), np.array([[0.1], [30.0]]), [1, 1e-6])
+    assert found.error == pytest.approx(np.sqrt((0.01 + 9e-8) / (1 + 1e-6)), rel=1e-5)
     assert found.share == pytest.approx(np.array([1, 1e-6]) / (1 + 1e-6))
     assert mean_over(found.share, found.square) == pytest.approx(found.error**2, rel=1e-5)
 
@@ -112,7 +124,7 @@ def test_slivers_get_no_more_rays():
     error = float(np.sqrt(2 * mean_over(share, local)))
     found = Estimate(
         unit=1.0, direct=None, indirect=None, error=error, sampled=error, error_95=0.0,
-        share=share, direct_square=local, gather_square=local, apart=None, halves=(),
+        share=share, direct_square=local, gather_square=local, apart=None,
     )  # fmt: skip
     surface = Surface(np.ones((200, 1)), np.zeros((200, 1)), area)
     judge = ErrorEstimator(surface, [], ("direct", "indirect"), 1, None)

@@ -21,7 +21,7 @@ from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import AreaLamp, Material, PointLamp, Sky, SunLamp
 from radiosity_addon.solver.solution import compose
 from radiosity_addon.solver.transport import radiosity as radiosity_module
-from radiosity_addon.solver.transport.rows import Places, join_places
+from radiosity_addon.solver.transport.places import Places, join_places
 from verification.meshes import box_polygons, box_scene, grid, triangle_receivers
 from verification.meshes import scene as make_scene
 
@@ -193,11 +193,15 @@ def test_sides_that_no_light_leaves_get_no_unknowns(monkeypatch):
     less, statistics = solve(scene, ("indirect",))
     seeds = radiosity_module._seeds
 
-    def everywhere(context, elements, *rest):
+    def everywhere(context, patches, *rest):
+        elements = patches.elements
         cells = np.flatnonzero(elements.element >= 0)
         middle = elements.corners[cells].astype(float).mean(axis=1)
-        every = [Places(2 * cells + back, elements.triangle[cells], *middle.T) for back in (0, 1)]
-        return join_places([seeds(context, elements, *rest), *every])
+        fronts = np.ones(len(cells), bool)
+        every = [Places(cells, elements.triangle[cells], *middle.T, side).on(patches)
+                 for side in (fronts, ~fronts)]  # fmt: skip
+        found, number = seeds(context, patches, *rest)
+        return join_places([found, *every]), number
 
     monkeypatch.setattr(radiosity_module, "_seeds", everywhere)
     more, with_all = solve(scene, ("indirect",))

@@ -8,6 +8,7 @@ import pytest
 from radiosity_addon.bake.cell_normals import shading_of
 from radiosity_addon.bake.faces import face_receivers
 from radiosity_addon.settings import Settings
+from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.filtering.lattice import build_lattices
 from radiosity_addon.solver.geometry.footprints import build_footprints
 from radiosity_addon.solver.geometry.triangles import build_geometry
@@ -15,7 +16,6 @@ from radiosity_addon.solver.receivers import Receivers, Shading, concatenate, sl
 from radiosity_addon.solver.sampling.shade import fading
 from radiosity_addon.solver.scene import Material, PointLamp, Scene, Sky, SunLamp
 from radiosity_addon.solver.sequence import solve
-from radiosity_addon.solver.fields import Constant
 
 FLOOR = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
 FLOOR_TRIANGLES = np.array([(0, 1, 2), (0, 2, 3)])

@@ -26,6 +26,7 @@ from .relative_error import area_shares, bound_of_most, level_of, mean_over
 # levels are chosen by the same numbers: measured, what their difference does not show is one and a
 # half times what it does (docs/theory.md).
 BALANCE = 1.5
+DOUBTFUL = 4.0  # ratio of the halves' brightness above which one of them may be all wrong
 LEAST = 1e-20  # of the brightest emission: a typical irradiance is taken to be that much at least
 LEAST_MORE = 1.25  # times the samples of a receiver: it gets none if fewer would do
 DIRECT_SHARE = 0.4  # of the squared error that is allowed; the rest is for gathered light
@@ -128,10 +129,7 @@ class ErrorEstimator:
             for shadow, half in ((shadows.a, gathered.a), (shadows.b, gathered.b))
         ]
         (one_direct, one_indirect), (two_direct, two_indirect) = light
-        # Errors are judged against either half alone: a ray that brings much too much to one of
-        # them raises their mean's brightness, too, but not the other's.
-        levels = [level_of(self._radiance(*half, unit), self.surface.share) for half in light]
-        level *= np.sqrt(sum(each ** np.float32(-2) for each in levels) / 2)
+        level /= self._level([self._radiance(*half, unit) for half in light])
         shadow_square, gather_square = map_chunks(
             lambda part: self._pooled(lattices, part.square * level[:, 0] ** 2),
             [shadows, gathered],
@@ -245,6 +243,18 @@ class ErrorEstimator:
         pooled = smooth_map(lattices, area * square) / np.where(around > 0, around, 1)
         found, mean = mean_over(share, pooled), mean_over(share, square)
         return pooled * (mean / found) if found > 0 and mean > 0 else square
+
+    def _level(self, halves: list[np.ndarray]) -> np.ndarray:
+        """(count, 1) what errors are judged against, from smoothed radiances (count, channels): noise
+        of the light before smoothing is none of it. Where the halves are far apart they are judged
+        against either alone: a ray that brings much too much to one of them raises their mean's
+        brightness, too, but not the other's."""
+        share = self.surface.share
+        level = level_of((halves[0] + halves[1]) / 2, share)
+        one, other = (level_of(half, share) for half in halves)
+        doubtful = np.maximum(one, other) > DOUBTFUL * np.minimum(one, other)
+        either = np.sqrt(2 / (one ** np.float32(-2) + other ** np.float32(-2)))
+        return np.where(doubtful, either, level)
 
     @cached_property
     def _gain(self) -> np.ndarray:

@@ -70,8 +70,6 @@ class SolveCache:
             return None
         chosen = fine[-1]
         if self._now[1] != self.light:
-            if any(block.onward for half in chosen.halves for block in half.transport.blocks):
-                return None  # rays found light themselves: they must be traced again
             chosen = self._lit_anew(context, chosen, tolerance)
         elif self._now[2] == self.receivers:
             chosen = next((solve for solve in fine if _same(solve.plan, plan)), chosen)
@@ -112,7 +110,11 @@ def lit_anew(context: Context, half: Radiosity, unit: float, tolerance: float, k
     for number, block in enumerate(half.transport.blocks):
         _, lit, spread = light_points(context, block.patches.points, (*key, number))
         patches = replace(block.patches, lit=lit, spread=spread)
-        blocks.append(replace(block, patches=patches, sky=block.sky * (unit / context.unit)))
+        found = block.found
+        if block.onward is not None:
+            found = sum(block.onward.light(context, (*key, number, 1))) / block.rays
+        sky = block.sky * (unit / context.unit)
+        blocks.append(replace(block, patches=patches, sky=sky, found=found))
     transport = replace(half.transport, blocks=tuple(blocks))
     return solve_rows(context, half.patches, transport, tolerance)
 

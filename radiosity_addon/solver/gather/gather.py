@@ -108,8 +108,9 @@ def gather(
     unseen = join_ends(unseen, context.channels)
     lost = unseen.places.entry == patches.onward
     onward = go_on(context, patches, unseen.take(np.flatnonzero(lost)), count, (*key, 5))
-    bounced += onward.light + light_at(radiosity.reflected, onward.ends, count)
-    first += onward.first
+    reflected, glow = onward.light(context, (*key, 6))
+    bounced += reflected + onward.sky + light_at(radiosity.reflected, onward.ends, count)
+    first += glow
     if emitted is not None:
         bounced += light_at(emitted, onward.ends, count)
     unknown = onward.ends.take(np.flatnonzero(radiosity.unknown[onward.ends.places.entry]))

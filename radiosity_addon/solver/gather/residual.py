@@ -133,7 +133,8 @@ def _arrived(context, radiosity, table, met: list[Met], directions, count: int, 
             weight = np.ones((len(some), context.channels))
             parts.append(ends_of(part, entry, some, number[some], weight))
     onward = go_on(context, patches, join_ends(lost, context.channels), rays * count, key)
-    light = onward.light + onward.first + light_at(radiosity.reflected, onward.ends, rays * count)
+    light = sum(onward.light(context, (*key, 8))) + onward.sky
+    light += light_at(radiosity.reflected, onward.ends, rays * count)
     if table is not None:
         light += light_at(table, onward.ends, rays * count)
     arriving = arriving + light.reshape(rays, count, -1).mean(axis=0)

@@ -42,7 +42,9 @@ class Points:
         """The points of some owners."""
         arrays = (owned(array, chosen) for array in (self.position, self.normal, self.triangle))
         shade = self.shade and self.shade.take(chosen)
-        return Points(*arrays, lambda: owned(self.uv, chosen), self.turn[chosen], shade)
+        uv = self.barycentric
+        uv = (lambda: owned(self.uv, chosen)) if callable(uv) else owned(uv, chosen)
+        return Points(*arrays, uv, self.turn[chosen], shade)
 
     def single(self) -> Points:
         """Every point an owner of its own, in the order of (per, R) flattened."""

@@ -18,8 +18,8 @@ from .places import Places, join_places, no_places
 from .rays import Met, shoot_apart
 
 MOST_BOUNCES = 64  # of one ray; chance ends nearly all long before
-FULL_BOUNCES = 2  # from which on chance ends a ray sooner:
-LATE_CHANCE = 0.5  # times the chance to go on; little light is left there, and few rays cost much
+FULL_BOUNCES = 6  # after which chance ends rays that bring little:
+LATE_CHANCE = 0.5  # to go on, at most; little light is left there, and few rays cost much
 STAGE = "transport"
 
 
@@ -58,61 +58,72 @@ def join_ends(parts: list[Ends], channels: int) -> Ends:
 
 @dataclass(frozen=True)
 class Onward:
-    """What came of rays that went on: their ``ends`` on patches, and what they found on their way,
-    (count, channels) by owner: ``light`` that was reflected, and emission ``first``-hand."""
+    """What came of rays that went on: where they did, with the weight of light that arrives there
+    (``passed``) and is reflected there (``lit``); their ``ends`` on patches; and the light of the
+    ``sky`` (count, channels) that they found, by owner."""
 
+    passed: Ends
+    lit: Ends
     ends: Ends
-    light: np.ndarray
-    first: np.ndarray
+    sky: np.ndarray
+    first_ones: int  # of ``passed``: those that no surface has reflected before
+
+    def light(self, context: Context, key) -> tuple[np.ndarray, np.ndarray]:
+        """(count, channels) direct light that rays found on their way, which was reflected, and
+        emission of where they ended first."""
+        light, first = np.zeros((2, *self.sky.shape))
+        if len(self.passed.owner) == 0:
+            return light, first
+        points = points_on(
+            context.geometry, *(array[None] for array in self.lit.places.of_surface()),
+            uniform((len(self.lit.owner), 3), *key, 1),
+        )
+        numbers = np.arange(len(self.lit.owner))
+        direct, _ = direct_light(
+            context, len(numbers), 1, lambda some, _: points.take(numbers[some]), (*key, 2), STAGE,
+        )
+        _add(light, self.lit.owner, self.lit.weight * direct)
+        if context.glows:
+            triangle, u, v, front = self.passed.places.of_surface()
+            glow = np.pi * context.emission(triangle, np.stack([u, v], 1).astype(float), front)
+            glow *= self.passed.weight * ~context.explicit[triangle][:, None]
+            first_ones = np.arange(len(glow)) < self.first_ones
+            _add(first, self.passed.owner, glow * first_ones[:, None])
+            _add(light, self.passed.owner, glow * ~first_ones[:, None])
+        return light, first
 
 
 def go_on(context: Context, patches: Patches, rays: Ends, count: int, key) -> Onward:
     """Follow ``rays`` that ended on no patch; their owners are below ``count``."""
-    light, first = np.zeros((2, count, context.channels))
-    ended = []
+    sky, passed, lit, ended, first = np.zeros((count, context.channels)), [], [], [], len(rays.owner)
     for bounce in range(MOST_BOUNCES):
         if len(rays.owner) == 0:
             break
-        glow = _emission(context, rays.places)
-        if glow is not None:
-            _add(first if bounce == 0 else light, rays.owner, rays.weight * glow)
+        passed.append(rays)
         rays = _surviving(context, rays, bounce, (*key, bounce))
         if len(rays.owner) == 0:
             break
+        lit.append(rays)
         points = points_on(
             context.geometry, *(array[None] for array in rays.places.of_surface()),
             uniform((len(rays.owner), 3), *key, bounce, 2),
         )
-        numbers = np.arange(len(rays.owner))
-        lit, _ = direct_light(
-            context, len(numbers), 1, lambda some, _: points.take(numbers[some]),
-            (*key, bounce, 3), STAGE,
-        )
-        _add(light, rays.owner, rays.weight * lit)
         met, directions = shoot_apart(context, points, 1, *key, bounce, 4)
         parts = []
         for part in met:
             entry = patches.hit(part.hits)
-            number = numbers if part.rays is None else part.rays
+            number = np.arange(len(entry)) if part.rays is None else part.rays
             parts.append(ends_of(part, entry, np.arange(len(entry)), rays.owner[number],
                                  rays.weight[number]))  # fmt: skip
             missed = np.flatnonzero(entry == patches.miss)
             if context.sky is not None and len(missed):
-                sky = context.sky(directions.reshape(-1, 3)[number[missed]])
-                _add(light, parts[-1].owner[missed], parts[-1].weight[missed] * sky)
+                found = context.sky(directions.reshape(-1, 3)[number[missed]])
+                _add(sky, parts[-1].owner[missed], parts[-1].weight[missed] * found)
         rays = join_ends(parts, context.channels)
         ended.append(rays.take(np.flatnonzero(patches.somewhere(rays.places.entry))))
         rays = rays.take(np.flatnonzero(rays.places.entry == patches.onward))
-    return Onward(join_ends(ended, context.channels), light, first)
-
-
-def _emission(context: Context, places: Places) -> np.ndarray | None:
-    """(k, channels) exitance that rays must find at places; None where nothing has any."""
-    if not context.glows:
-        return None
-    triangle, u, v, front = places.of_surface()
-    glow = np.pi * context.emission(triangle, np.stack([u, v], 1).astype(float), front)
-    return glow * ~context.explicit[triangle][:, None]
+    passed, lit, ended = (join_ends(parts, context.channels) for parts in (passed, lit, ended))
+    return Onward(passed, lit, ended, sky, first)
 
 
 def _surviving(context: Context, rays: Ends, bounce: int, key) -> Ends:
@@ -121,9 +132,10 @@ def _surviving(context: Context, rays: Ends, bounce: int, key) -> Ends:
     weight = rays.weight * context.reflectance(
         triangle, np.stack([u, v], 1).astype(float), front
     )
-    largest = np.maximum(rays.weight.max(axis=1, initial=0), 1e-30)
-    chance = np.minimum(weight.max(axis=1, initial=0) / largest, 1)
-    chance = chance * (LATE_CHANCE if bounce >= FULL_BOUNCES else 1.0)
+    chance = (weight.max(axis=1, initial=0) > 0).astype(float)
+    if bounce >= FULL_BOUNCES:
+        largest = np.maximum(rays.weight.max(axis=1, initial=0), 1e-30)
+        chance = LATE_CHANCE * np.minimum(weight.max(axis=1, initial=0) / largest, 1)
     kept = np.flatnonzero(uniform((len(chance),), *key, 1) < chance)
     rays = rays.take(kept)
     return Ends(rays.owner, rays.places, weight[kept] / chance[kept, None])

@@ -206,7 +206,7 @@ def solve_rows(
         emitted, varied = _gathered_emission(context, patches)
     else:
         emitted, varied = known.emitted, known.varied
-    first_hand = np.concatenate([block.sky for block in transport.blocks])
+    first_hand = np.concatenate([block.sky + block.found for block in transport.blocks])
     if emitted is not None:
         first_hand = first_hand + _light_met(transport, emitted)
     if known is not None:
@@ -287,17 +287,19 @@ def _gathered_emission(context: Context, patches: Patches):
 
 def _add_receivers_emission(context: Context, footprints: Footprints, emission, length) -> None:
     """Set the first entries, which are the patches of receivers, to what their cells send out."""
+    apart = emits_apart(context.scene)[footprints.triangle]
+    glows = ~context.explicit[footprints.triangle]
     found = np.zeros((len(footprints.triangle), context.channels))
     longest = np.zeros(len(found), np.float32)
-    for square in (False, True):
-        some = np.flatnonzero(
-            (footprints.square == square) & ~context.explicit[footprints.triangle]
-        )
-        regions = footprint_regions(footprints, some, square)
-        mean, spread = context.mean_emission(regions)
-        found[some], longest[some] = np.pi * mean, (spread > 0) * _lengths(context, regions)
-    emission[: footprints.count] = footprints.mean_of_cells(found)
-    length[: footprints.count] = np.maximum.reduceat(longest, footprints.start[:-1])
+    for front in (True, False):  # backs shine as fronts do, but for those that emit apart
+        for square in (False, True):
+            some = np.flatnonzero((footprints.square == square) & glows & (apart | front))
+            regions = footprint_regions(footprints, some, square)
+            mean, spread = context.mean_emission(regions, front)
+            found[some], longest[some] = np.pi * mean, (spread > 0) * _lengths(context, regions)
+        side = slice(0, footprints.count) if front else slice(footprints.count, 2 * footprints.count)
+        emission[side] = footprints.mean_of_cells(found)
+        length[side] = np.maximum.reduceat(longest, footprints.start[:-1])
 
 
 def _lengths(context: Context, regions) -> np.ndarray:

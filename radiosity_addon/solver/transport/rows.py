@@ -22,7 +22,7 @@ from ..lights.context import Context
 from ..sampling.points import Points, footprint_points, grouped_chunks, join_points, points_on
 from ..sampling.sobol import uniform
 from ..workers.parallel import map_chunks
-from .onward import ends_of, go_on, join_ends
+from .onward import Onward, ends_of, go_on, join_ends
 from .patches import Patches
 from .places import Places, join_places, no_places, places_hit
 from .rays import RAYS_PER_CHUNK, shoot, sky_mean
@@ -109,8 +109,9 @@ class Rows:
     patches: LitPatches  # of each row
     hits: np.ndarray  # (n, rays) int32: entry met first by each ray
     later: Later  # what rays met behind surfaces that transmit, and where they went on
-    sky: np.ndarray  # (n, channels): what its rays bring from the sky, and found where they went on
-    onward: bool  # some went on
+    sky: np.ndarray  # (n, channels): mean sky radiosity its escaping rays bring
+    found: np.ndarray  # (n, channels): what its rays found on their way
+    onward: Onward  # how they found that
 
     @property
     def rays(self) -> int:
@@ -211,7 +212,7 @@ def _no_rows(context: Context, samples: RowSamples) -> Rows:
     lit = light_met(context, no_places(), np.zeros(0, np.int64), samples.points, (0,))
     nothing = np.zeros(0, np.int32)
     later = Later(nothing, nothing, np.zeros((0, context.channels), np.float32))
-    return Rows(lit, np.zeros((0, samples.rays), np.int32), later, np.zeros((0, context.channels)), False)
+    return Rows(lit, np.zeros((0, samples.rays), np.int32), later, *np.zeros((2, 0, context.channels)), None)
 
 
 def join_later(parts) -> Later:
@@ -270,11 +271,11 @@ def _trace_rows(context: Context, patches: Patches, lit: LitPatches, row, rays: 
         later += behind
         onward += more
     onward = go_on(context, patches, join_ends(onward, context.channels), count, (*key, 4))
-    light += (onward.light + onward.first) / rays
     ends = onward.ends
     later.append(Later(ends.owner, ends.places.entry, ends.weight.astype(np.float32)))
     places.append(ends.places[row[patches.of(ends.places.entry)] == -1])
-    return Rows(lit, hits, join_later(later), light, len(ends.owner) > 0), join_places(places)
+    found = sum(onward.light(context, (*key, 5))) / rays
+    return Rows(lit, hits, join_later(later), light + onward.sky / rays, found, onward), join_places(places)
 
 
 def form_factors(transport: Transport, patches: Patches):
