@@ -167,13 +167,11 @@ class Replicate:
         )
 
     def take(self, radiosity: Radiosity) -> SolveFigures:
-        """Gather with these radiosities from now on, and correct by paths along their residual."""
+        """Gather with these radiosities from now on."""
         self.radiosity = radiosity
         self.solved = radiosity.reflected[: radiosity.patches.first].copy()
         self.light.forget_gathered()
-        if self.needs.reflected:
-            self.residuals = self._followed(radiosity, MOST_PATHS)
-            self._correct()
+        self.residuals = self.correction = None
         return self._solved()
 
     def audit(self, factor: float) -> None:
@@ -196,24 +194,26 @@ class Replicate:
         """Add light of the round ``step``: [(owners, points of each)] of explicit light, and
         [(owners, rays of each)], aimed by ``guide``."""
         self.lessons = []
-        if step > 0 and self.needs.everything:
+        if self.residuals is not None:
             self._look_at_receivers()
         if self.needs.explicit:
             for part in direct:
                 add_direct(self.context, self.footprints, self.light, *part, step, self.number)
         if self.needs.rays:
-            for part in gathered:
-                self.radiosity, lessons = add_gathered(
-                    self.context, self.footprints, self.light, self.radiosity, *part, step,
-                    self.number, part[1], guide=guide, learns=learn,
-                )
-                self.lessons += lessons
+            self.radiosity, self.lessons = add_gathered(
+                self.context, self.footprints, self.light, self.radiosity, gathered, step,
+                self.number, guide=guide, learns=learn,
+            )
+        if self.needs.reflected and self.residuals is None:
+            self._look_at_receivers()
+            self.residuals = self._followed(self.radiosity, MOST_PATHS)
+            self._correct()
         return self.now()
 
     def _look_at_receivers(self) -> None:
         """Rays read from now on what has been gathered at the receivers that they end on, beside what
         rows have brought: more rays, one reflection later."""
-        if self.radiosity.patches.receivers is None:
+        if self.radiosity.patches.receivers is None or not self.needs.everything:
             return
         light, shading = self.light, self.footprints.shading
         known = light.rays[:, 0] > 0

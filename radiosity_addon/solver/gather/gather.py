@@ -16,7 +16,7 @@ from ..lights.polygons import NEAR
 from ..sampling.guide import Guide, Learning
 from ..sampling.points import grouped_chunks
 from ..sampling.sobol import sobol
-from ..transport.onward import Ends, ends_of, go_on, join_ends
+from ..transport.onward import Ends, ends_of, join_ends
 from ..transport.rays import (
     RAYS_PER_CHUNK,
     Met,
@@ -36,7 +36,7 @@ class Gathered:
 
     bounced: np.ndarray
     first: np.ndarray
-    unseen: Ends  # on patches of which nothing is known; the weight is the share in the owner's mean
+    unseen: Ends  # where nothing is known; the weight is the share in the owner's mean
     lessons: list
 
 
@@ -104,18 +104,7 @@ def gather(
         unseen += places
         if learns:
             lessons.append(lesson)
-    bounced, first = totals
-    unseen = join_ends(unseen, context.channels)
-    lost = unseen.places.entry == patches.onward
-    onward = go_on(context, patches, unseen.take(np.flatnonzero(lost)), count, (*key, 5))
-    reflected, glow = onward.light(context, (*key, 6))
-    bounced += reflected + onward.sky + light_at(radiosity.reflected, onward.ends, count)
-    first += glow
-    if emitted is not None:
-        bounced += light_at(emitted, onward.ends, count)
-    unknown = onward.ends.take(np.flatnonzero(radiosity.unknown[onward.ends.places.entry]))
-    unseen = join_ends([unseen.take(np.flatnonzero(~lost)), unknown], context.channels)
-    return Gathered(bounced, first, unseen, lessons)
+    return Gathered(*totals, join_ends(unseen, context.channels), lessons)
 
 
 def light_at(table: np.ndarray, ends: Ends, count: int) -> np.ndarray:

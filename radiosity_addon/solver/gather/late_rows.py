@@ -1,27 +1,33 @@
-"""Late rows: light that rays bring from sides that had no row when the system was solved.
+"""Late rows: light from where gathered rays ended and nothing was known when the system was solved.
 
-Elements are known where rays of a sample of the receivers met them, or rays of known ones. One of
-later rays in a few hundred meets another, as in a pocket of its own: it gets a row then,
-and the new rows alone are solved.
+Rays of a few places go on. Patches are known where rays of a sample of the receivers met them, or
+rays of known ones. One of later rays in a few hundred meets another, as in a pocket of its own: it
+gets a row then, and the new rows alone are solved.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+import numpy as np
 
 from ..lights.context import Context
+from ..transport.onward import Ends, go_on, join_ends
 from ..transport.radiosity import Radiosity, extended
-from .gather import Gathered, light_at
+from .gather import first_hand_table, light_at
 
 
-def with_late_rows(
-    context: Context, radiosity: Radiosity, found: Gathered, key
-) -> tuple[Gathered, Radiosity]:
-    """What rays brought, and what is reflected from the ``unseen`` places that they met; with the
-    radiosity of these, too."""
-    unseen = found.unseen
-    if len(unseen.owner) == 0:
-        return found, radiosity
-    radiosity = extended(context, radiosity, unseen.places, key)
-    more = light_at(radiosity.reflected, unseen, len(found.bounced))
-    return replace(found, bounced=found.bounced + more), radiosity
+def light_unseen(context: Context, radiosity: Radiosity, unseen: Ends, count: int, key):
+    """Light (count, channels) of owners' rays that ended where nothing is known: reflected, and
+    first-hand; and the radiosity, with rows for what they met."""
+    patches, entry = radiosity.patches, unseen.places.entry
+    lost, late = (np.flatnonzero((entry == patches.onward) == which) for which in (True, False))
+    onward = go_on(context, patches, unseen.take(lost), count, (*key, 1))
+    bounced, first = onward.light(context, (*key, 2))
+    bounced += onward.sky
+    emitted = first_hand_table(context, radiosity)
+    if emitted is not None:
+        bounced += light_at(emitted, onward.ends, count)
+    ends = join_ends([unseen.take(late), onward.ends], context.channels)
+    unknown = np.flatnonzero(radiosity.unknown[ends.places.entry])
+    if len(unknown):
+        radiosity = extended(context, radiosity, ends.places[unknown], (*key, 3))
+    return bounced + light_at(radiosity.reflected, ends, count), first, radiosity

@@ -13,9 +13,10 @@ from ..lights.context import Context
 from ..sampling.guide import Guide
 from ..sampling.points import footprint_points
 from ..sampling.sobol import uniform
+from ..transport.onward import Ends, join_ends
 from ..transport.radiosity import Radiosity
 from .gather import gather
-from .late_rows import with_late_rows
+from .late_rows import light_unseen
 
 MOST_POINTS = 256  # of a receiver that share its rays in one round
 
@@ -95,22 +96,32 @@ def add_direct(context: Context, footprints, lighting: Lighting, owners, per: in
 
 
 def add_gathered(
-    context: Context, footprints, lighting: Lighting, radiosity: Radiosity, owners, rays: int, *key,
+    context: Context, footprints, lighting: Lighting, radiosity: Radiosity, parts, *key,
     learns: bool = False, guide: Guide | None = None,
 ) -> tuple[Radiosity, list]:
-    """Add ``rays`` gathered rays to each of ``owners`` (k,) int. A ray that a guide aimed counts
-    as many as it is worth. Returns the radiosity, with that of all that the rays met, and lessons
-    where somebody ``learns``."""
-    key = (context.seed, 21, *key)
-    owners = _simple_first(footprints, owners)
-    per = gcd(rays, int(np.clip(rays // 4, 4, MOST_POINTS)))  # every point has as many rays
-    place = place_on(footprints, owners, per, *key)
-    found = gather(
-        context, radiosity, len(owners), rays, place, key, "gather", owners, learns, guide
+    """Add gathered rays: ``parts`` are [(owners (k,) int, rays of each)]. A ray that a guide aimed
+    counts as many as it is worth. Returns the radiosity, with that of all that the rays met, and
+    lessons where somebody ``learns``."""
+    key, lessons, unseen = (context.seed, 21, *key), [], []
+    for owners, rays in parts:
+        own_key, owners = (*key, rays), _simple_first(footprints, owners)
+        per = gcd(rays, int(np.clip(rays // 4, 4, MOST_POINTS)))  # every point has as many rays
+        place = place_on(footprints, owners, per, *own_key)
+        found = gather(
+            context, radiosity, len(owners), rays, place, own_key, "gather", owners, learns, guide
+        )
+        worth = np.full((len(owners), 1), rays, float)
+        if guide is not None:
+            worth *= guide.worth[guide.cluster[owners]][:, None]
+        _add(lighting.bounced, owners, worth * found.bounced)
+        _add(lighting.first, owners, worth * found.first)
+        lighting.rays[owners] += worth
+        ends = found.unseen
+        unseen.append(Ends(owners[ends.owner], ends.places, ends.weight * worth[ends.owner]))
+        lessons += found.lessons
+    bounced, first, radiosity = light_unseen(
+        context, radiosity, join_ends(unseen, context.channels), footprints.count, (*key, 9)
     )
-    found, radiosity = with_late_rows(context, radiosity, found, (*key, 9))
-    worth = rays if guide is None else rays * guide.worth[guide.cluster[owners]][:, None]
-    _add(lighting.bounced, owners, worth * found.bounced)
-    _add(lighting.first, owners, worth * found.first)
-    lighting.rays[owners] += worth
-    return radiosity, found.lessons
+    lighting.bounced[:] += bounced
+    lighting.first[:] += first
+    return radiosity, lessons

@@ -191,7 +191,8 @@ def _azimuth(outer, inner, width, target, area):
     excess, low, high = _excess(outer, inner, turn, target)
     far = np.flatnonzero(np.abs(excess) > CLOSE * area)
     if len(far):
-        turn[far] = _bracketed(outer[:, far], inner[:, far], width[far], target[far], turn[far])
+        turn[far] = _bracketed(outer[:, far], inner[:, far], width[far], target[far], turn[far],
+                               CLOSE * area[far])
         _, low[far], high[far] = _excess(outer[:, far], inner[:, far], turn[far], target[far])
     return turn, low, high
 
@@ -203,14 +204,21 @@ def _excess(outer, inner, turn, target):
     return far - near - target, low, high
 
 
-def _bracketed(outer, inner, width, target, turn):
+def _bracketed(outer, inner, width, target, turn, close):
     """The same turns (n,) where Newton's method from afar fails: its steps, or halves of what is
-    left between bounds where they leave it."""
-    low, high = np.zeros(len(turn)), width.copy()
+    left between bounds where they leave it, until the areas are as ``close`` (n,) as they must be."""
+    turn, low, high = turn.copy(), np.zeros(len(turn)), width.copy()
+    some = np.arange(len(turn))
     for _ in range(BRACKETED_STEPS):
-        excess, inside, outside = _excess(outer, inner, turn, target)
-        np.copyto(high, turn, where=excess > 0)
-        np.copyto(low, turn, where=excess <= 0)
-        step = turn - excess / np.maximum(0.5 * (outside - inside), 1e-300)
-        turn = np.where((step > low) & (step < high), step, (low + high) / 2)
+        now = turn[some]
+        excess, inside, outside = _excess(outer[:, some], inner[:, some], now, target[some])
+        over = excess > 0
+        high[some[over]], low[some[~over]] = now[over], now[~over]
+        step = now - excess / np.maximum(0.5 * (outside - inside), 1e-300)
+        within = (step > low[some]) & (step < high[some])
+        going = np.abs(excess) > close[some]
+        turn[some] = np.where(~going, now, np.where(within, step, (low[some] + high[some]) / 2))
+        some = some[going]
+        if len(some) == 0:
+            break
     return turn
