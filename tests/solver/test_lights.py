@@ -192,3 +192,28 @@ def test_directions_to_a_cone_follow_the_cosine_law(slope):
         one, other = ratio * ((found[0] > 0) == toward), plain * ((x > 0) == toward)
         spread = np.hypot(one.std(), other.std()) / np.sqrt(n)
         assert one.mean() == pytest.approx(other.mean(), abs=4 * spread)
+
+
+def test_directions_to_a_window_seen_from_below_stay_inside_it():
+    """A window upright beside and above the point, 3.6 mm off its plane: its sector of the disc is
+    nearly half a turn wide and thin, where Newton's method from afar leaves it. The first moments of
+    the density are those of the window's area in the disc, by a fine grid of it."""
+    from radiosity_addon.solver.geometry.nusselt import cosine_toward
+
+    window = np.array([[0.0036, -1.0, 0.4], [0.0036, -1.0, 1.0], [0.0036, 1.5, 1.0], [0.0036, 1.5, 0.4]])
+    count = 20_000
+    xi = np.random.default_rng(0).random((2, count))
+    rays = [np.repeat(corner[:, None], count, axis=1) for corner in window]
+    normal = np.repeat(np.array([[0.0], [0], [1]]), count, axis=1)
+    total, direction = cosine_toward(rays, normal, xi)
+    place = direction * (0.0036 / direction[0])
+    assert (place[1] > -1.0 - 1e-6).all() and (place[1] < 1.5 + 1e-6).all()
+    assert (place[2] > 0.4 - 1e-6).all() and (place[2] < 1.0 + 1e-6).all()
+    y, z = np.meshgrid((np.arange(800) + 0.5) / 320 - 1, 0.4 + (np.arange(200) + 0.5) * 0.003)
+    square = 0.0036**2 + y**2 + z**2
+    density = z * 0.0036 / square**2
+    assert total == pytest.approx(density.sum() * (2.5 / 800) * 0.003, rel=1e-3)
+    for values, grid in ((place[1], y), (place[2], z)):
+        mean = (density * grid).sum() / density.sum()
+        spread = np.sqrt((density * (grid - mean) ** 2).sum() / density.sum())
+        assert values.mean() == pytest.approx(mean, abs=4 * spread / np.sqrt(count))

@@ -1,0 +1,112 @@
+"""Patches: what receivers and elements make of the surface, and what rays read of them."""
+
+import numpy as np
+import pytest
+
+from radiosity_addon.solver.adaptive.replicate import build_replicate
+from radiosity_addon.solver.elements.elements import build_elements
+from radiosity_addon.solver.geometry.footprints import build_footprints
+from radiosity_addon.solver.lights.context import build_context
+from radiosity_addon.solver.progress import silent
+from radiosity_addon.solver.transport.patches import Patches, build_receiver_patches
+from verification import meshes
+from verification.texels import texel_receivers
+
+UV = np.array([[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]], float)
+FLOOR = meshes.polygon(np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]))
+
+
+def patches_of(scene, receivers, largest=np.inf):
+    context = build_context(scene, 0, 1, silent)
+    footprints = build_footprints(context.geometry, receivers)
+    own = build_receiver_patches(receivers, footprints, scene.object, largest, None)
+    elements = build_elements(context.geometry, np.zeros(len(scene.triangles), int), 4)
+    return Patches(elements, own), footprints
+
+
+def places(count: int):
+    """Of the unit square: (n,) triangle, u, v, and the texel row · 8 + column that each lies in."""
+    x, y = np.random.default_rng(0).random((2, count))
+    lower = x > y
+    u, v = np.where(lower, x - y, x), np.where(lower, y, y - x)
+    texel = (y * 8).astype(int) * 8 + (x * 8).astype(int)
+    return np.where(lower, 0, 1).astype(np.int32), u.astype(np.float32), v.astype(np.float32), texel
+
+
+def test_each_texel_of_a_plane_is_a_patch_on_either_side():
+    scene = meshes.scene([FLOOR])
+    receivers = texel_receivers(UV, np.arange(2), 8)
+    patches, footprints = patches_of(scene, receivers)
+    assert patches.first == 2 * 64
+    triangle, u, v, texel = places(500)
+    grid = receivers.grid[:, 1] * 8 + receivers.grid[:, 2]
+    front = patches.at(triangle, u, v, np.ones(500, bool))
+    back = patches.at(triangle, u, v, np.zeros(500, bool))
+    assert np.array_equal(grid[front], texel)
+    assert np.array_equal(back, front + 64)
+    assert np.array_equal(patches.of(front), front)
+
+
+def test_receivers_larger_than_elements_are_left_to_these():
+    scene = meshes.scene([FLOOR])
+    patches, footprints = patches_of(scene, texel_receivers(UV, np.arange(2), 2), largest=0.01)
+    assert patches.receivers is None and patches.first == 0
+    triangle, u, v, _ = places(50)
+    entry = patches.at(triangle, u, v, np.ones(50, bool))
+    assert patches.somewhere(entry).all()
+    assert (patches.element_of(patches.of(entry)) >= 0).all()
+
+
+def test_a_texel_around_a_corner_is_a_patch_for_each_way_that_it_faces():
+    """The floor and a wall in one texel each: their halves of it share none."""
+    wall = meshes.polygon(np.array([[0.0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1]]))
+    scene = meshes.scene([FLOOR, wall])
+    uv = np.concatenate([UV * [0.5, 1], UV * [0.5, 1] + [0.5, 0]])
+    patches, footprints = patches_of(scene, texel_receivers(uv, np.arange(4), 1))
+    middle, front = np.full(4, 0.3, np.float32), np.ones(4, bool)
+    entry = patches.at(np.arange(4, dtype=np.int32), middle, middle, front)
+    assert footprints.count == 1 and patches.receivers.footprints.count == 2
+    assert entry[0] == entry[1] != entry[2] == entry[3]
+
+
+def test_tables_have_the_values_of_patches():
+    scene = meshes.scene([FLOOR, meshes.grid(np.array([[0.0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]]), 2)])
+    patches, _ = patches_of(scene, texel_receivers(UV, np.arange(2), 8))
+    values = np.arange(patches.count, dtype=np.float32)[:, None]
+    table = patches.table(values, np.float32(-1))
+    assert len(table) == patches.entries
+    triangle, u, v, _ = places(200)
+    for triangle in (triangle, triangle + 2):
+        for front in (True, False):
+            entry = patches.at(triangle, u, v, np.full(200, front))
+            assert np.array_equal(table[entry, 0], patches.of(entry))
+    assert table[patches.miss] == table[patches.onward] == -1
+
+
+def test_what_receivers_gather_is_read_by_the_numbers_of_rays():
+    """A row of 8 rays brought 1, 24 gathered rays brought 5: (8 · 1 + 24 · 5) / 32 = 4."""
+    scene = meshes.scene([FLOOR], reflectance=0.5)
+    receivers = texel_receivers(UV, np.arange(2), 8)
+
+    class Asked:
+        seed, passes, target_error = 0, ("direct", "indirect"), 0.03
+
+    replicate = build_replicate(scene, receivers, Asked(), 1)
+    own = replicate._patches(10)
+    patches = Patches(build_elements(replicate.context.geometry, np.zeros(2, int), 4), own)
+
+    class Solved:
+        samples = type("Samples", (), {"patch_rays": 8})
+
+    from radiosity_addon.solver.transport.radiosity import Radiosity
+
+    before = np.ones((patches.entries, 1), np.float32)
+    radiosity = Radiosity(
+        patches, before, None, None, np.zeros(patches.entries, bool), Solved(), before[:0], 0, 0.0,
+        0.0, 0.03,
+    )
+    some = np.array([3, 7])
+    found = radiosity.with_gathered(before[: patches.first], some, np.full((2, 1), 5.0), np.full(2, 24.0))
+    changed = np.flatnonzero(found.reflected[:, 0] != 1)
+    assert np.array_equal(changed, own.patch[some])
+    assert found.reflected[changed, 0] == pytest.approx(4.0)
