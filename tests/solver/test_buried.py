@@ -153,7 +153,9 @@ def test_rays_go_on_from_receivers_that_a_sheet_divides():
     receivers = texel_receivers(UV, np.arange(2), 16)
     footprints = build_footprints(context.geometry, receivers)
     divided = find_walls(context, footprints, receivers).divided
-    found = build_receiver_patches(receivers, footprints, scene.object, np.inf, divided)
+    found = build_receiver_patches(
+        receivers, footprints, scene.object, context.geometry.area, np.inf, divided
+    )
     x, y = np.random.default_rng(0).random((2, 1000))
     lower = x > y  # the first triangle: (0, 0), (1, 0), (1, 1); the second: (0, 0), (1, 1), (0, 1)
     u, v = np.where(lower, x - y, x), np.where(lower, y, y - x)

@@ -8,6 +8,7 @@ from radiosity_addon.solver.elements.elements import build_elements
 from radiosity_addon.solver.geometry.footprints import build_footprints
 from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.progress import silent
+from radiosity_addon.solver.receivers import Receivers
 from radiosity_addon.solver.transport.patches import Patches, build_receiver_patches
 from verification import meshes
 from verification.texels import texel_receivers
@@ -19,7 +20,9 @@ FLOOR = meshes.polygon(np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]))
 def patches_of(scene, receivers, largest=np.inf):
     context = build_context(scene, 0, 1, silent)
     footprints = build_footprints(context.geometry, receivers)
-    own = build_receiver_patches(receivers, footprints, scene.object, largest, None)
+    own = build_receiver_patches(
+        receivers, footprints, scene.object, context.geometry.area, largest, None
+    )
     elements = build_elements(context.geometry, np.zeros(len(scene.triangles), int), 4)
     return Patches(elements, own), footprints
 
@@ -54,6 +57,19 @@ def test_receivers_larger_than_elements_are_left_to_these():
     triangle, u, v, _ = places(50)
     entry = patches.at(triangle, u, v, np.ones(50, bool))
     assert patches.somewhere(entry).all()
+    assert (patches.element_of(patches.of(entry)) >= 0).all()
+
+
+def test_a_receiver_is_no_patch_of_more_than_its_own_place():
+    """A receiver of a hundredth of a triangle says nothing of the rest of it."""
+    scene = meshes.scene([FLOOR])
+    receivers = meshes.triangle_receivers(scene, 10)
+    first = receivers.receiver == 0
+    small = Receivers(1, receivers.receiver[first], receivers.triangle[first],
+                      receivers.corners[first], receivers.square[first], None)  # fmt: skip
+    patches, _ = patches_of(scene, small)
+    triangle, u, v, _ = places(100)
+    entry = patches.at(triangle, u, v, np.ones(100, bool))
     assert (patches.element_of(patches.of(entry)) >= 0).all()
 
 

@@ -253,7 +253,8 @@ class ErrorEstimator:
         level = level_of((halves[0] + halves[1]) / 2, share)
         one, other = (level_of(half, share) for half in halves)
         doubtful = np.maximum(one, other) > DOUBTFUL * np.minimum(one, other)
-        either = np.sqrt(2 / (one ** np.float32(-2) + other ** np.float32(-2)))
+        least = np.minimum(one, other)  # the sum of inverse squares, without what overflows
+        either = least * np.sqrt(2 / (1 + (least / np.maximum(one, other)) ** 2))
         return np.where(doubtful, either, level)
 
     @cached_property

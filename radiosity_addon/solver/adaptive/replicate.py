@@ -101,7 +101,7 @@ class Replicate:
         geometry = self.context.geometry
         return build_receiver_patches(
             self.receivers, self.footprints, self.context.scene.object,
-            geometry.area.sum() / elements,
+            geometry.area, geometry.area.sum() / elements,
             None if self.walls is None else self.walls.divided,
         )
 

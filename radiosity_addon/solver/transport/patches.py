@@ -39,7 +39,7 @@ class ReceiverPatches:
     patch: np.ndarray
     keys: np.ndarray
     values: np.ndarray
-    baked: np.ndarray  # (n_triangles,) bool: of an object that has patches
+    baked: np.ndarray  # (n_triangles,) bool: has patches, or lies as a sliver beside some
     footprints: Footprints
 
     @property
@@ -150,13 +150,13 @@ class Patches:
 
 
 def build_receiver_patches(
-    receivers: Receivers, footprints: Footprints, objects: np.ndarray, largest: float,
-    divided: np.ndarray | None,
+    receivers: Receivers, footprints: Footprints, objects: np.ndarray, areas: np.ndarray,
+    largest: float, divided: np.ndarray | None,
 ) -> ReceiverPatches | None:
-    """The patches of receivers on triangles of ``objects`` (n_triangles,) int. Those of an area above
-    ``largest`` are left to elements, which are finer. Receivers that are ``divided`` (R,) bool by a
-    wall have none: they see the light of both its sides. None where none is left, or they are too
-    many."""
+    """The patches of receivers on triangles of ``objects`` and ``areas`` (n_triangles,). Those above
+    the area ``largest`` are left to elements, which are finer. Receivers that are ``divided`` (R,) bool
+    by a wall have none: they see the light of both its sides. None where none is left, or they are
+    too many."""
     triangles = len(objects)
     owner = np.repeat(np.arange(footprints.count), np.diff(footprints.start))
     used = np.ones(len(owner), bool) if divided is None else ~divided[owner]
@@ -176,13 +176,15 @@ def build_receiver_patches(
     if len(numbers) == 0 or len(numbers) > MOST_PATCHES:
         return None
     group = np.where(fine, np.searchsorted(numbers, group), np.where(used, NOTHING, ONWARD))
+    place = build_receiver_map(receivers, triangles)
     baked = np.isin(objects, objects[footprints.triangle[fine]])
+    baked &= (place.first >= 0) | (areas <= size**2)
     patch = group[footprints.start[:-1]].astype(np.int32)
     several = np.zeros(footprints.count, bool)
     several[owner[group != patch[owner]]] = True
     patch[several] = SEVERAL
     some = several[owner[first]]
     return ReceiverPatches(
-        build_receiver_map(receivers, triangles), patch, pair[some],
+        place, patch, pair[some],
         group[first[some]].astype(np.int32), baked, footprints.grouped(group),
     )

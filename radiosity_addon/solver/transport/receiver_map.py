@@ -13,6 +13,7 @@ from ..geometry.grids import cell_in_grid
 from ..receivers import Receivers
 
 NEAR = 0.95  # share of a triangle's cells that its map to texels must find
+COVERED = 0.9  # share of a triangle that its receivers have: less is no map of it
 NOTHING = -1
 
 
@@ -130,8 +131,10 @@ def _pictures(receivers: Receivers):
 
 
 def _grids(receivers: Receivers, cells: np.ndarray, triangles: int):
-    """Triangles (k,) of the ``cells`` (m,) int, the size (k,) of their grids, and the grids'
+    """Triangles (k,) that the ``cells`` (m,) int cover, the size (k,) of their grids, and the grids'
     entries: the receiver of the cell whose middle lies there, or the triangle's largest."""
+    area = np.bincount(receivers.triangle[cells], _areas(receivers)[cells], triangles)
+    cells = cells[area[receivers.triangle[cells]] > COVERED]
     triangle = receivers.triangle[cells]
     number = np.bincount(triangle, minlength=triangles)
     which = np.flatnonzero(number)
