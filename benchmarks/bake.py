@@ -9,9 +9,9 @@ from functools import cache
 
 import numpy as np
 
+from radiosity_addon.replicate_process import ReplicateProcess, start_twin
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.solution import Statistics
-from radiosity_addon.replicate_process import ReplicateProcess, start_twin
 
 
 @dataclass(frozen=True)

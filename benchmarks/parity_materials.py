@@ -11,7 +11,16 @@ import numpy as np
 
 from .materials import sky
 from .parity_stage import (
-    Case, add_node, ceiling, glow, new_material, panel, picture, stage, stored, surface,
+    Case,
+    add_node,
+    ceiling,
+    glow,
+    new_material,
+    panel,
+    picture,
+    stage,
+    stored,
+    surface,
 )  # fmt: skip
 
 SPECULAR = "mirror reflections between the stage's own faces are left out; direct light agrees"

@@ -27,8 +27,8 @@ WORKS = {  # (file, function) that do it, Embree and all
     "direct light": [("lighting.py", "add_direct")],
     "of which Lambert's formula": [("lambert.py", "polygon_form_factor")],
     "gathering": [("lighting.py", "add_gathered")],
-    "of which rows for what no ray had met before": [("late_rows.py", "with_late_rows")],
-    "looking up what element a ray met": [("rays.py", "sides_hit")],
+    "of which rays that go on, and rows for what no ray had met before": [("late_rows.py", "light_unseen")],
+    "looking up what patch a ray met": [("patches.py", "hit")],
     "directions and places of rays": [
         ("points.py", "footprint_points"),
         ("rays.py", "_shared_directions"),

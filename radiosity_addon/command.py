@@ -14,12 +14,17 @@ from pathlib import Path
 from . import arguments, files, memory
 from .interrupt import INTERRUPTED, Interrupts
 from .meter import Meter
+from .replicate_process import peak_memory, start_twin
+from .request_files import (
+    BLEND_MAGIC,
+    check_destinations,
+    check_input,
+    open_scene,
+    output_of,  # fmt: skip
+)
 from .scratch import Scratch
 from .solver.workers.parallel import BLAS_ENVIRONMENT
 from .terminal import Terminal, debugging
-from .replicate_process import peak_memory, start_twin
-from .request_files import (BLEND_MAGIC, check_destinations, check_input, open_scene,
-                            output_of)  # fmt: skip
 
 DONE, FAILED = 0, 1
 PLAIN, ZSTANDARD, _ = BLEND_MAGIC

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
+import subprocess
 import sys
 import textwrap
-import subprocess
 from pathlib import Path
 
 import pytest

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from radiosity_addon.bake.texels import texel_receivers
-from radiosity_addon.export.exported import CornerMap, ExportedObject
 from radiosity_addon.bake_job import Job, run
+from radiosity_addon.export.exported import CornerMap, ExportedObject
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.progress import Cancelled, silent

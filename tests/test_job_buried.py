@@ -11,8 +11,8 @@ from radiosity_addon.bake_job import Job, run
 from radiosity_addon.export.exported import CornerMap, ExportedObject
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.scene import Sky
-from verification import meshes
 from tests.solver.test_buried import FLOOR, SQUARE, UV, block
+from verification import meshes
 
 WALL = block((0.2, 80.0, 40.0), (0.47, -40.0, -0.1))  # x from 0.47 to 0.67, black, all but endless
 RHO = 0.5

@@ -11,21 +11,39 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..solver.scene import Scene
-from .assemble import (Geometry, Placed, assemble, corner_loops, material_indices,
-                       scatter_atlas, scatter_colors, scatter_uvs)  # fmt: skip
+from .assemble import (
+    Geometry,
+    Placed,
+    assemble,
+    corner_loops,
+    material_indices,
+    scatter_atlas,  # fmt: skip
+    scatter_colors,
+    scatter_uvs,
+)
 from .corner_weights import one_hot, traced
 from .evaluated import ATLAS, evaluate_steps
-from .remarks import bent_remarks
-from .render_depsgraph import with_render_depsgraph
 from .exported import Exported, ExportedObject
 from .images import working_space_is_rec709
-from .lights import (Light, glow_remarks, lit_objects, read_lights, shading_objects,
-                     with_node_colors)  # fmt: skip
+from .lights import (
+    Light,
+    glow_remarks,
+    lit_objects,
+    read_lights,
+    shading_objects,
+    with_node_colors,  # fmt: skip
+)
 from .materials import read_materials, scene_materials
 from .meshes import read_loop_vertices
 from .parts import Part, read_parts
-from .shading_normals import (bent_materials, corner_normals, light_fades,
-                              texel_normal_steps)  # fmt: skip
+from .remarks import bent_remarks
+from .render_depsgraph import with_render_depsgraph
+from .shading_normals import (
+    bent_materials,
+    corner_normals,
+    light_fades,
+    texel_normal_steps,  # fmt: skip
+)
 from .smooth_groups import smooth_groups
 from .sockets import Reader
 from .targets import NO_FACES, UNTRACED, choose_objects, sort_out, uv_map_name

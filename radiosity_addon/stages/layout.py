@@ -13,9 +13,9 @@ from ..bake.cell_normals import shading_of
 from ..bake.faces import face_receivers, receiver_budget, triangle_areas
 from ..bake.texels import overlapping_texels, texel_receivers
 from ..bake.uv_cover import missed_shares, missed_warning
-from ..solver.workers.parallel import map_chunks
 from ..solver.progress import Progress
 from ..solver.receivers import Receivers, concatenate, slice_receivers
+from ..solver.workers.parallel import map_chunks
 from .job import Job
 
 STAGE = "receivers"

@@ -43,8 +43,18 @@ def unregister() -> None:
 
 def _classes() -> tuple:
     """Every class, in the order in which Blender is told of them and shows the panels."""
-    from . import (bake, export_button, panels, presets, preview, properties, remove, report_panel,
-                   shared_meshes, view)  # fmt: skip
+    from . import (
+        bake,
+        export_button,
+        panels,
+        presets,
+        preview,
+        properties,
+        remove,
+        report_panel,
+        shared_meshes,  # fmt: skip
+        view,
+    )
 
     rooms = (bake, view, preview, remove, shared_meshes, export_button, presets, panels, report_panel)
     return (properties.RadiositySettings, *(cls for room in rooms for cls in room.CLASSES))

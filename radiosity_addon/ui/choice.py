@@ -3,8 +3,8 @@
 import bpy
 from bpy.app.translations import pgettext_tip as tip_
 
-from . import session
 from ..bake.single_user import sharing
+from . import session
 from .results import uv_map_of
 
 

@@ -3,11 +3,10 @@
 import bpy
 
 from . import session, view
-from .progress_bar import CATEGORY, draw_progress
 from .preflight import preflight_to_draw
 from .presets import RADIOSITY_PT_presets
+from .progress_bar import CATEGORY, draw_progress
 from .properties import CUSTOM
-
 
 LINE = 44  # characters of a text in one line of the panel
 

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import bpy
 from bpy.app.translations import pgettext_iface as iface_
 
+from ..memory import ALWAYS, available_memory, of_a_bake
+from ..settings import QUALITY_ERROR
 from . import words
 from .choice import sharing_objects, survey
 from .properties import CUSTOM
 from .report_store import load_report
-from ..memory import ALWAYS, available_memory, of_a_bake
-from ..settings import QUALITY_ERROR
 
 MOST_SHOWN = 8  # names in the panel
 COVERED = 0.6  # of an image's texels, as a rule

@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 
 from radiosity_addon.bake.encodings import (
-    coding_error, decode, encode, from_srgb, scale_of, share_above, to_srgb,
+    coding_error,
+    decode,
+    encode,
+    from_srgb,
+    scale_of,
+    share_above,
+    to_srgb,
 )  # fmt: skip
 from radiosity_addon.bake.png import png_bytes
 

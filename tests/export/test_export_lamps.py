@@ -10,10 +10,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tests.export.stage import add_material, add_object, add_plane, cycles_bake, diffuse, surface
 
 from radiosity_addon.export.lamps import read_lamp
 from radiosity_addon.solver.scene import AreaLamp, PointLamp, SunLamp
+from tests.export.stage import add_material, add_object, add_plane, cycles_bake, diffuse, surface
 
 HEIGHT = 2.0
 

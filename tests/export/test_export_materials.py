@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radiosity_addon.solver.materials.evaluate import evaluate_material
-from radiosity_addon.solver.fields import srgb_to_linear
 from radiosity_addon.export.principled import diffuse_share
+from radiosity_addon.solver.fields import srgb_to_linear
+from radiosity_addon.solver.materials.evaluate import evaluate_material
 from tests.export.stage import (
     add_image,
     add_material,

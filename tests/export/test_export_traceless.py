@@ -11,6 +11,7 @@ from radiosity_addon.settings import Settings
 from tests.export.stage import add_object, add_plane
 from tests.snapshot import add_everything, differences, settled, snapshot
 
+
 @pytest.mark.parametrize("target", ["vertex", "image"])
 def test_nothing_changes(blender, export, target):
     plane = add_everything(blender)

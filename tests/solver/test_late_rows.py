@@ -1,10 +1,13 @@
 """What the system did not know of when it was solved: pockets, and places on a cut."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from radiosity_addon.solver.adaptive.rounds import _floor
 from radiosity_addon.solver.transport.patches import Patches
+from radiosity_addon.solver.transport.rays import find_lost
 from verification import meshes
 from verification.stability_scenes import radiosity, worst
 
@@ -25,6 +28,13 @@ def test_pockets_that_few_rays_find_keep_their_light():
     found, receivers, _ = radiosity(scene, 0.03, 1)
     assert receivers.count == 19_264
     assert worst(found, 1.0) < 1e-4
+
+
+def test_what_lies_on_a_cut_counts_as_what_the_next_ray_met():
+    entries = np.array([5, 9, 7, 8, 9, 6])  # three rays from each of two owners
+    patches = SimpleNamespace(elements=SimpleNamespace(has_cuts=True), nowhere=9)
+    find_lost(entries, patches, 2)
+    assert entries.tolist() == [5, 8, 7, 8, 5, 6]
 
 
 def test_rays_that_end_on_no_patch_find_their_light_themselves(monkeypatch):

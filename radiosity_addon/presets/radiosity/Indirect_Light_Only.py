@@ -1,4 +1,5 @@
 import bpy
+
 radiosity = bpy.context.scene.radiosity
 
 radiosity.target = 'IMAGE'

@@ -213,7 +213,8 @@ class Replicate:
     def _look_at_receivers(self) -> None:
         """Rays read from now on what has been gathered at the receivers that they end on, beside what
         rows have brought: more rays, one reflection later."""
-        if self.radiosity.patches.receivers is None or not self.needs.everything:
+        own = self.radiosity.patches.receivers
+        if own is None or not self.needs.everything or not own.are_of(self.footprints):
             return
         light, shading = self.light, self.footprints.shading
         known = light.rays[:, 0] > 0

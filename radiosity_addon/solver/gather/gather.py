@@ -20,6 +20,7 @@ from ..transport.onward import Ends, ends_of, join_ends
 from ..transport.rays import (
     RAYS_PER_CHUNK,
     Met,
+    find_lost,
     mean_of_rays,
     of_first,
     shoot,
@@ -77,7 +78,9 @@ def gather(
                 worth = np.broadcast_to(worth / rays, (len(unknown), context.channels))
                 number = unknown if part.rays is None else part.rays[unknown]
                 owner = np.arange(count)[chosen][number % len(whose)]
-                unseen.append(ends_of(part, entries, unknown, owner, worth))
+                unseen.append(ends_of(part, directions, entries, unknown, owner, worth))
+            if part.rays is None:
+                find_lost(entries, patches, len(whose))
             light = np.take(radiosity.reflected, entries, axis=0)
             bounced = bounced + mean_of_rays(light, part, rays, len(whose), weight)
             direct = first_hand(context, radiosity, emitted, entries, part, directions)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import gcd
 
 import numpy as np
@@ -13,7 +13,7 @@ from ..lights.context import Context
 from ..sampling.guide import Guide
 from ..sampling.points import footprint_points
 from ..sampling.sobol import uniform
-from ..transport.onward import Ends, join_ends
+from ..transport.onward import join_ends
 from ..transport.radiosity import Radiosity
 from .gather import gather
 from .late_rows import light_unseen
@@ -117,7 +117,7 @@ def add_gathered(
         _add(lighting.first, owners, worth * found.first)
         lighting.rays[owners] += worth
         ends = found.unseen
-        unseen.append(Ends(owners[ends.owner], ends.places, ends.weight * worth[ends.owner]))
+        unseen.append(replace(ends, owner=owners[ends.owner], weight=ends.weight * worth[ends.owner]))
         lessons += found.lessons
     bounced, first, radiosity = light_unseen(
         context, radiosity, join_ends(unseen, context.channels), footprints.count, (*key, 9)

@@ -23,7 +23,7 @@ from ..sampling.sobol import uniform
 from ..transport.onward import Ends, ends_of, go_on, join_ends
 from ..transport.places import Places, join_places, no_places
 from ..transport.radiosity import Radiosity
-from ..transport.rays import Met, mean_of_rays, shoot_apart
+from ..transport.rays import Met, find_lost, mean_of_rays, shoot_apart
 from ..workers.parallel import map_chunks, ranges
 from .gather import first_hand, first_hand_table, light_at
 
@@ -94,7 +94,7 @@ def _follow(context, footprints, radiosity, table, owners, key) -> Residuals:
     # Where rays of the gather end on sides without a row, these get one that lacks nothing
     # (``late_rows``).
     some = np.flatnonzero(~radiosity.unknown[ends.places.entry])
-    ends = Ends(ends.owner[some], ends.places[some], ends.weight[some])
+    ends = ends.take(some)
     for bounce in range(MAX_BOUNCES):
         if len(ends.owner) == 0:
             break
@@ -121,6 +121,8 @@ def _arrived(context, radiosity, table, met: list[Met], directions, count: int, 
     ends, lost = [], []
     for part in met:
         entry = patches.hit(part.hits)
+        if part.rays is None:
+            find_lost(entry, patches, count)
         light = np.take(radiosity.reflected, entry, axis=0)
         direct = first_hand(context, radiosity, table, entry, part, directions)
         light = light if direct is None else light + direct
@@ -131,7 +133,7 @@ def _arrived(context, radiosity, table, met: list[Met], directions, count: int, 
         ):  # fmt: skip
             some = np.flatnonzero(some)
             weight = np.ones((len(some), context.channels))
-            parts.append(ends_of(part, entry, some, number[some], weight))
+            parts.append(ends_of(part, directions, entry, some, number[some], weight))
     onward = go_on(context, patches, join_ends(lost, context.channels), rays * count, key)
     light = sum(onward.light(context, (*key, 8))) + onward.sky
     light += light_at(radiosity.reflected, onward.ends, rays * count)
@@ -161,7 +163,7 @@ def _step(context, radiosity, table, ends: Ends, later: bool, key):
     residual = reflectance * arriving - known
     back = after.weight * (ends.weight * reflectance)[after.owner]
     return ends.weight * residual, _surviving(
-        Ends(ends.owner[after.owner], after.places, back), uniform((len(back),), *key, 4), later
+        replace(after, owner=ends.owner[after.owner], weight=back), uniform((len(back),), *key, 4), later
     )
 
 
@@ -171,9 +173,8 @@ def _surviving(ends: Ends, xi: np.ndarray, later: bool) -> Ends:
     chance = np.minimum(ends.weight.max(axis=1, initial=0), 1)
     chance = chance * (LATE_CHANCE if later else 1.0)
     chosen = np.flatnonzero(xi < chance)
-    return Ends(
-        ends.owner[chosen], ends.places[chosen], ends.weight[chosen] / chance[chosen, None]
-    )
+    ends = ends.take(chosen)
+    return replace(ends, weight=ends.weight / chance[chosen, None])
 
 
 def _direct(context: Context, points: Points, key) -> np.ndarray:

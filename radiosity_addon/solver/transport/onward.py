@@ -5,13 +5,14 @@ Nothing is averaged over such a place, so no light leaks there; each ray finds i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..direct.irradiance import direct_light
+from ..geometry.triangles import OFFSET
 from ..lights.context import Context
-from ..sampling.points import points_on
+from ..sampling.points import Points, points_on
 from ..sampling.sobol import uniform
 from .patches import Patches
 from .places import Places, join_places, no_places
@@ -20,40 +21,57 @@ from .rays import Met, shoot_apart
 MOST_BOUNCES = 64  # of one ray; chance ends nearly all long before
 FULL_BOUNCES = 6  # after which chance ends rays that bring little:
 LATE_CHANCE = 0.5  # to go on, at most; little light is left there, and few rays cost much
+BACK = 4 * OFFSET  # [unit box]: rays go on from so far before where they ended
 STAGE = "transport"
 
 
 @dataclass(frozen=True)
 class Ends:
     """Where k rays ended: their owners (k,) int, the places, ``weight`` (k, channels) of the light
-    that comes back to the owner."""
+    that comes back to the owner, and the unit ``direction`` (k, 3) float32 they came in."""
 
     owner: np.ndarray
     places: Places
     weight: np.ndarray
+    direction: np.ndarray
 
     def take(self, chosen: np.ndarray) -> Ends:
         """Some of them."""
-        return Ends(self.owner[chosen], self.places[chosen], self.weight[chosen])
+        return Ends(
+            self.owner[chosen], self.places[chosen], self.weight[chosen], self.direction[chosen]
+        )
+
+    def points(self, context: Context, turn: np.ndarray) -> Points:
+        """A point of its own at each end, a little back on the ray's way: a hit close to a wall that
+        stands there may else be rounded to its other side."""
+        places = (array[None] for array in self.places.of_surface())
+        points = points_on(context.geometry, *places, turn)
+        return replace(points, position=points.position - np.float32(BACK) * self.direction)
 
 
-def ends_of(met: Met, entry: np.ndarray, chosen: np.ndarray, owner: np.ndarray, weight) -> Ends:
+def ends_of(met: Met, directions, entry: np.ndarray, chosen: np.ndarray, owner, weight) -> Ends:
     """Of the hits ``chosen`` (k,) of a part with ``entry`` (n,), as ``owner`` (k,) has them;
-    ``weight`` (k, channels) beside what came through surfaces."""
+    ``weight`` (k, channels) beside what came through surfaces. Rays started in ``directions``
+    (rays, R, 3)."""
     if met.weight is not None:
         weight = weight * met.weight[chosen]
     hits = met.hits
     places = Places(entry[chosen], hits.triangle[chosen], hits.u[chosen], hits.v[chosen],
                     hits.front[chosen])  # fmt: skip
-    return Ends(owner, places, weight)
+    number = chosen if met.rays is None else met.rays[chosen]
+    return Ends(owner, places, weight, directions.reshape(-1, 3)[number])
 
 
 def join_ends(parts: list[Ends], channels: int) -> Ends:
     """All of all parts."""
     if not parts:
-        return Ends(np.zeros(0, np.int64), no_places(), np.zeros((0, channels)))
-    owner, weight = (np.concatenate([getattr(p, name) for p in parts]) for name in ("owner", "weight"))
-    return Ends(owner, join_places([part.places for part in parts]), weight)
+        nothing = np.zeros((0, 3), np.float32)
+        return Ends(np.zeros(0, np.int64), no_places(), np.zeros((0, channels)), nothing)
+    owner, weight, direction = (
+        np.concatenate([getattr(part, name) for part in parts])
+        for name in ("owner", "weight", "direction")
+    )
+    return Ends(owner, join_places([part.places for part in parts]), weight, direction)
 
 
 @dataclass(frozen=True)
@@ -74,10 +92,7 @@ class Onward:
         light, first = np.zeros((2, *self.sky.shape))
         if len(self.passed.owner) == 0:
             return light, first
-        points = points_on(
-            context.geometry, *(array[None] for array in self.lit.places.of_surface()),
-            uniform((len(self.lit.owner), 3), *key, 1),
-        )
+        points = self.lit.points(context, uniform((len(self.lit.owner), 3), *key, 1))
         numbers = np.arange(len(self.lit.owner))
         direct, _ = direct_light(
             context, len(numbers), 1, lambda some, _: points.take(numbers[some]), (*key, 2), STAGE,
@@ -104,17 +119,14 @@ def go_on(context: Context, patches: Patches, rays: Ends, count: int, key) -> On
         if len(rays.owner) == 0:
             break
         lit.append(rays)
-        points = points_on(
-            context.geometry, *(array[None] for array in rays.places.of_surface()),
-            uniform((len(rays.owner), 3), *key, bounce, 2),
-        )
+        points = rays.points(context, uniform((len(rays.owner), 3), *key, bounce, 2))
         met, directions = shoot_apart(context, points, 1, *key, bounce, 4)
         parts = []
         for part in met:
             entry = patches.hit(part.hits)
             number = np.arange(len(entry)) if part.rays is None else part.rays
-            parts.append(ends_of(part, entry, np.arange(len(entry)), rays.owner[number],
-                                 rays.weight[number]))  # fmt: skip
+            parts.append(ends_of(part, directions, entry, np.arange(len(entry)),
+                                 rays.owner[number], rays.weight[number]))  # fmt: skip
             missed = np.flatnonzero(entry == patches.miss)
             if context.sky is not None and len(missed):
                 found = context.sky(directions.reshape(-1, 3)[number[missed]])
@@ -138,7 +150,7 @@ def _surviving(context: Context, rays: Ends, bounce: int, key) -> Ends:
         chance = LATE_CHANCE * np.minimum(weight.max(axis=1, initial=0) / largest, 1)
     kept = np.flatnonzero(uniform((len(chance),), *key, 1) < chance)
     rays = rays.take(kept)
-    return Ends(rays.owner, rays.places, weight[kept] / chance[kept, None])
+    return replace(rays, weight=weight[kept] / chance[kept, None])
 
 
 def _add(sums: np.ndarray, owner: np.ndarray, light: np.ndarray) -> None:

@@ -5,10 +5,10 @@ Receivers follow the mesh and the user's own resolution, so that a patch of them
 each wall. A receiver whose cells face different ways, or lie far from each other, is several.
 
 Rays look radiosities up by *entry*: the fronts of the P patches of receivers, their backs, then the
-miss, then onward, then 2·cell + back for the sides of the elements' cells. *Patches* are numbered
+miss, onward and nowhere, then 2·cell + back for the sides of the elements' cells. *Patches* are numbered
 alike: those of receivers, then 2·P + 2·element + back. Where a ray ends on a baked object, but on none
 of its patches, it goes *onward*: it is reflected there and brings light that it finds itself. Such
-places are few: near walls that divide a receiver, near cuts of elements, on faces without texels.
+places are few: near walls that divide a receiver, on faces without texels.
 """
 
 from __future__ import annotations
@@ -41,6 +41,14 @@ class ReceiverPatches:
     values: np.ndarray
     baked: np.ndarray  # (n_triangles,) bool: has patches, or lies as a sliver beside some
     footprints: Footprints
+    first: np.ndarray  # (R,) int32: each receiver's first triangle,
+    area: np.ndarray  # (R,) float32: and its area, by which they are known
+
+    def are_of(self, footprints: Footprints) -> bool:
+        """Whether these are the receivers' own patches."""
+        return np.array_equal(self.first, footprints.triangle[footprints.start[:-1]]) and (
+            np.array_equal(self.area, footprints.area.astype(np.float32))
+        )
 
     @property
     def count(self) -> int:
@@ -93,9 +101,15 @@ class Patches:
         return self.first + 1
 
     @property
+    def nowhere(self) -> int:
+        """The entry of places too near a cut of an element to lie on either side of it: no light
+        comes from there."""
+        return self.first + 2
+
+    @property
     def cells(self) -> int:
         """The entry of the first cell's front."""
-        return self.first + 2
+        return self.first + 3
 
     @property
     def entries(self) -> int:
@@ -121,13 +135,13 @@ class Patches:
         entry = self.cells + 2 * cell
         entry += ~front
         if self.elements.has_cuts:
-            np.copyto(entry, self.onward, where=cell >= len(self.elements.element))
+            np.copyto(entry, self.nowhere, where=cell >= len(self.elements.element))
         np.copyto(entry, self.miss, where=triangle < 0)
         return entry
 
     def somewhere(self, entry: np.ndarray) -> np.ndarray:
-        """(n,) bool: the entry is neither the miss nor onward."""
-        return (entry < self.miss) | (entry > self.onward)
+        """(n,) bool: the entry is a patch's."""
+        return (entry < self.miss) | (entry > self.nowhere)
 
     def of(self, entry: np.ndarray) -> np.ndarray:
         """(n,) int64 patches of entries, each of which must be somewhere."""
@@ -141,11 +155,11 @@ class Patches:
         return (patch - self.first) // 2
 
     def table(self, values: np.ndarray, nothing) -> np.ndarray:
-        """(entries, ...) from values of patches (count, ...); ``nothing`` for the miss, onward and
-        divided cells."""
+        """(entries, ...) from values of patches (count, ...); ``nothing`` where there is no
+        patch."""
         shape = values.shape[1:]
         sides = self.elements.values_of_cells(values[self.first :], nothing)
-        none = np.full((2,) + shape, nothing, values.dtype)
+        none = np.full((3,) + shape, nothing, values.dtype)
         return np.concatenate([values[: self.first], none, sides])
 
 
@@ -187,4 +201,5 @@ def build_receiver_patches(
     return ReceiverPatches(
         place, patch, pair[some],
         group[first[some]].astype(np.int32), baked, footprints.grouped(group),
+        footprints.triangle[footprints.start[:-1]], footprints.area.astype(np.float32),
     )

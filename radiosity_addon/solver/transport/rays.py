@@ -16,6 +16,7 @@ from ..sampling.guide import Guide
 from ..sampling.points import Points, shifted
 from ..sampling.sobol import cosine_directions, cosine_lifted, sobol
 from ..tracing.embree import Hits
+from .patches import Patches
 
 RAYS_PER_CHUNK = 1 << 16
 
@@ -93,6 +94,15 @@ def _own_directions(points: Points, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         x += y
         np.add(x, z, out=directions[..., axis])
     return directions
+
+
+def find_lost(entries: np.ndarray, patches: Patches, count: int) -> None:
+    """What lies on a cut of its element, where none of its parts is sure, counts as what the
+    owner's next ray met: ``entries`` (rays · count,) of all rays, changed in place. A ray that went on
+    from there might start on the other side of a wall."""
+    if patches.elements.has_cuts:
+        lost = np.flatnonzero(entries == patches.nowhere)
+        entries[lost] = entries[(lost + count) % len(entries)]
 
 
 def mean_of_rays(values: np.ndarray, met: Met, rays: int, count: int, weight=None) -> np.ndarray:

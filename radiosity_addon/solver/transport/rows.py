@@ -25,7 +25,7 @@ from ..workers.parallel import map_chunks
 from .onward import Onward, ends_of, go_on, join_ends
 from .patches import Patches
 from .places import Places, join_places, no_places, places_hit
-from .rays import RAYS_PER_CHUNK, shoot, sky_mean
+from .rays import RAYS_PER_CHUNK, find_lost, shoot, sky_mean
 
 MAX_GENERATIONS = 64  # of sides seen by sides seen by ... receivers
 STAGE = "transport"
@@ -256,8 +256,10 @@ def _trace_rows(context: Context, patches: Patches, lit: LitPatches, row, rays: 
             lost = np.flatnonzero(entries[-1] == patches.onward)
             weight = np.ones((len(lost), context.channels), np.float32)
             more.append(
-                ends_of(part, entries[-1], lost, owners[number[lost] % len(owners)], weight)
+                ends_of(part, directions, entries[-1], lost, owners[number[lost] % len(owners)],
+                        weight)
             )
+        find_lost(entries[0], patches, len(owners))
         return chosen, entries[0].reshape(rays, -1).T, arriving, fresh, behind, more
 
     chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // rays))
