@@ -25,6 +25,7 @@ from .receiver_map import NOTHING, ReceiverMap, build_receiver_map
 
 MOST_PATCHES = 2_000_000  # of receivers: their rows are kept in memory
 EXTENT = 2.0  # times the mean edge of a receiver: cells further apart are different patches
+BAKED = 0.5  # of an object's area: with as much in patches its other faces get no elements
 SMALLEST = 1e-6  # extent of a patch [unit box], at least
 ONWARD, SEVERAL = NOTHING - 1, NOTHING - 2  # in ``ReceiverPatches.patch``, see there
 
@@ -39,7 +40,7 @@ class ReceiverPatches:
     patch: np.ndarray
     keys: np.ndarray
     values: np.ndarray
-    baked: np.ndarray  # (n_triangles,) bool: has patches, or lies as a sliver beside some
+    baked: np.ndarray  # (n_triangles,) bool: has patches, or is of an object that mostly has
     footprints: Footprints
     first: np.ndarray  # (R,) int32: each receiver's first triangle,
     area: np.ndarray  # (R,) float32: and its area, by which they are known
@@ -184,15 +185,17 @@ def build_receiver_patches(
     common = np.column_stack([owner[first], facing, cube])
     _, group = np.unique(common, axis=0, return_inverse=True)
     group = group.reshape(-1)[mine.reshape(-1)]
-    area = np.bincount(group, np.diff(footprints.cumulative))
+    cell_area = np.diff(footprints.cumulative)
+    area = np.bincount(group, cell_area)
     fine = used & (area[group] <= largest)
     numbers = np.unique(group[fine])
     if len(numbers) == 0 or len(numbers) > MOST_PATCHES:
         return None
     group = np.where(fine, np.searchsorted(numbers, group), np.where(used, NOTHING, ONWARD))
     place = build_receiver_map(receivers, triangles)
-    baked = np.isin(objects, objects[footprints.triangle[fine]])
-    baked &= (place.first >= 0) | (areas <= size**2)
+    own = np.bincount(objects[footprints.triangle], fine * cell_area, int(objects.max()) + 1)
+    mostly = own > BAKED * np.bincount(objects, areas)
+    baked = mostly[objects] | ((own[objects] > 0) & (place.first >= 0))
     patch = group[footprints.start[:-1]].astype(np.int32)
     several = np.zeros(footprints.count, bool)
     several[owner[group != patch[owner]]] = True
