@@ -42,6 +42,7 @@ DIVISION_PATHS = 4000  # at most, to find elements to divide
 MORE_PATHS = 1.5  # times the paths so far: to follow fewer more is not worth it
 MEAN_ERROR = 0.25  # of the error asked for: standard error of the mean over paths
 MANY_ELEMENTS = 5_000  # before any is divided: to solve them again takes longer than it tells
+FEW_ON_ELEMENTS = 0.01  # share of rows' rays: with fewer on elements these are not divided
 MAX_DIVISIONS = 5  # rounds of dividing elements that bring a bias
 MOST_DIVIDED = 30  # times the elements at the start
 SMALL_BIAS = 0.2  # of the error asked for: the sum of a bias that is left to the correction
@@ -122,7 +123,8 @@ class Replicate:
 
     def _without_bias(self, radiosity: Radiosity, size: int, key) -> Radiosity:
         """Radiosities with the elements divided that bring a bias to the receivers."""
-        if radiosity.patches.elements.count > MANY_ELEMENTS:
+        many = radiosity.patches.elements.count > MANY_ELEMENTS
+        if many or radiosity.share_of_elements() < FEW_ON_ELEMENTS:
             return radiosity
         for step in range(MAX_DIVISIONS):
             if radiosity.patches.elements.count > MOST_DIVIDED * size:

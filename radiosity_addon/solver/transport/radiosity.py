@@ -58,6 +58,12 @@ class Radiosity:
     seconds: float  # of the linear solve
     tolerance: float  # relative error of the bake that it is solved for
 
+    def share_of_elements(self) -> float:
+        """Of what the rays of rows met, what are elements."""
+        hits = [block.hits for block in self.transport.blocks]
+        met = sum(int((each != self.patches.miss).sum()) for each in hits)
+        return sum(int((each >= self.patches.cells).sum()) for each in hits) / max(met, 1)
+
     def with_gathered(self, solved: np.ndarray, receiver: np.ndarray, light, rays) -> Radiosity:
         """What the patches of ``receiver`` (k,) int reflect is the mean of what their rows' rays brought,
         ``solved`` (n_patches, channels), and of ``light`` (k, channels), which ``rays`` (k,) rays brought;
