@@ -1,0 +1,96 @@
+"""Paths along the residual bring what a table of radiosities lacks, and regions' means correct it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from radiosity_addon.solver.adaptive.correction import find_correction, regions_of
+from radiosity_addon.solver.adaptive.plan import make_plan
+from radiosity_addon.solver.adaptive.replicate import build_replicate
+from radiosity_addon.solver.gather.residual import Residuals, follow_residual
+from radiosity_addon.solver.geometry.footprints import build_footprints
+from radiosity_addon.solver.lights.context import build_context
+from radiosity_addon.solver.progress import silent
+from radiosity_addon.solver.transport.places import no_places
+from verification import meshes
+
+PATHS = 4000
+
+
+class Asked:
+    seed, passes, target_error = 0, ("direct", "indirect"), 0.03
+
+
+def furnace(reflectance: float, divisions: int = 2):
+    """A box whose radiosity is 1, of which ``reflectance`` is reflected; a replicate of it, solved."""
+    corners, _ = meshes.box_polygons()
+    scene = meshes.scene([meshes.grid(face, 4) for face in corners], reflectance, 1 - reflectance)
+    replicate = build_replicate(scene, meshes.triangle_receivers(scene, divisions), Asked(), 1)
+    replicate.solve(make_plan(0.03, replicate.footprints.count, False))
+    return replicate
+
+
+@pytest.mark.parametrize("known", [0.0, 0.4, 1.0, 1.5])
+def test_the_mean_path_brings_exactly_what_the_table_lacks(known):
+    """Rays look up ``known`` times the reflected radiosity 0.5, wherever they end: the irradiance
+    lacks 0.5 (1 − known). Chance that ends paths is the only noise: four standard errors."""
+    replicate = furnace(0.5)
+    radiosity, unit = replicate.radiosity, replicate.context.unit
+    table = np.where(radiosity.reflected > 0, np.float32(0.5 * known / unit), np.float32(0))
+    residuals = follow_residual(
+        replicate.context, replicate.footprints, replace(radiosity, reflected=table), PATHS, 0, 5
+    )
+    lack = residuals.lack.mean(axis=1) * unit
+    error = lack.std() / np.sqrt(PATHS)
+    assert lack.mean() == pytest.approx(0.5 * (1 - known), abs=4 * error + 1e-4)
+    assert error < 0.01
+
+
+def test_a_right_table_lacks_nothing():
+    replicate = furnace(0.8)
+    residuals = follow_residual(
+        replicate.context, replicate.footprints, replicate.radiosity, PATHS, 0, 5
+    )
+    assert np.abs(residuals.lack.mean()) * replicate.context.unit < 2e-3
+
+
+def paths(lack: np.ndarray, owner: np.ndarray) -> Residuals:
+    nothing = np.zeros(0, np.int64)
+    return Residuals(
+        owner, np.ones((len(owner), 1), np.float32), lack[:, None].astype(np.float32), no_places(),
+        nothing, np.zeros((0, 1), np.float32),
+    )
+
+
+def floor_of_receivers():
+    scene = meshes.scene([meshes.grid(np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]), 16)])
+    context = build_context(scene, 0, 1, silent)
+    return build_footprints(context.geometry, meshes.triangle_receivers(scene, 1))
+
+
+def test_a_bias_of_one_side_is_corrected_there():
+    """Half of a floor lacks 0.2 of its light, paths deviate by 0.3: after 20,000 of them what is
+    left is less than a tenth of that, and half of the surface is off by 0.2: found 0.2 / √2."""
+    footprints = floor_of_receivers()
+    random = np.random.default_rng(0)
+    owner = random.integers(0, footprints.count, 20_000)
+    true = np.where(footprints.middle()[0][:, 0] > 0, 0.2, 0.0)
+    lack = true[owner] + 0.3 * random.normal(size=len(owner))
+    correction = find_correction(paths(lack, owner), regions_of(footprints, len(owner)))
+    found = correction.lack[correction.region, 0]
+    assert np.sqrt(((found - true) ** 2).mean()) < 0.02
+    assert correction.found == pytest.approx(0.2 / np.sqrt(2), rel=0.15)
+    assert np.sqrt(correction.left.max()) < 0.04
+
+
+def test_noise_alone_is_not_corrected_and_what_it_hides_is_told():
+    """2000 paths of deviation 2 without a bias: their mean is off by 2 / √2000 = 0.045."""
+    footprints = floor_of_receivers()
+    random = np.random.default_rng(1)
+    owner = random.integers(0, footprints.count, 2000)
+    correction = find_correction(
+        paths(2 * random.normal(size=2000), owner), regions_of(footprints, 2000)
+    )
+    assert np.abs(correction.lack).max() < 0.05
+    assert np.sqrt(correction.left.mean()) == pytest.approx(2 / np.sqrt(2000), rel=0.5)
