@@ -1,9 +1,7 @@
 """The solver against the independent path tracer: the short form of ``benchmarks.bias``.
 
-HOLD are families whose first scene was measured to hold at 3 %. Missing: windows (light between a
-window and a cupboard close to it), and mazes, many_lamps, narrow_spots, panels, panoramas,
-pictures, sheds, sun_through_slits, thin_walls, tiny_lamps, uneven, which
-were not yet measured enough.
+HOLD are families whose first scene was measured to hold at 3 %. Missing: mazes (one of sixteen points
+5 % off), narrow_spots (nothing is lit, see there), and sun_through_slits, which takes minutes.
 """
 
 import numpy as np
@@ -11,7 +9,8 @@ import pytest
 
 from verification.bias import Truth, compared, judged, measure
 
-HOLD = ("contacts", "slabs", "panes")
+HOLD = ("contacts", "slabs", "panes", "windows", "thin_walls", "many_lamps", "tiny_lamps", "pictures",
+        "panels", "panoramas", "sheds", "uneven")  # fmt: skip
 
 
 @pytest.mark.parametrize("family", HOLD)
