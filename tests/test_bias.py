@@ -11,9 +11,12 @@ from verification.bias import Truth, compared, judged, measure
 
 HOLD = ("contacts", "slabs", "panes", "windows", "thin_walls", "many_lamps", "tiny_lamps", "pictures",
         "panels", "panoramas", "sheds", "uneven")  # fmt: skip
+SLOW = ("windows", "many_lamps", "pictures")
 
 
-@pytest.mark.parametrize("family", HOLD)
+@pytest.mark.parametrize("family", [
+    pytest.param(name, marks=[pytest.mark.slow] if name in SLOW else []) for name in HOLD
+])  # fmt: skip
 def test_no_bias_and_no_point_off(family):
     verdict = judged(measure(family, 0, (0.03,), seeds=2, points=8, most=8000))
     assert verdict.unbiased, verdict
