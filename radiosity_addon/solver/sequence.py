@@ -42,7 +42,8 @@ def solve(
     ``project`` is a Projection to where the error is judged, for colours that are means over
     receivers; None judges the receivers themselves. ``progress``
     may raise to stop. ``kept`` has solves to use again and takes those made. ``beside`` does the
-    second replicate in another process (see ``replicate.LocalReplicate`` for how it is spoken to); None does both here.
+    second replicate in another process (see ``replicate.LocalReplicate`` for how it is spoken to);
+    None does both here.
     The result is the same. ``context`` is the scene's where it is open already. Raises ValueError
     for a scene that cannot be solved.
     """

@@ -163,7 +163,8 @@ def _step(context, radiosity, table, ends: Ends, later: bool, key):
     residual = reflectance * arriving - known
     back = after.weight * (ends.weight * reflectance)[after.owner]
     return ends.weight * residual, _surviving(
-        replace(after, owner=ends.owner[after.owner], weight=back), uniform((len(back),), *key, 4), later
+        replace(after, owner=ends.owner[after.owner], weight=back),
+        uniform((len(back),), *key, 4), later,
     )
 
 

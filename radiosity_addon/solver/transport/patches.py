@@ -5,10 +5,10 @@ Receivers follow the mesh and the user's own resolution, so that a patch of them
 each wall. A receiver whose cells face different ways, or lie far from each other, is several.
 
 Rays look radiosities up by *entry*: the fronts of the P patches of receivers, their backs, then the
-miss, onward and nowhere, then 2·cell + back for the sides of the elements' cells. *Patches* are numbered
-alike: those of receivers, then 2·P + 2·element + back. Where a ray ends on a baked object, but on none
-of its patches, it goes *onward*: it is reflected there and brings light that it finds itself. Such
-places are few: near walls that divide a receiver, on faces without texels.
+miss, onward and nowhere, then 2·cell + back for the sides of the elements' cells. *Patches* are
+numbered alike: those of receivers, then 2·P + 2·element + back. Where a ray ends on a baked object,
+but on none of its patches, it goes *onward*: it is reflected there and brings light that it finds
+itself. Such places are few: near walls that divide a receiver, on faces without texels.
 """
 
 from __future__ import annotations
@@ -32,9 +32,12 @@ ONWARD, SEVERAL = NOTHING - 1, NOTHING - 2  # in ``ReceiverPatches.patch``, see 
 
 @dataclass(frozen=True)
 class ReceiverPatches:
-    """P patches of receivers. ``patch`` (R,) int32: of a receiver that is one; NOTHING where
-    elements are finer, ONWARD where it has none, SEVERAL where it is more than one: these are found in ``keys`` (k,) int64, sorted: receiver · n_triangles
-    + triangle, and their ``values`` (k,) int32. ``footprints`` tells where the patches lie."""
+    """P patches of receivers, which lie where ``footprints`` tells.
+
+    ``patch`` (R,) int32: of a receiver that is one; NOTHING where elements are finer, ONWARD where it
+    has none, SEVERAL where it is more than one. Those are found in ``keys`` (k,) int64, sorted:
+    receiver · n_triangles + triangle, and their ``values`` (k,) int32.
+    """
 
     map: ReceiverMap
     patch: np.ndarray

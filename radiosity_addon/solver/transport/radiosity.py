@@ -37,7 +37,6 @@ from .second_kind import solve_second_kind
 SEEDS_PER_ELEMENT = 40  # rays from receivers that look for elements
 SEED_RAYS = 16  # from each receiver that takes part in that
 MAX_REFINEMENTS = 6
-FEW = 0.0  # share of places on elements: with fewer these are not cut and divided
 HALVINGS = 2  # of an element's edges, where it is divided because it brings a bias
 
 
@@ -65,9 +64,9 @@ class Radiosity:
         return sum(int((each >= self.patches.cells).sum()) for each in hits) / max(met, 1)
 
     def with_gathered(self, solved: np.ndarray, receiver: np.ndarray, light, rays) -> Radiosity:
-        """What the patches of ``receiver`` (k,) int reflect is the mean of what their rows' rays brought,
-        ``solved`` (n_patches, channels), and of ``light`` (k, channels), which ``rays`` (k,) rays brought;
-        of receivers that are one patch."""
+        """What the patches of ``receiver`` (k,) int reflect is the mean of what their rows' rays
+        brought, ``solved`` (n_patches, channels), and of ``light`` (k, channels), which ``rays``
+        (k,) rays brought; of receivers that are one patch."""
         patch = self.patches.receivers.patch[receiver]
         some = np.flatnonzero(patch >= 0)
         own = self.transport.samples.patch_rays
@@ -96,7 +95,7 @@ def solve_radiosity(
         lit = light_receivers(context, own.footprints, plan.patch_points, (*key, 9))
         known.append((lit, plan.patch_rays))
     share = len(places.entry) / max(all_places, 1)
-    if share > FEW:
+    if len(places.entry):
         elements = set_apart(context, elements, target, tolerance)
         patches = replace(patches, elements=elements)
         places = places.on(patches)

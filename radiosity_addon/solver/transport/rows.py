@@ -212,7 +212,8 @@ def _no_rows(context: Context, samples: RowSamples) -> Rows:
     lit = light_met(context, no_places(), np.zeros(0, np.int64), samples.points, (0,))
     nothing = np.zeros(0, np.int32)
     later = Later(nothing, nothing, np.zeros((0, context.channels), np.float32))
-    return Rows(lit, np.zeros((0, samples.rays), np.int32), later, *np.zeros((2, 0, context.channels)), None)
+    light = np.zeros((0, context.channels))
+    return Rows(lit, np.zeros((0, samples.rays), np.int32), later, light, light, None)
 
 
 def join_later(parts) -> Later:
@@ -277,7 +278,8 @@ def _trace_rows(context: Context, patches: Patches, lit: LitPatches, row, rays: 
     later.append(Later(ends.owner, ends.places.entry, ends.weight.astype(np.float32)))
     places.append(ends.places[row[patches.of(ends.places.entry)] == -1])
     found = sum(onward.light(context, (*key, 5))) / rays
-    return Rows(lit, hits, join_later(later), light + onward.sky / rays, found, onward), join_places(places)
+    light += onward.sky / rays
+    return Rows(lit, hits, join_later(later), light, found, onward), join_places(places)
 
 
 def form_factors(transport: Transport, patches: Patches):
