@@ -29,8 +29,6 @@ from .gather import first_hand, first_hand_table, light_at
 
 NEXT_RAYS = 16  # rays at each place of a path: they find K (T + F) there
 LIGHT_SAMPLES = 2  # of each light, at each place of a path
-FULL_BOUNCES = 2  # places of a path, from which on chance ends it sooner:
-LATE_CHANCE = 0.5  # times the chance to go on; little is lacking there, and few paths cost much
 MAX_BOUNCES = 64  # places of a path; chance ends nearly all long before
 PATHS_PER_CHUNK = 4096
 STAGE = "transport"
@@ -98,8 +96,7 @@ def _follow(context, footprints, radiosity, table, owners, key) -> Residuals:
     for bounce in range(MAX_BOUNCES):
         if len(ends.owner) == 0:
             break
-        later = bounce >= FULL_BOUNCES
-        value, ends_next = _step(context, radiosity, table, ends, later, (*key, 5, bounce))
+        value, ends_next = _step(context, radiosity, table, ends, (*key, 5, bounce))
         for channel in range(context.channels):
             lack[:, channel] += np.bincount(ends.owner, value[:, channel], count)
         visits.append((ends.owner, ends.places, value.astype(np.float32)))
@@ -144,7 +141,7 @@ def _arrived(context, radiosity, table, met: list[Met], directions, count: int, 
     return arriving, join_ends(ends, context.channels)
 
 
-def _step(context, radiosity, table, ends: Ends, later: bool, key):
+def _step(context, radiosity, table, ends: Ends, key):
     """The weighted residual (k, channels) where paths are, and where they go on to."""
     places = ends.places
     front = places.front
@@ -164,15 +161,14 @@ def _step(context, radiosity, table, ends: Ends, later: bool, key):
     back = after.weight * (ends.weight * reflectance)[after.owner]
     return ends.weight * residual, _surviving(
         replace(after, owner=ends.owner[after.owner], weight=back),
-        uniform((len(back),), *key, 4), later,
+        uniform((len(back),), *key, 4),
     )
 
 
-def _surviving(ends: Ends, xi: np.ndarray, later: bool) -> Ends:
-    """Russian roulette: those that go on, in proportion to their weight, at a weight of 1; fewer
-    ``later``."""
+def _surviving(ends: Ends, xi: np.ndarray) -> Ends:
+    """Russian roulette: those that go on, in proportion to their weight, at a weight of 1. With less
+    of a chance weights would grow along a path, and the variance with them without end."""
     chance = np.minimum(ends.weight.max(axis=1, initial=0), 1)
-    chance = chance * (LATE_CHANCE if later else 1.0)
     chosen = np.flatnonzero(xi < chance)
     ends = ends.take(chosen)
     return replace(ends, weight=ends.weight / chance[chosen, None])

@@ -19,8 +19,7 @@ from .places import Places, join_places, no_places
 from .rays import Met, shoot_apart
 
 MOST_BOUNCES = 64  # of one ray; chance ends nearly all long before
-FULL_BOUNCES = 6  # after which chance ends rays that bring little:
-LATE_CHANCE = 0.5  # to go on, at most; little light is left there, and few rays cost much
+FULL_BOUNCES = 6  # after which chance ends rays as reflectances tell, and weights stay
 BACK = 4 * OFFSET  # [unit box]: rays go on from so far before where they ended
 STAGE = "transport"
 
@@ -147,7 +146,7 @@ def _surviving(context: Context, rays: Ends, bounce: int, key) -> Ends:
     chance = (weight.max(axis=1, initial=0) > 0).astype(float)
     if bounce >= FULL_BOUNCES:
         largest = np.maximum(rays.weight.max(axis=1, initial=0), 1e-30)
-        chance = LATE_CHANCE * np.minimum(weight.max(axis=1, initial=0) / largest, 1)
+        chance = np.minimum(weight.max(axis=1, initial=0) / largest, 1)
     kept = np.flatnonzero(uniform((len(chance),), *key, 1) < chance)
     rays = rays.take(kept)
     return replace(rays, weight=weight[kept] / chance[kept, None])
