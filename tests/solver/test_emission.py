@@ -165,12 +165,12 @@ def test_one_cell_of_a_varying_picture(height):
 def test_no_emission_is_counted_twice():
     """A textured panel is wholly explicit: rays must bring nothing of it, so its light on the
     floor is all in the shadow rays' part, and the table of gathered emission is not made."""
-    from radiosity_addon.solver.transport.radiosity import _gathered_emission
+    from radiosity_addon.solver.transport.emission import emission_to_find
 
     context = build_context(panel_over_floor(textured(HALF)), 0, 1, silent)
     assert context.explicit[-2:].all() and not context.explicit[:-2].any()
     elements = build_elements(context.geometry, context.scene.object, 200)
-    assert _gathered_emission(context, elements) == (None, None)
+    assert emission_to_find(context, elements) == (None, None)
 
 
 def test_large_picture_met_by_rays_shows_its_parts():

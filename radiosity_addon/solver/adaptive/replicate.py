@@ -117,7 +117,7 @@ class Replicate:
         place = place_on(self.footprints, everyone, plan.row_points, *key)
         own = replace(plan, elements=size, row_rays=rays)
         radiosity = solve_radiosity(
-            context, self.footprints, place, self._patches(plan.elements), own, self.error, key
+            context, len(everyone), place, self._patches(plan.elements), own, self.error, key
         )
         return self.take(self._without_bias(radiosity, size, key))
 
@@ -141,12 +141,11 @@ class Replicate:
     def _biased(self, radiosity: Radiosity, residuals: Residuals):
         """Elements worth dividing, and the bias they bring: see ``biased_elements``."""
         places, patches = residuals.places, radiosity.patches
-        uv = np.stack([places.u, places.v], 1).astype(float)
         return biased_elements(
             residuals,
             irradiance_scale(residuals, self._regions(residuals)),
             patches.of(places.entry) - patches.first,
-            self.context.geometry.at(places.triangle, uv),
+            self.context.geometry.at(places.triangle, places.uv),
         )
 
     def _regions(self, residuals: Residuals) -> list[np.ndarray]:
@@ -218,10 +217,10 @@ class Replicate:
         own = self.radiosity.patches.receivers
         if own is None or not self.needs.everything or not own.are_of(self.footprints):
             return
-        light, shading = self.light, self.footprints.shading
+        light, turned = self.light, self.footprints.turned()
         known = light.rays[:, 0] > 0
-        if shading is not None:
-            known &= ~(np.add.reduceat(shading.turned, self.footprints.start[:-1]) > 0)
+        if turned is not None:
+            known &= ~turned
         some = np.flatnonzero(known)
         arriving = light.direct[some] / np.maximum(light.points[some], 1)
         arriving += (light.bounced[some] + light.first[some]) / light.rays[some]

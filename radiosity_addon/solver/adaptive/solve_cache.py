@@ -17,8 +17,8 @@ from ..lights.context import Context
 from ..materials.channels import channels_of
 from ..receivers import Receivers
 from ..scene import LAMP_COLOR, Scene, lamp_color, sides
+from ..transport.lit_patches import light_points
 from ..transport.radiosity import Radiosity, solve_rows
-from ..transport.rows import light_points
 from .plan import Plan
 
 SOLUTION, TRANSPORT = "solution", "transport"  # what of an earlier bake was used again

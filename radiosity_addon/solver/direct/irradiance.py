@@ -42,6 +42,14 @@ def direct_light(context: Context, count: int, per: int, place, key, stage: str)
     return irradiance, variance
 
 
+def direct_at(context: Context, points: Points, key, stage: str):
+    """The same at each of points (1, n), owners of their own: their numbers are independent."""
+    numbers = np.arange(points.shape[1])  # Embree wants copies, not views by slices
+    return direct_light(
+        context, len(numbers), 1, lambda some, _: points.take(numbers[some]), key, stage
+    )
+
+
 def _light_points(context: Context, points: Points, key):
     """(R, channels) irradiance and (R,) variance."""
     middles = points.middles()

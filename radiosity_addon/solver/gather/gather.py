@@ -16,7 +16,7 @@ from ..lights.polygons import NEAR
 from ..sampling.guide import Guide, Learning
 from ..sampling.points import grouped_chunks
 from ..sampling.sobol import sobol
-from ..transport.onward import Ends, ends_of, join_ends
+from ..transport.onward import Ends, ends_of, go_on, join_ends
 from ..transport.rays import (
     RAYS_PER_CHUNK,
     Met,
@@ -25,6 +25,7 @@ from ..transport.rays import (
     of_first,
     shoot,
     shoot_guided,
+    sums_of,
 )
 from ..workers.parallel import map_chunks
 
@@ -69,10 +70,7 @@ def gather(
         unseen = []
         for part in met:
             entries = patches.hit(part.hits)
-            unknown = np.take(radiosity.unknown, entries) | (entries == patches.onward)
-            unknown = np.flatnonzero(unknown)
-            if share is not None:
-                unknown = unknown[of_first(share, part)[unknown, 0] > 0]
+            unknown = _unknown(radiosity, part, entries, share)
             if len(unknown):
                 worth = 1 if weight is None else of_first(weight, part)[unknown]
                 worth = np.broadcast_to(worth / rays, (len(unknown), context.channels))
@@ -110,10 +108,27 @@ def gather(
     return Gathered(*totals, join_ends(unseen, context.channels), lessons)
 
 
+def _unknown(radiosity, met: Met, entries: np.ndarray, share: np.ndarray | None) -> np.ndarray:
+    """(k,) int: hits with ``entries`` (n,) of which nothing is known, of rays that count at all."""
+    unknown = np.take(radiosity.unknown, entries) | (entries == radiosity.patches.onward)
+    unknown = np.flatnonzero(unknown)
+    return unknown if share is None else unknown[of_first(share, met)[unknown, 0] > 0]
+
+
 def light_at(table: np.ndarray, ends: Ends, count: int) -> np.ndarray:
     """(count, channels) sums of what ``table`` (n_entries, channels) has where owners' rays ended."""
-    light = ends.weight * table[ends.places.entry]
-    return np.stack([np.bincount(ends.owner, column, count) for column in light.T], 1)
+    return sums_of(ends.owner, ends.weight * table[ends.places.entry], count)
+
+
+def follow_onward(context: Context, radiosity, rays: Ends, count: int, key):
+    """What owners' ``rays`` that ended on no patch bring in the end, (count, channels): light that was
+    reflected, but by the patches that they end on; light first-hand; and these Ends."""
+    onward = go_on(context, radiosity.patches, rays, count, (*key, 1))
+    light, first = onward.light(context, (*key, 2))
+    light += onward.sky
+    if radiosity.emitted is not None:
+        light += light_at(radiosity.emitted, onward.ends, count)
+    return light, first, onward.ends
 
 
 def _lesson(xi, turn, owners, brought, learning: Learning):

@@ -10,23 +10,18 @@ from __future__ import annotations
 import numpy as np
 
 from ..lights.context import Context
-from ..transport.onward import Ends, go_on, join_ends
+from ..transport.onward import Ends, join_ends
 from ..transport.radiosity import Radiosity, extended
-from .gather import first_hand_table, light_at
+from .gather import follow_onward, light_at
 
 
 def light_unseen(context: Context, radiosity: Radiosity, unseen: Ends, count: int, key):
     """Light (count, channels) of owners' rays that ended where nothing is known: reflected, and
     first-hand; and the radiosity, with rows for what they met."""
-    patches, entry = radiosity.patches, unseen.places.entry
-    lost, late = (np.flatnonzero((entry == patches.onward) == which) for which in (True, False))
-    onward = go_on(context, patches, unseen.take(lost), count, (*key, 1))
-    bounced, first = onward.light(context, (*key, 2))
-    bounced += onward.sky
-    emitted = first_hand_table(context, radiosity)
-    if emitted is not None:
-        bounced += light_at(emitted, onward.ends, count)
-    ends = join_ends([unseen.take(late), onward.ends], context.channels)
+    onward = unseen.places.entry == radiosity.patches.onward
+    lost, late = np.flatnonzero(onward), np.flatnonzero(~onward)
+    bounced, first, ends = follow_onward(context, radiosity, unseen.take(lost), count, key)
+    ends = join_ends([unseen.take(late), ends], context.channels)
     unknown = np.flatnonzero(radiosity.unknown[ends.places.entry])
     if len(unknown):
         radiosity = extended(context, radiosity, ends.places[unknown], (*key, 3))

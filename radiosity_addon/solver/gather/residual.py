@@ -15,17 +15,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..direct.irradiance import direct_light
+from ..direct.irradiance import direct_at
 from ..geometry.footprints import Footprints
 from ..lights.context import Context
-from ..sampling.points import Points, footprint_points, points_on
+from ..sampling.points import Points, footprint_points
 from ..sampling.sobol import uniform
-from ..transport.onward import Ends, ends_of, go_on, join_ends
+from ..transport.onward import Ends, ends_of, join_ends
 from ..transport.places import Places, join_places, no_places
 from ..transport.radiosity import Radiosity
-from ..transport.rays import Met, find_lost, mean_of_rays, shoot_apart
+from ..transport.rays import Met, find_lost, mean_of_rays, shoot_apart, sums_of
 from ..workers.parallel import map_chunks, ranges
-from .gather import first_hand, first_hand_table, light_at
+from .gather import first_hand, first_hand_table, follow_onward, light_at
 
 NEXT_RAYS = 16  # rays at each place of a path: they find K (T + F) there
 LIGHT_SAMPLES = 2  # of each light, at each place of a path
@@ -97,8 +97,7 @@ def _follow(context, footprints, radiosity, table, owners, key) -> Residuals:
         if len(ends.owner) == 0:
             break
         value, ends_next = _step(context, radiosity, table, ends, (*key, 5, bounce))
-        for channel in range(context.channels):
-            lack[:, channel] += np.bincount(ends.owner, value[:, channel], count)
+        lack += sums_of(ends.owner, value, count)
         visits.append((ends.owner, ends.places, value.astype(np.float32)))
         ends = ends_next
     nothing = np.zeros(0, np.int64)
@@ -131,13 +130,11 @@ def _arrived(context, radiosity, table, met: list[Met], directions, count: int, 
             some = np.flatnonzero(some)
             weight = np.ones((len(some), context.channels))
             parts.append(ends_of(part, directions, entry, some, number[some], weight))
-    onward = go_on(context, patches, join_ends(lost, context.channels), rays * count, key)
-    light = sum(onward.light(context, (*key, 8))) + onward.sky
-    light += light_at(radiosity.reflected, onward.ends, rays * count)
-    if table is not None:
-        light += light_at(table, onward.ends, rays * count)
+    lost = join_ends(lost, context.channels)
+    light, first, after = follow_onward(context, radiosity, lost, rays * count, key)
+    light += first + light_at(radiosity.reflected, after, rays * count)
     arriving = arriving + light.reshape(rays, count, -1).mean(axis=0)
-    ends.append(onward.ends.take(np.flatnonzero(onward.ends.owner < count)))
+    ends.append(after.take(np.flatnonzero(after.owner < count)))
     return arriving, join_ends(ends, context.channels)
 
 
@@ -145,12 +142,8 @@ def _step(context, radiosity, table, ends: Ends, key):
     """The weighted residual (k, channels) where paths are, and where they go on to."""
     places = ends.places
     front = places.front
-    turn = uniform((len(front), 3), *key, 1)
-    points = points_on(
-        context.geometry, places.triangle[None], places.u[None], places.v[None], front[None], turn
-    )
-    uv = np.stack([places.u, places.v], 1).astype(float)
-    reflectance = context.reflectance(places.triangle, uv, front)
+    points = places.points(context.geometry, uniform((len(front), 3), *key, 1))
+    reflectance = context.reflectance(places.triangle, places.uv, front)
     met, directions = shoot_apart(context, points, NEXT_RAYS, *key, 2)
     arriving, after = _arrived(
         context, radiosity, table, met, directions, len(front), (*key, 7)
@@ -166,17 +159,14 @@ def _step(context, radiosity, table, ends: Ends, key):
 
 
 def _surviving(ends: Ends, xi: np.ndarray) -> Ends:
-    """Russian roulette: those that go on, in proportion to their weight, at a weight of 1. With less
-    of a chance weights would grow along a path, and the variance with them without end."""
-    chance = np.minimum(ends.weight.max(axis=1, initial=0), 1)
-    chosen = np.flatnonzero(xi < chance)
-    ends = ends.take(chosen)
-    return replace(ends, weight=ends.weight / chance[chosen, None])
+    """Those that go on, in proportion to their weight, at a weight of 1. With less of a chance weights
+    would grow along a path, and the variance with them without end."""
+    return ends.surviving(np.minimum(ends.weight.max(axis=1, initial=0), 1), xi)
 
 
 def _direct(context: Context, points: Points, key) -> np.ndarray:
     """(R, channels) irradiance from explicit lights at one point of each owner."""
-    count, shape = points.shape[1], (LIGHT_SAMPLES, points.shape[1])
+    shape = (LIGHT_SAMPLES, points.shape[1])
     repeated = Points(
         np.repeat(points.position, LIGHT_SAMPLES, axis=0),
         np.repeat(points.normal, LIGHT_SAMPLES, axis=0),
@@ -184,8 +174,5 @@ def _direct(context: Context, points: Points, key) -> np.ndarray:
         lambda: np.broadcast_to(points.uv, (*shape, 2)),
         points.turn,
     ).single()  # owners of their own, as their numbers are independent
-    numbers = np.arange(LIGHT_SAMPLES * count)  # Embree wants copies, not views by slices
-    light, _ = direct_light(
-        context, len(numbers), 1, lambda some, _: repeated.take(numbers[some]), key, STAGE
-    )
+    light, _ = direct_at(context, repeated, key, STAGE)
     return light.reshape(*shape, -1).mean(axis=0)

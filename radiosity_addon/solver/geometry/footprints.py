@@ -79,8 +79,14 @@ class Footprints:
             return self.middle()[1], None
         normal = self.mean_of_cells(self.shading.normal)
         length = np.linalg.norm(normal, axis=1, keepdims=True)
-        turned = np.add.reduceat(self.shading.turned, self.start[:-1]) > 0
-        return normal / np.maximum(length, np.float32(1e-30)), turned
+        return normal / np.maximum(length, np.float32(1e-30)), self.turned()
+
+    def turned(self) -> np.ndarray | None:
+        """(count,) bool: light counts by a normal that is not the triangles'; None where there is no
+        shading."""
+        if self.shading is None:
+            return None
+        return np.add.reduceat(self.shading.turned, self.start[:-1]) > 0
 
 
 def build_footprints(geometry: Geometry, receivers: Receivers) -> Footprints:

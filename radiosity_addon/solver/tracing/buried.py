@@ -102,8 +102,7 @@ def _hidden_cells(surroundings: Surroundings, receivers: Receivers, contacts) ->
     some = np.flatnonzero(alone)
     hidden = np.zeros(len(middle), bool)
     hidden[some] = surroundings.bury(receivers.triangle[some], middle[some])
-    follow = ~alone & hidden[stands[contacts.square]]
-    follow = np.flatnonzero(follow)
+    follow = np.flatnonzero(~alone & hidden[stands[contacts.square]])
     hidden[follow] = surroundings.bury(receivers.triangle[follow], middle[follow])
     return hidden
 

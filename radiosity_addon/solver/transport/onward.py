@@ -9,14 +9,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..direct.irradiance import direct_light
+from ..direct.irradiance import direct_at
 from ..geometry.triangles import OFFSET
 from ..lights.context import Context
-from ..sampling.points import Points, points_on
+from ..sampling.points import Points
 from ..sampling.sobol import uniform
 from .patches import Patches
-from .places import Places, join_places, no_places
-from .rays import Met, shoot_apart
+from .places import Places, join_places, no_places, places_at
+from .rays import Met, shoot_apart, sums_of
 
 MOST_BOUNCES = 64  # of one ray; chance ends nearly all long before
 FULL_BOUNCES = 6  # after which chance ends rays as reflectances tell, and weights stay
@@ -43,9 +43,15 @@ class Ends:
     def points(self, context: Context, turn: np.ndarray) -> Points:
         """A point of its own at each end, a little back on the ray's way: a hit close to a wall that
         stands there may else be rounded to its other side."""
-        places = (array[None] for array in self.places.of_surface())
-        points = points_on(context.geometry, *places, turn)
+        points = self.places.points(context.geometry, turn)
         return replace(points, position=points.position - np.float32(BACK) * self.direction)
+
+    def surviving(self, chance: np.ndarray, xi: np.ndarray) -> Ends:
+        """Russian roulette: those whose number ``xi`` (k,) lies below their ``chance`` (k,), with the
+        weight of the others."""
+        kept = np.flatnonzero(xi < chance)
+        ends = self.take(kept)
+        return replace(ends, weight=ends.weight / chance[kept, None])
 
 
 def ends_of(met: Met, directions, entry: np.ndarray, chosen: np.ndarray, owner, weight) -> Ends:
@@ -54,11 +60,9 @@ def ends_of(met: Met, directions, entry: np.ndarray, chosen: np.ndarray, owner, 
     (rays, R, 3)."""
     if met.weight is not None:
         weight = weight * met.weight[chosen]
-    hits = met.hits
-    places = Places(entry[chosen], hits.triangle[chosen], hits.u[chosen], hits.v[chosen],
-                    hits.front[chosen])  # fmt: skip
     number = chosen if met.rays is None else met.rays[chosen]
-    return Ends(owner, places, weight, directions.reshape(-1, 3)[number])
+    direction = directions.reshape(-1, 3)[number]
+    return Ends(owner, places_at(entry, met.hits, chosen), weight, direction)
 
 
 def join_ends(parts: list[Ends], channels: int) -> Ends:
@@ -83,28 +87,24 @@ class Onward:
     lit: Ends
     ends: Ends
     sky: np.ndarray
-    first_ones: int  # of ``passed``: those that no surface has reflected before
+    first_ones: int  # of ``passed``, at its start: no surface has reflected these before
 
     def light(self, context: Context, key) -> tuple[np.ndarray, np.ndarray]:
         """(count, channels) direct light that rays found on their way, which was reflected, and
         emission of where they ended first."""
-        light, first = np.zeros((2, *self.sky.shape))
+        count = len(self.sky)
         if len(self.passed.owner) == 0:
-            return light, first
+            return np.zeros_like(self.sky), np.zeros_like(self.sky)
         points = self.lit.points(context, uniform((len(self.lit.owner), 3), *key, 1))
-        numbers = np.arange(len(self.lit.owner))
-        direct, _ = direct_light(
-            context, len(numbers), 1, lambda some, _: points.take(numbers[some]), (*key, 2), STAGE,
-        )
-        _add(light, self.lit.owner, self.lit.weight * direct)
-        if context.glows:
-            triangle, u, v, front = self.passed.places.of_surface()
-            glow = np.pi * context.emission(triangle, np.stack([u, v], 1).astype(float), front)
-            glow *= self.passed.weight * ~context.explicit[triangle][:, None]
-            first_ones = np.arange(len(glow)) < self.first_ones
-            _add(first, self.passed.owner, glow * first_ones[:, None])
-            _add(light, self.passed.owner, glow * ~first_ones[:, None])
-        return light, first
+        direct, _ = direct_at(context, points, (*key, 2), STAGE)
+        light = sums_of(self.lit.owner, self.lit.weight * direct, count)
+        if not context.glows:
+            return light, np.zeros_like(light)
+        places, owner, first = self.passed.places, self.passed.owner, self.first_ones
+        glow = np.pi * context.emission(places.triangle, places.uv, places.front)
+        glow *= self.passed.weight * ~context.explicit[places.triangle][:, None]
+        light += sums_of(owner[first:], glow[first:], count)
+        return light, sums_of(owner[:first], glow[:first], count)
 
 
 def go_on(context: Context, patches: Patches, rays: Ends, count: int, key) -> Onward:
@@ -129,7 +129,7 @@ def go_on(context: Context, patches: Patches, rays: Ends, count: int, key) -> On
             missed = np.flatnonzero(entry == patches.miss)
             if context.sky is not None and len(missed):
                 found = context.sky(directions.reshape(-1, 3)[number[missed]])
-                _add(sky, parts[-1].owner[missed], parts[-1].weight[missed] * found)
+                sky += sums_of(parts[-1].owner[missed], parts[-1].weight[missed] * found, count)
         rays = join_ends(parts, context.channels)
         ended.append(rays.take(np.flatnonzero(patches.somewhere(rays.places.entry))))
         rays = rays.take(np.flatnonzero(rays.places.entry == patches.onward))
@@ -138,21 +138,14 @@ def go_on(context: Context, patches: Patches, rays: Ends, count: int, key) -> On
 
 
 def _surviving(context: Context, rays: Ends, bounce: int, key) -> Ends:
-    """Reflected rays; chance ends some (Russian roulette)."""
-    triangle, u, v, front = rays.places.of_surface()
-    weight = rays.weight * context.reflectance(
-        triangle, np.stack([u, v], 1).astype(float), front
+    """Reflected rays; chance ends some."""
+    places, before = rays.places, rays.weight.max(axis=1, initial=0)
+    rays = replace(
+        rays,
+        weight=rays.weight * context.reflectance(places.triangle, places.uv, places.front),
     )
-    chance = (weight.max(axis=1, initial=0) > 0).astype(float)
+    after = rays.weight.max(axis=1, initial=0)
+    chance = (after > 0).astype(float)
     if bounce >= FULL_BOUNCES:
-        largest = np.maximum(rays.weight.max(axis=1, initial=0), 1e-30)
-        chance = np.minimum(weight.max(axis=1, initial=0) / largest, 1)
-    kept = np.flatnonzero(uniform((len(chance),), *key, 1) < chance)
-    rays = rays.take(kept)
-    return replace(rays, weight=weight[kept] / chance[kept, None])
-
-
-def _add(sums: np.ndarray, owner: np.ndarray, light: np.ndarray) -> None:
-    """Add light (k, channels) to sums (count, channels) of owners (k,)."""
-    for channel in range(sums.shape[1]):
-        sums[:, channel] += np.bincount(owner, light[:, channel], len(sums))
+        chance = np.minimum(after / np.maximum(before, 1e-30), 1)
+    return rays.surviving(chance, uniform((len(chance),), *key, 1))

@@ -182,7 +182,7 @@ def build_receiver_patches(
     pair, first, mine = np.unique(
         owner * triangles + footprints.triangle, return_index=True, return_inverse=True
     )
-    facing = np.rint(1.5 * footprints.normal[first]).astype(np.int64) + 2
+    facing = np.rint(1.5 * footprints.normal[first]).astype(np.int64)
     size = EXTENT * np.sqrt(footprints.cumulative[-1] / max(footprints.count, 1))
     cube = np.floor((footprints.origin[first] + 0.5) / max(size, SMALLEST)).astype(np.int64)
     common = np.column_stack([owner[first], facing, cube])

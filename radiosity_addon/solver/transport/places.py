@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.triangles import Geometry
+from ..sampling.points import Points, points_on
 from ..tracing.embree import Hits
 from .patches import Patches
 
@@ -24,9 +26,15 @@ class Places:
     def __getitem__(self, index) -> Places:
         return Places(*(getattr(self, name)[index] for name in _PLACE_ARRAYS))
 
-    def of_surface(self) -> tuple[np.ndarray, ...]:
-        """Triangles, u, v and whether on the front, (n,) each."""
-        return self.triangle, self.u, self.v, self.front
+    @property
+    def uv(self) -> np.ndarray:
+        """(n, 2) float64 barycentric."""
+        return np.stack([self.u, self.v], 1).astype(float)
+
+    def points(self, geometry: Geometry, turn: np.ndarray) -> Points:
+        """A point (1, n) of its own at each place, shifted by ``turn`` (n, 3)."""
+        places = (array[None] for array in (self.triangle, self.u, self.v, self.front))
+        return points_on(geometry, *places, turn)
 
     def on(self, patches: Patches) -> Places:
         """The same places with the entries of other patches."""
@@ -39,8 +47,12 @@ _PLACE_ARRAYS = ("entry", "triangle", "u", "v", "front")
 
 def places_hit(entries: np.ndarray, hits: Hits, patches: Patches) -> Places:
     """The hits with ``entries`` (n,) that met something that is somewhere."""
-    met = np.flatnonzero(patches.somewhere(entries))
-    return Places(entries[met], hits.triangle[met], hits.u[met], hits.v[met], hits.front[met])
+    return places_at(entries, hits, np.flatnonzero(patches.somewhere(entries)))
+
+
+def places_at(entries: np.ndarray, hits: Hits, some: np.ndarray) -> Places:
+    """Of the hits with ``entries`` (n,) those ``some`` (k,) int."""
+    return Places(entries[some], hits.triangle[some], hits.u[some], hits.v[some], hits.front[some])
 
 
 def join_places(parts: list[Places]) -> Places:

@@ -13,11 +13,10 @@ import numpy as np
 
 from ..elements.discontinuities import MAX_GROWTH, set_apart
 from ..elements.elements import build_elements, refine
-from ..geometry.footprints import Footprints
 from ..lights.context import Context
-from ..lights.emissive_faces import emits_apart
-from ..materials.region_means import footprint_regions, triangle_regions
 from ..workers.parallel import map_chunks, ranges
+from .emission import emission_to_find
+from .lit_patches import join_patches, light_patches, light_receivers
 from .patches import Patches, ReceiverPatches
 from .places import Places, join_places, no_places, places_hit
 from .rays import shoot
@@ -25,10 +24,7 @@ from .rows import (
     RowSamples,
     Transport,
     form_factors,
-    join_patches,
-    light_met,
-    light_places,
-    light_receivers,
+    light_patches_met,
     trace_transport,
     transported,
 )
@@ -78,7 +74,7 @@ class Radiosity:
 
 
 def solve_radiosity(
-    context: Context, receivers: Footprints, place, own: ReceiverPatches | None,
+    context: Context, receivers: int, place, own: ReceiverPatches | None,
     plan, tolerance: float, key,
 ) -> Radiosity:
     """Solve with the patches ``own`` of receivers, and on about ``plan.elements`` elements elsewhere.
@@ -89,7 +85,7 @@ def solve_radiosity(
     target, per = plan.elements, plan.row_points
     elements = build_elements(context.geometry, _groups(context.scene), target)
     patches = Patches(elements, own)
-    places, all_places = _seeds(context, patches, receivers.count, place, target, key)
+    places, all_places = _seeds(context, patches, receivers, place, target, key)
     known = []
     if own is not None:
         lit = light_receivers(context, own.footprints, plan.patch_points, (*key, 9))
@@ -114,7 +110,7 @@ def extended(context: Context, radiosity: Radiosity, places: Places, key) -> Rad
     """
     patches, before = radiosity.patches, radiosity.transport
     first = before.count
-    known = light_places(context, patches, places, before.samples, (*key, 11))
+    known = light_patches_met(context, patches, places, before.samples, (*key, 11))
     more = trace_transport(context, patches, known, before.samples, (*key, 12), before.row)
     found = solve_rows(
         context, patches, more.numbered_from(first), radiosity.tolerance, radiosity
@@ -149,7 +145,7 @@ def divided(context: Context, radiosity: Radiosity, chosen, places: Places, key)
     patches = replace(patches, elements=elements)
     places = places[np.flatnonzero(inside)].on(patches)
     places = places[patches.somewhere(places.entry)]
-    known += light_places(context, patches, places, before.samples, (*key, 13))
+    known += light_patches_met(context, patches, places, before.samples, (*key, 13))
     transport = trace_transport(context, patches, known, before.samples, (*key, 14))
     return solve_rows(context, patches, transport, radiosity.tolerance)
 
@@ -158,7 +154,7 @@ def without_reflection(context: Context, target: int) -> Radiosity:
     """What rays can meet where nothing that is reflected counts: no unknowns, no rows."""
     patches = Patches(build_elements(context.geometry, _groups(context.scene), target))
     nothing = np.zeros((patches.entries, context.channels), np.float32)
-    emitted, known = _gathered_emission(context, patches), np.zeros(len(nothing), bool)
+    emitted, known = emission_to_find(context, patches), np.zeros(len(nothing), bool)
     return Radiosity(patches, nothing, *emitted, known, None, nothing[:0], 0, 0.0, 0.0, 1.0)
 
 
@@ -180,7 +176,7 @@ def _seeds(context, patches: Patches, receivers: int, place, target: int, key):
 def _refined(context, patches: Patches, places: Places, part, per, target, tolerance, key):
     """Patches with the elements divided where direct light varies, and their sides that receivers
     see, lit. The ``places`` are that ``part`` of all."""
-    known = light_met(context, places, patches.of(places.entry), per, (*key, 11))
+    known = light_patches(context, places, patches.of(places.entry), per, (*key, 11))
     mean = float((known.share @ known.lit).mean())
     for step in range(MAX_REFINEMENTS):
         worth = part * known.share * known.spread > tolerance * mean / np.sqrt(target)
@@ -194,7 +190,7 @@ def _refined(context, patches: Patches, places: Places, part, per, target, toler
         known = known.take(np.flatnonzero(kept))
         patch = patches.of(places.entry)
         fresh = np.flatnonzero(~np.isin(patch, known.patch))
-        lit = light_met(context, places[fresh], patch[fresh], per, (*key, 11, step))
+        lit = light_patches(context, places[fresh], patch[fresh], per, (*key, 11, step))
         lit = replace(lit, share=lit.share * (len(fresh) / len(patch)))
         known = join_patches([known, lit])
     return patches, known
@@ -208,14 +204,14 @@ def solve_rows(
     rows' own patches is as bright as ``known``; None: black."""
     reflectance = transport.joined("reflectance")
     if known is None:
-        emitted, varied = _gathered_emission(context, patches)
+        emitted, varied = emission_to_find(context, patches)
     else:
         emitted, varied = known.emitted, known.varied
     first_hand = np.concatenate([block.sky + block.found for block in transport.blocks])
     if emitted is not None:
-        first_hand = first_hand + _light_met(transport, emitted)
+        first_hand = first_hand + _brought_by(transport, emitted)
     if known is not None:
-        first_hand = first_hand + _light_met(transport, known.reflected)
+        first_hand = first_hand + _brought_by(transport, known.reflected)
     source = transport.joined("lit") + reflectance * first_hand
     solution, iterations, residual, began = source, 0, 0.0, time.perf_counter()
     if len(source) and source.any():
@@ -246,7 +242,7 @@ def _check_steady(reflectance: np.ndarray, transport: Transport, matrix) -> None
         )
 
 
-def _light_met(transport: Transport, table: np.ndarray) -> np.ndarray:
+def _brought_by(transport: Transport, table: np.ndarray) -> np.ndarray:
     """(n_rows, channels) irradiance by what rows' rays meet: ``table`` by entry."""
     parts = []
     for block in transport.blocks:
@@ -261,54 +257,3 @@ def _groups(scene) -> np.ndarray:
     thousand of either would make a table of all pairs too large."""
     pair = scene.object.astype(np.int64) * len(scene.materials) + scene.material
     return np.unique(pair, return_inverse=True)[1].reshape(-1)
-
-
-def _gathered_emission(context: Context, patches: Patches):
-    """(n_entries, channels) float32 exitance that rays must find, the exact mean over each cell or
-    patch; and (n_entries,) float32 the lengths of those in which it varies, else 0. None where there
-    is nothing such."""
-    if not context.glows:
-        return None, None
-    emission = np.zeros((patches.entries, context.channels), np.float32)
-    length = np.zeros(patches.entries, np.float32)
-    elements, first = patches.elements, patches.cells
-    leaf = (elements.element >= 0) & ~context.explicit[elements.triangle]
-    cells = np.flatnonzero(leaf)
-    regions = triangle_regions(elements.triangle[cells], elements.corners[cells])
-    apart = emits_apart(context.scene)[regions.triangle]
-    size = _lengths(context, regions)
-    mean, spread = context.mean_emission(regions)
-    for side in (0, 1):
-        emission[first + 2 * cells + side] = np.pi * mean
-        length[first + 2 * cells + side] = (spread > 0) * size
-    some = np.flatnonzero(apart)
-    mean, spread = context.mean_emission(regions.take(some), False)
-    emission[first + 2 * cells[some] + 1] = np.pi * mean
-    length[first + 2 * cells[some] + 1] = (spread > 0) * size[some]
-    if patches.receivers is not None:
-        _add_receivers_emission(context, patches.receivers.footprints, emission, length)
-    return emission if emission.any() else None, length if length.any() else None
-
-
-def _add_receivers_emission(context: Context, footprints: Footprints, emission, length) -> None:
-    """Set the first entries, which are the patches of receivers, to what their cells send out."""
-    apart = emits_apart(context.scene)[footprints.triangle]
-    glows = ~context.explicit[footprints.triangle]
-    found = np.zeros((len(footprints.triangle), context.channels))
-    longest = np.zeros(len(found), np.float32)
-    for front in (True, False):  # backs shine as fronts do, but for those that emit apart
-        for square in (False, True):
-            some = np.flatnonzero((footprints.square == square) & glows & (apart | front))
-            regions = footprint_regions(footprints, some, square)
-            mean, spread = context.mean_emission(regions, front)
-            found[some], longest[some] = np.pi * mean, (spread > 0) * _lengths(context, regions)
-        side = slice(0, footprints.count) if front else slice(footprints.count, 2 * footprints.count)
-        emission[side] = footprints.mean_of_cells(found)
-        length[side] = np.maximum.reduceat(longest, footprints.start[:-1])
-
-
-def _lengths(context: Context, regions) -> np.ndarray:
-    """(n,) the longest edges of triangular regions."""
-    e1, e2 = context.geometry.e1[regions.triangle], context.geometry.e2[regions.triangle]
-    u, v = (step[:, :1] * e1 + step[:, 1:] * e2 for step in (regions.u, regions.v))
-    return np.max([np.linalg.norm(edge, axis=1) for edge in (u, v, u - v)], axis=0)

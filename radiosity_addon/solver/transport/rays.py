@@ -114,9 +114,13 @@ def mean_of_rays(values: np.ndarray, met: Met, rays: int, count: int, weight=Non
         values = values * np.repeat(of_first(weight, met), values.shape[1]).reshape(values.shape)
     if met.rays is None:
         return values.reshape(rays, count, -1).mean(axis=0)
-    owner = met.rays % count
-    sums = [np.bincount(owner, values[:, channel], count) for channel in range(values.shape[1])]
-    return np.stack(sums, 1) / rays
+    return sums_of(met.rays % count, values, count) / rays
+
+
+def sums_of(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
+    """(count, c) float64 sums of values (k, c) by their ``owner`` (k,) int."""
+    sums = [np.bincount(owner, column, count) for column in values.T]
+    return np.stack(sums, 1).astype(float, copy=False)  # of no values they are integers
 
 
 def of_first(weight: np.ndarray, met: Met) -> np.ndarray:

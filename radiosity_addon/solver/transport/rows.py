@@ -1,4 +1,4 @@
-"""Rows: form factors as rays. Row i of the matrix is what the rays of element side i hit.
+"""Rows: form factors as rays. Row i of the matrix is what the rays of patch i hit.
 
 The patches of receivers have a row each. Of elements only sides that light can reach a receiver
 from get one: those that rays meet, those that their rays meet, and so on. There are no unknowns for
@@ -16,12 +16,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from ..direct.irradiance import direct_light
-from ..geometry.footprints import Footprints
 from ..lights.context import Context
-from ..sampling.points import Points, footprint_points, grouped_chunks, join_points, points_on
-from ..sampling.sobol import uniform
+from ..sampling.points import grouped_chunks
 from ..workers.parallel import map_chunks
+from .lit_patches import LitPatches, light_patches
 from .onward import Onward, ends_of, go_on, join_ends
 from .patches import Patches
 from .places import Places, join_places, no_places, places_hit
@@ -33,76 +31,6 @@ BLACK = -2
 
 
 @dataclass(frozen=True)
-class LitPatches:
-    """R patches and what is known of them from their points."""
-
-    patch: np.ndarray  # (R,) int64
-    points: Points  # (per, R)
-    reflectance: np.ndarray  # (R, channels)
-    lit: np.ndarray  # (R, channels): reflectance × direct irradiance, mean over the points
-    spread: np.ndarray  # (R,): standard deviation of that over the points, mean of channels
-    share: np.ndarray  # (R,): of all places, those on this patch
-
-    def take(self, chosen: np.ndarray) -> LitPatches:
-        """Some of the patches."""
-        return LitPatches(
-            self.patch[chosen], self.points.take(chosen), self.reflectance[chosen],
-            self.lit[chosen], self.spread[chosen], self.share[chosen],
-        )
-
-
-def light_met(context: Context, places: Places, patch: np.ndarray, per: int, key) -> LitPatches:
-    """The patches that places lie on, lit directly at ``per`` of these places each.
-
-    ``patch`` (n,) are the places' patches.
-    """
-    order = np.argsort(patch, kind="stable")
-    patches, first, number = np.unique(patch[order], return_index=True, return_counts=True)
-    spread = ((np.arange(per)[:, None] + 0.5) / per * number).astype(np.int64)
-    chosen = places[order[first + spread]]
-    turn = uniform((len(patches), 3), *key, 7)
-    points = points_on(
-        context.geometry, chosen.triangle, chosen.u, chosen.v, chosen.front, turn
-    )
-    reflectance, lit, spread = light_points(context, points, key)
-    return LitPatches(
-        patches, points, reflectance.mean(axis=0), lit, spread, number / max(len(patch), 1)
-    )
-
-
-def light_receivers(context: Context, footprints: Footprints, per: int, key) -> LitPatches:
-    """The patches of receivers, lit directly at ``per`` points on each of their ``footprints``."""
-    everyone = np.arange(footprints.count)
-    turn = uniform((footprints.count, 3), *key, 7)
-    points = footprint_points(footprints, everyone, turn, per, *key, 6)
-    points = replace(points, barycentric=points.uv)
-    reflectance, lit, spread = light_points(context, points, key)
-    total = max(footprints.area.sum(), 1e-300)
-    return LitPatches(
-        everyone, points, reflectance.mean(axis=0), lit, spread, footprints.area / total
-    )
-
-
-def light_points(context: Context, points: Points, key):
-    """Reflectance (per, R, channels) at points (per, R), the mean (R, channels) of reflectance ×
-    direct irradiance, and its standard deviation (R,) over the points, mean of channels, less what
-    the choice among many lights adds."""
-    per, count = points.shape
-    single = points.single()
-    irradiance, variance = direct_light(
-        context, per * count, 1, lambda c, g: single.take(c), (*key, 8), STAGE
-    )
-    triangle = points.triangle.ravel()
-    faces = context.geometry.normal[triangle]
-    front = np.einsum("nc,nc->n", points.normal.reshape(-1, 3), faces) > 0
-    reflectance = context.reflectance(triangle, points.uv.reshape(-1, 2), front)
-    lit = (reflectance * irradiance).reshape(per, count, context.channels)
-    noise = (reflectance.mean(axis=1) ** 2 * variance).reshape(per, -1).mean(axis=0)
-    spread = np.sqrt(np.maximum(lit.std(axis=0).mean(axis=1) ** 2 - noise, 0))
-    return reflectance.reshape(lit.shape), lit.mean(axis=0), spread
-
-
-@dataclass(frozen=True)
 class Rows:
     """n rows that have as many rays each."""
 
@@ -111,7 +39,7 @@ class Rows:
     later: Later  # what rays met behind surfaces that transmit, and where they went on
     sky: np.ndarray  # (n, channels): mean sky radiosity its escaping rays bring
     found: np.ndarray  # (n, channels): what its rays found on their way
-    onward: Onward  # how they found that
+    onward: Onward | None  # how they found that
 
     @property
     def rays(self) -> int:
@@ -121,8 +49,8 @@ class Rows:
 
 @dataclass(frozen=True)
 class Later:
-    """k hits behind transmitting surfaces: row in its Rows, entry, weight (k, channels) of the
-    ray's light."""
+    """k hits behind transmitting surfaces, and of rays that went on: row in its Rows, entry, weight
+    (k, channels) of the ray's light."""
 
     row: np.ndarray
     entry: np.ndarray
@@ -190,11 +118,13 @@ def trace_transport(
         places = join_places(places) if places else no_places()
         if len(places.entry) == 0:
             break
-        fresh = light_places(context, patches, places, samples, (*key, generation))
+        fresh = light_patches_met(context, patches, places, samples, (*key, generation))
     return Transport(tuple(blocks or [_no_rows(context, samples)]), row, samples)
 
 
-def light_places(context: Context, patches: Patches, places: Places, samples: RowSamples, key):
+def light_patches_met(
+    context: Context, patches: Patches, places: Places, samples: RowSamples, key
+) -> list[tuple[LitPatches, int]]:
     """[(LitPatches, rays of each row)] of the patches that places lie on: receivers', and sides of
     elements."""
     patch, result = patches.of(places.entry), []
@@ -203,13 +133,13 @@ def light_places(context: Context, patches: Patches, places: Places, samples: Ro
     ]):  # fmt: skip
         some = np.flatnonzero((patch >= patches.first) == (kind == 1))
         if len(some):
-            lit = light_met(context, places[some], patch[some], per, (*key, kind))
+            lit = light_patches(context, places[some], patch[some], per, (*key, kind))
             result.append((lit, rays))
     return result
 
 
 def _no_rows(context: Context, samples: RowSamples) -> Rows:
-    lit = light_met(context, no_places(), np.zeros(0, np.int64), samples.points, (0,))
+    lit = light_patches(context, no_places(), np.zeros(0, np.int64), samples.points, (0,))
     nothing = np.zeros(0, np.int32)
     later = Later(nothing, nothing, np.zeros((0, context.channels), np.float32))
     light = np.zeros((0, context.channels))
@@ -220,15 +150,6 @@ def join_later(parts) -> Later:
     """All of all parts."""
     names = ("row", "entry", "weight")
     return Later(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
-
-
-def join_patches(parts: list[LitPatches]) -> LitPatches:
-    """All patches of all parts."""
-    arrays = {
-        name: np.concatenate([getattr(part, name) for part in parts])
-        for name in ("patch", "reflectance", "lit", "spread", "share")
-    }
-    return LitPatches(points=join_points([part.points for part in parts]), **arrays)
 
 
 def _trace_rows(context: Context, patches: Patches, lit: LitPatches, row, rays: int, key):

@@ -1,0 +1,93 @@
+"""Lit patches: patches with their points and the direct light there, the source of the linear system."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..direct.irradiance import direct_at
+from ..geometry.footprints import Footprints
+from ..lights.context import Context
+from ..sampling.points import Points, footprint_points, join_points, points_on
+from ..sampling.sobol import uniform
+from .places import Places
+
+STAGE = "transport"
+
+
+@dataclass(frozen=True)
+class LitPatches:
+    """R patches and what is known of them from their points."""
+
+    patch: np.ndarray  # (R,) int64
+    points: Points  # (per, R)
+    reflectance: np.ndarray  # (R, channels)
+    lit: np.ndarray  # (R, channels): reflectance × direct irradiance, mean over the points
+    spread: np.ndarray  # (R,): standard deviation of that over the points, mean of channels
+    share: np.ndarray  # (R,): of all places, those on this patch
+
+    def take(self, chosen: np.ndarray) -> LitPatches:
+        """Some of the patches."""
+        return LitPatches(
+            self.patch[chosen], self.points.take(chosen), self.reflectance[chosen],
+            self.lit[chosen], self.spread[chosen], self.share[chosen],
+        )
+
+
+def light_patches(context: Context, places: Places, patch: np.ndarray, per: int, key) -> LitPatches:
+    """The patches that places lie on, lit directly at ``per`` of these places each.
+
+    ``patch`` (n,) are the places' patches.
+    """
+    order = np.argsort(patch, kind="stable")
+    patches, first, number = np.unique(patch[order], return_index=True, return_counts=True)
+    spread = ((np.arange(per)[:, None] + 0.5) / per * number).astype(np.int64)
+    chosen = places[order[first + spread]]
+    turn = uniform((len(patches), 3), *key, 7)
+    points = points_on(
+        context.geometry, chosen.triangle, chosen.u, chosen.v, chosen.front, turn
+    )
+    reflectance, lit, spread = light_points(context, points, key)
+    return LitPatches(
+        patches, points, reflectance.mean(axis=0), lit, spread, number / max(len(patch), 1)
+    )
+
+
+def light_receivers(context: Context, footprints: Footprints, per: int, key) -> LitPatches:
+    """The patches of receivers, lit directly at ``per`` points on each of their ``footprints``."""
+    everyone = np.arange(footprints.count)
+    turn = uniform((footprints.count, 3), *key, 7)
+    points = footprint_points(footprints, everyone, turn, per, *key, 6)
+    points = replace(points, barycentric=points.uv)
+    reflectance, lit, spread = light_points(context, points, key)
+    total = max(footprints.area.sum(), 1e-300)
+    return LitPatches(
+        everyone, points, reflectance.mean(axis=0), lit, spread, footprints.area / total
+    )
+
+
+def light_points(context: Context, points: Points, key):
+    """Reflectance (per, R, channels) at points (per, R), the mean (R, channels) of reflectance ×
+    direct irradiance, and its standard deviation (R,) over the points, mean of channels, less what
+    the choice among many lights adds."""
+    per, count = points.shape
+    single = points.single()
+    irradiance, variance = direct_at(context, single, (*key, 8), STAGE)
+    triangle = points.triangle.ravel()
+    faces = context.geometry.normal[triangle]
+    front = np.einsum("nc,nc->n", points.normal.reshape(-1, 3), faces) > 0
+    reflectance = context.reflectance(triangle, points.uv.reshape(-1, 2), front)
+    lit = (reflectance * irradiance).reshape(per, count, context.channels)
+    noise = (reflectance.mean(axis=1) ** 2 * variance).reshape(per, -1).mean(axis=0)
+    spread = np.sqrt(np.maximum(lit.std(axis=0).mean(axis=1) ** 2 - noise, 0))
+    return reflectance.reshape(lit.shape), lit.mean(axis=0), spread
+
+
+def join_patches(parts: list[LitPatches]) -> LitPatches:
+    """All patches of all parts."""
+    arrays = {
+        name: np.concatenate([getattr(part, name) for part in parts])
+        for name in ("patch", "reflectance", "lit", "spread", "share")
+    }
+    return LitPatches(points=join_points([part.points for part in parts]), **arrays)
