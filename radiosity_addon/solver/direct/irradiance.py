@@ -63,10 +63,14 @@ def _light_points(context: Context, points: Points, key):
 def _from_each(context: Context, points: Points, middles: Middles, key) -> np.ndarray:
     """(R, channels) irradiance from the lights that are sampled at every point."""
     per, count = points.shape
-    irradiance = np.zeros((count, context.channels))
+    irradiance, everyone = np.zeros((count, context.channels)), np.arange(count)
     for number, light in enumerate(context.sources.always):
         kind, place = context.sources.named(light)
         xi = light_places(points, *key, number, 1)
+        if per == 1:
+            dark = context.sources.unlinked(light, context.scene, points.triangle)
+            irradiance += _from_points(context, light, points, everyone, xi, dark)
+            continue
         whole = kind.whole(place, middles)
         known, dark = whole.known, context.sources.unlinked(light, context.scene, points.triangle)
         lit = known & (whole.irradiance > 0)
@@ -97,26 +101,26 @@ def _visible_share(context: Context, blockers: Blockers, whole, points: Points, 
         points.shade and points.shade.take(some).together(),
     ).reshape(*s.shape, -1)
     share = visible.mean(axis=0, dtype=np.float32).astype(float)
-    single = len(s) == 1  # one place alone brings what it stands for, not a share
-    partly = np.flatnonzero(((share > 0) & (single | (share < 1))).any(axis=1))
+    partly = np.flatnonzero(((share > 0) & (share < 1)).any(axis=1))
     if len(partly):
         owners = np.arange(points.shape[1])[some][partly]
         value = whole.value(owners, segments[:, partly], s[:, partly], t[:, partly])[..., None]
         seen = (value * visible[:, partly]).sum(axis=0)
-        total = whole.irradiance[owners, None] if single else value.sum(axis=0)
+        total = value.sum(axis=0)
         share[partly] = seen / np.where(total > 0, total, 1)
     return share
 
 
 def _from_points(context: Context, light: int, points: Points, some, xi, dark) -> np.ndarray:
     """(k, channels) irradiance of a light at the owners ``some`` (k,), looked at from each of
-    their points."""
+    their points. Single points' samples may differ more: there is no mean of them that would not."""
     kind, place = context.sources.named(light)
     position, normal = (
         owned(array, some).reshape(-1, 3) for array in (points.position, points.normal)
     )
     xi = np.stack([owned(axis, some).ravel() for axis in xi], 1).astype(float)
-    sample = kind.sample(place, position.astype(float), normal.astype(float), xi)
+    which = place if points.shape[0] > 1 else np.full(len(position), place)
+    sample = kind.sample(which, position.astype(float), normal.astype(float), xi)
     if dark is not None:
         sample.darken(dark[:, some].ravel())
     blockers = context.blockers[context.sources.block[light]]

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..geometry.lambert import polygon_form_factor
 from ..geometry.nusselt import cosine_toward
+from ..geometry.spherical_triangles import uniform_toward
 from ..geometry.triangles import OFFSET
 from ..geometry.vectors import dot
 from ..geometry.warps import bilinear_density, bilinear_places
@@ -54,6 +55,21 @@ def by_cosine(lights, which, position, normal, xi):
             share, corners, level = rays(lights, *places)
             total[some], direction[:, some] = cosine_toward(corners, places[2], level)
             total[some] *= share
+    return _met(lights, which, position, total, direction)
+
+
+def by_solid_angle(lights, which, position, normal, xi):
+    """Uniform in the solid angle, for triangles and rectangles: a tenth of the work of
+    ``by_cosine``, for samples that differ by their cosines."""
+    _, rays, xi = _rays(lights, which, position, normal, xi)
+    total, direction = uniform_toward(rays, xi)
+    cosine = np.maximum(dot(direction, normal), 0)
+    return _met(lights, which, position, total * cosine, direction)
+
+
+def _met(lights, which, position, total: np.ndarray, direction: np.ndarray):
+    """Irradiance and segments of samples in ``direction`` (3, n) that stand for ``total`` (n,) if the
+    light shines alike to all sides."""
     up = each(lights.normal, which)
     height, slope = dot(each(lights.origin, which) - position, up), dot(direction, up)
     reached = height * slope > 0

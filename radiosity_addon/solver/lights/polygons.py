@@ -10,10 +10,10 @@ import numpy as np
 from ..geometry.lambert import polygon_form_factor
 from ..geometry.vectors import columns, dot
 from ..sampling.points import Middles
-from .flat_shapes import RECTANGLE, TRIANGLE, corner_places, each, places_in
+from .flat_shapes import ELLIPSE, RECTANGLE, TRIANGLE, corner_places, each, places_in
 from .light_batch import Sample, Unoccluded, partly_above
 from .light_tree import Emitters
-from .polygon_samples import by_area, by_corners, by_cosine
+from .polygon_samples import by_area, by_corners, by_cosine, by_solid_angle
 from .polygon_whole import NEAR, SMALL, whole_polygon
 
 
@@ -56,17 +56,21 @@ class Polygons:
     def sample(
         self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
     ) -> Sample:
-        """Sample light ``which`` for n points: an int, or (n,) of them. A light that looks large
-        is sampled by the cosine law; a small one of many by its area; a small rectangle alone as
-        its corners tell, its whole irradiance by Lambert's formula."""
+        """Sample light ``which`` for n points: an int, so that samples differ little, or (n,) of
+        them, cheaply. Alone a light is sampled by the cosine law, a small rectangle as its corners
+        tell, its whole irradiance by Lambert's formula; one of many by its solid angle, a small one
+        by its area."""
         position, normal = columns(position), columns(normal)
         alone, which = np.ndim(which) == 0, np.broadcast_to(which, position.shape[1])
         near, gentle = self._near(which, position), np.zeros(len(which), bool)
         if alone and len(which):
             gentle = self._gentle(which[0], position, normal)
-        area = np.zeros(len(which), bool) if alone else ~near
+            ways = (gentle, by_corners), (~gentle, by_cosine)
+        else:
+            round = near & (self.shape[which] == ELLIPSE)
+            ways = (~near, by_area), (round, by_cosine), (near & ~round, by_solid_angle)
         value, segment = np.zeros(len(which)), np.ones(position.shape)
-        for some, sampled in ((gentle, by_corners), (area, by_area), (~gentle & ~area, by_cosine)):
+        for some, sampled in ways:
             some = np.flatnonzero(some)
             if len(some):
                 value[some], segment[:, some] = sampled(
