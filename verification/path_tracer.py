@@ -4,7 +4,8 @@ It shares no code with the solver and none of its ideas: no elements, no cluster
 light tree; independent random paths, unbiased at every number of them. At each place a path is lit
 by one lamp, one emissive triangle and one direction of the sky, and goes on in a cosine-distributed
 direction; what both ways can find is weighted by the balance heuristic (Veach 1997, eq. 9.8), which
-keeps the variance finite in corners. Surfaces that transmit reflect, or let the path straight on.
+keeps the variance finite in corners. What narrow spots light is lit by particles that leave them, one
+for each place: light that they bring reflected once. Surfaces that transmit reflect, or let the path straight on.
 Lengths are scaled to a unit box, powers left as they are; float32 is Embree's alone.
 """
 
@@ -82,7 +83,11 @@ class World:
         self.normal = cross / np.maximum(2 * self.area, 1e-300)[:, None]
         self.lamps = lamps.placed(scene.lamps, self.center, self.scale)
         self.lamp_chance = lamps.chances(self.lamps)
+        self.beam = np.array([lamps.is_beam(lamp) for lamp in self.lamps], bool)
         self.sky = lamps.SkyImage(scene.sky)
+        clear = [np.any(getattr(side.transmittance, "value", 1.0)) for m in scene.materials
+                 for side in (m, m.back or m)]  # fmt: skip
+        self.beam &= not any(clear)
         self.emitter = self._emitter_chances()
         self.embree = EmbreeScene()
         vertices = ((scene.vertices - self.center) / self.scale).astype(np.float32)
@@ -145,7 +150,8 @@ def _trace(world: World, triangle, uv, random) -> np.ndarray:
     def add(some, values):
         light[np.minimum(depth[some], 1), path[some]] += values  # each path occurs once
 
-    add(slice(None), carried / np.pi * _lit(world, place, normal, random))
+    add(slice(None), carried / np.pi * _lit(world, place, normal, random, True))
+    light[1] += carried / np.pi * _lit_by_beams(world, place, normal, random)
     direction = _cosine(normal, random)
     origin, slope = place, np.einsum("ni,ni->n", normal, direction)  # of where it was reflected
     while len(path):
@@ -179,19 +185,24 @@ def _trace(world: World, triangle, uv, random) -> np.ndarray:
         place = met + np.where(through, -OFFSET, OFFSET)[:, None] * normal
         back = np.flatnonzero(~through)
         depth[back] += 1
-        add(back, carried[back] / np.pi * _lit(world, place[back], normal[back], random))
+        arriving = _lit(world, place[back], normal[back], random, False)
+        arriving += _lit_by_beams(world, place[back], normal[back], random)
+        add(back, carried[back] / np.pi * arriving)
         direction[back], origin[back] = _cosine(normal[back], random), place[back]
         slope[back] = np.einsum("ni,ni->n", normal[back], direction[back])
     return light
 
 
-def _lit(world: World, place, normal, random) -> np.ndarray:
-    """(n, 3) irradiance of one lamp, one emissive triangle and one direction of the sky."""
+def _lit(world: World, place, normal, random, beams: bool) -> np.ndarray:
+    """(n, 3) irradiance of one lamp, one emissive triangle and one direction of the sky; with
+    ``beams`` narrow spots are lamps, too."""
     total = np.zeros(place.shape)
     if world.lamps:
         chosen = random.choice(len(world.lamps), len(place), p=world.lamp_chance)
         for k in np.unique(chosen):
             some = np.flatnonzero(chosen == k)
+            if world.beam[k] and not beams:
+                continue
             value, segment = lamps.sample(world.lamps[k], place[some], normal[some], random)
             seen = value.max(axis=1) > 0
             value[seen] *= world.transmitted(place[some[seen]], segment[seen])
@@ -205,6 +216,32 @@ def _lit(world: World, place, normal, random) -> np.ndarray:
         share = slope[some] * _balance(density[some], slope[some] / np.pi) / density[some]
         seen = world.transmitted(place[some], lamps.FAR * direction[some])
         total[some] += world.sky.radiance(direction[some]) * seen * share[:, None]
+    return total
+
+
+def _lit_by_beams(world: World, place, normal, random) -> np.ndarray:
+    """(n, 3) irradiance by one place that a narrow spot lights and that reflects its light."""
+    total, numbers = np.zeros(place.shape), np.flatnonzero(world.beam)
+    if len(numbers) == 0:
+        return total
+    chosen = numbers[random.integers(len(numbers), size=len(place))]
+    for k in numbers:
+        some, lamp = np.flatnonzero(chosen == k), world.lamps[k]
+        way, power = lamps.leave(lamp, len(some), random)
+        triangle, uv, _ = world.meet(np.repeat(lamp.position[None], len(some), axis=0), way)
+        met = triangle >= 0
+        some, way, power, triangle, uv = (x[met] for x in (some, way, power, triangle, uv))
+        front = np.einsum("ni,ni->n", world.normal[triangle], way) < 0
+        up = np.where(front[:, None], 1, -1) * world.normal[triangle]
+        power = power * side_value(world.scene, "reflectance", triangle, uv, front)
+        segment = world.at(triangle, uv) + 2 * OFFSET * up - place[some]
+        square = np.maximum((segment**2).sum(axis=1), 1e-12)
+        slope = np.maximum(np.einsum("ni,ni->n", normal[some], segment), 0)
+        leaving = np.maximum(-np.einsum("ni,ni->n", up, segment), 0)
+        value = power * (slope * leaving / square**2 / np.pi)[:, None]
+        seen = value.max(axis=1) > 0
+        value[seen] *= world.transmitted(place[some[seen]], segment[seen])
+        total[some] += value * len(numbers)
     return total
 
 

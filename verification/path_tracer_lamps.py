@@ -8,6 +8,7 @@ import numpy as np
 
 from radiosity_addon.solver.scene import AreaLamp, Lamp, PointLamp, Sky, SunLamp
 
+BEAM = np.radians(10)  # cone [rad]: a narrower spot is a beam
 FAR = 10.0  # unit boxes: a segment this long has left the scene
 
 
@@ -87,6 +88,25 @@ def _beam(lamp: PointLamp, segment) -> np.ndarray:
     cosine = -segment @ np.asarray(lamp.axis) / np.linalg.norm(segment, axis=1)
     step = np.clip((cosine - edge) / max((1 - edge) * lamp.blend, 1e-12), 0, 1)
     return step * step * (3 - 2 * step)
+
+
+def is_beam(lamp: Lamp) -> bool:
+    """A hard spot so narrow that paths which end on what it lights by chance are too rare."""
+    spot = isinstance(lamp, PointLamp) and lamp.axis is not None and lamp.radius == 0
+    return spot and lamp.cone < BEAM
+
+
+def leave(lamp: PointLamp, count: int, random) -> tuple[np.ndarray, np.ndarray]:
+    """Unit directions (count, 3), uniform in a spot's cone, and the power (count, 3) that each of
+    them stands for: its mean is the lamp's."""
+    edge = np.cos(lamp.cone / 2)
+    z, turn = 1 - (1 - edge) * random.random(count), 2 * np.pi * random.random(count)
+    flat, axis = np.sqrt(1 - z * z), np.asarray(lamp.axis, float)[None]
+    one, other = across(axis)
+    way = z[:, None] * axis + (flat * np.cos(turn))[:, None] * one
+    way += (flat * np.sin(turn))[:, None] * other
+    power = 2 * np.pi * (1 - edge) * _beam(lamp, -way)
+    return way, power[:, None] * lamp.intensity
 
 
 def _spread(cosine, spread: float) -> np.ndarray:

@@ -105,14 +105,16 @@ def _from_lights(context: Context) -> Particles:
     """Particles of lamps and emissive faces; their weights add up to the lights' power."""
     kinds = [kind for kind in context.sources.kinds if not isinstance(kind, Suns)]
     kinds.append(_unsampled_faces(context))
-    powers = [_power(kind) for kind in kinds]
+    powers = [kind.power for kind in kinds]
     chosen, share, xi = _choose(np.concatenate(powers), context.seed, 62)
     first, parts = 0, []
     for kind, power in zip(kinds, powers):
         mine = (chosen >= first) & (chosen < first + len(power))
         which = chosen[mine] - first
-        leave = _leave_sphere if isinstance(kind, FacingDiscs) else _leave_polygon
-        origin, direction, beam = leave(kind, which, xi[mine])
+        if isinstance(kind, FacingDiscs):
+            origin, direction, beam = kind.leave(which, xi[mine, 3:])
+        else:
+            origin, direction, beam = _leave_polygon(kind, which, xi[mine])
         parts.append(_particles(origin, direction, power[which] * (beam / share[mine])[:, None]))
         first += len(power)
     particles = _join(parts, context.channels)
@@ -162,15 +164,6 @@ def _choose(power: np.ndarray, *key: int):
     return chosen, PARTICLES * power.mean(axis=1)[chosen] / level[-1], xi
 
 
-def _power(kind) -> np.ndarray:
-    """(k, channels) power of lights: π·radiance·area a side, 4π·intensity of a point lamp, and of a
-    spot the same with the integral of its beam, a smoothstep, over the directions."""
-    if isinstance(kind, Polygons):
-        return kind.color * (np.pi * kind.area * (1 + kind.two_sided))[:, None]
-    beam = np.where(kind.edge < -1, 2.0, 1 - kind.edge - kind.smooth / 2)
-    return kind.color * (2 * np.pi * beam)[:, None]
-
-
 def _leave_polygon(kind: Polygons, which, xi):
     """Origins, directions and relative brightness of particles that leave flat lights."""
     s, t = kind.place(which, xi[:, 1], xi[:, 2])
@@ -183,16 +176,6 @@ def _leave_polygon(kind: Polygons, which, xi):
     origin = kind.origin[which] + s[:, None] * kind.u[which] + t[:, None] * kind.v[which]
     direction = np.einsum("ni,nij->nj", local, tangent_frames(normal))
     return origin + 2 * OFFSET * normal, direction, beam
-
-
-def _leave_sphere(kind: FacingDiscs, which, xi):
-    """The same for point and spot lamps."""
-    edge = np.maximum(kind.edge[which], -1)
-    z = 1 - (1 - edge) * xi[:, 3]
-    flat, turn = np.sqrt(np.maximum(1 - z**2, 0)), 2 * np.pi * xi[:, 4]
-    local = np.stack([flat * np.cos(turn), flat * np.sin(turn), z], 1)
-    direction = np.einsum("ni,nij->nj", local, tangent_frames(kind.axis[which]))
-    return kind.position[which], direction, kind.beam(which, -direction.T)
 
 
 def _unsampled_faces(context: Context) -> Polygons:

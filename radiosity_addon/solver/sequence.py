@@ -17,6 +17,7 @@ from .adaptive.requirements import requirements_of
 from .adaptive.rounds import MAX_ROUNDS, Clock, Rounds
 from .adaptive.solve_cache import SolveCache
 from .check import check_scene
+from .direct.beams import split_beams
 from .direct.line_of_sight import LineOfSight
 from .energy import energy_balance
 from .filtering.graph import build_graph
@@ -56,7 +57,9 @@ def solve(
         beside.ask("open", scene, receivers, settings, threads - context.threads)
     footprints = build_footprints(context.geometry, receivers)
     needs = requirements_of(context, settings.passes)
-    first = Replicate(0, context, receivers, footprints, needs, settings.target_error)
+    first = Replicate(
+        0, context, split_beams(context), receivers, footprints, needs, settings.target_error
+    )
     judge = _judge(first, settings.passes, project, threads)
     corners = project is not None
     plan = make_plan(settings.target_error, receivers.count, bool(judge.lattices), corners)

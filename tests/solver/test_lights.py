@@ -7,6 +7,7 @@ import pytest
 
 from radiosity_addon.solver.geometry.lambert import polygon_form_factor
 from radiosity_addon.solver.geometry.nusselt import cosine_toward
+from radiosity_addon.solver.geometry.spherical_triangles import uniform_toward
 from radiosity_addon.solver.lights import sources as sources_module
 from radiosity_addon.solver.lights.cones import ball_form_factor, cone_directions
 from radiosity_addon.solver.lights.context import build_context
@@ -198,8 +199,6 @@ def test_directions_to_a_window_seen_from_below_stay_inside_it():
     """A window upright beside and above the point, 3.6 mm off its plane: its sector of the disc is
     nearly half a turn wide and thin, where Newton's method from afar leaves it. The first moments of
     the density are those of the window's area in the disc, by a fine grid of it."""
-    from radiosity_addon.solver.geometry.nusselt import cosine_toward
-
     window = np.array([[0.0036, -1.0, 0.4], [0.0036, -1.0, 1.0], [0.0036, 1.5, 1.0], [0.0036, 1.5, 0.4]])
     count = 20_000
     xi = np.random.default_rng(0).random((2, count))
@@ -217,3 +216,37 @@ def test_directions_to_a_window_seen_from_below_stay_inside_it():
         mean = (density * grid).sum() / density.sum()
         spread = np.sqrt((density * (grid - mean) ** 2).sum() / density.sum())
         assert values.mean() == pytest.approx(mean, abs=4 * spread / np.sqrt(count))
+
+
+OCTANT = [[1.0, 0, 0], [0, 1, 0], [0, 0, 1]]  # a spherical triangle of π/2
+BESIDE = [[1.0, -1, -0.5], [1, 1, -0.5], [1, 1, 2], [1, -1, 2]]  # cut by the horizon
+GRAZING = [[0.01, 0, 0.02], [5, 0, 0.02], [5, 3, 0.02], [0.01, 3, 0.02]]
+TINY = [[1, -1e-3, 1], [1, 1e-3, 1], [1, 0, 1.001]]
+
+
+@pytest.mark.parametrize("corners", [OCTANT, BESIDE, GRAZING, TINY])
+def test_directions_that_are_uniform_in_a_solid_angle(corners):
+    """They lie inside; the solid angle times the mean of their cosines above the horizon is Lambert's
+    factor times π, and that of an octant is π/2."""
+    count, corners = 40_000, np.array(corners, float)
+    xi = np.random.default_rng(3).random((2, count))
+    total, direction = uniform_toward([np.repeat(c[:, None], count, 1) for c in corners], xi)
+    assert np.linalg.norm(direction, axis=0) == pytest.approx(1, abs=1e-9)
+    plane = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+    place = direction * (plane @ corners[0] / (plane @ direction))
+    for a, b in zip(corners, np.roll(corners, -1, axis=0)):
+        inside = np.cross(b - a, place.T - a) @ plane
+        assert inside.min() > -1e-6 * (plane @ plane)
+    value = total * np.maximum(direction[2], 0)
+    expected = np.pi * polygon_form_factor(np.zeros((1, 3)), UP[None], list(corners))[0]
+    assert value.mean() == pytest.approx(expected, abs=4 * value.std() / np.sqrt(count) + 1e-12)
+    if len(corners) == 3 and corners[0, 0] == 1 and corners[1, 1] == 1:
+        assert total == pytest.approx(np.pi / 2, rel=1e-12)
+
+
+def test_solid_angles_of_nothing_and_of_the_edge():
+    """A triangle without an area, and a plane through the point: no solid angle, no NaN."""
+    for corners in ([[1.0, 0, 0], [2, 0, 0], [3, 0, 0]], [[1.0, 0, 0], [0, 1, 0], [1, 1, 0]]):
+        rays = [np.repeat(np.array(c, float)[:, None], 4, 1) for c in corners]
+        total, direction = uniform_toward(rays, np.full((2, 4), 0.5))
+        assert total == pytest.approx(0, abs=1e-12) and np.isfinite(direction).all()

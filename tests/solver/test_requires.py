@@ -107,7 +107,7 @@ def test_one_channel_gives_what_three_give_in_less_time(monkeypatch):
             self.surface.reflectance[:, :1], self.surface.emission[:, :1], self.surface.area
         )
         narrow = [
-            Lighting(half.direct[:, :1], half.points, half.bounced[:, :1], half.first[:, :1],
+            Lighting(half.direct[:, :1], half.beams[:, :1], half.points, half.bounced[:, :1], half.first[:, :1],
                      half.rays, half.correction[:, :1])
             for half in halves
         ]  # fmt: skip

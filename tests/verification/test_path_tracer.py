@@ -8,7 +8,7 @@ import pytest
 from radiosity_addon.solver.fields import Constant, Texture
 from radiosity_addon.solver.scene import AreaLamp, Material, PointLamp, Scene, Sky, SunLamp
 from verification import exact, meshes
-from verification.build import small_receivers
+from verification.build import Build, small_receivers
 from verification.path_tracer import irradiance
 from verification.random_scenes import FAMILIES
 
@@ -223,3 +223,21 @@ def test_lights_sampled_or_met_by_chance_are_the_same(family):
         means = [getattr(f, name).mean() for f in found]
         noise = [np.linalg.norm(getattr(f, name + "_error").mean(axis=1)) / 8 for f in found]
         assert abs(means[0] - means[1]) <= 4 * np.hypot(*noise), (name, means, noise)
+
+
+def test_what_a_narrow_spot_lights_lights_the_room():
+    """Light Φ that lands anywhere in a closed room of one reflectance ρ and area A: the mean
+    indirect irradiance is Φ ρ / (A (1 − ρ)). Paths that meet the lit dot by chance are rare."""
+    build, cone = Build(), np.radians(2.0)
+    gray = build.material(0.5)
+    build.room((1, 1, 1), gray, gray, gray)
+    lamp = PointLamp("spot", np.array([0.4, 0.6, 0.7]), np.ones(3), 0.0, DOWN, cone, 1e-6)
+    scene, random = build.scene([lamp]), np.random.default_rng(0)
+    count = 2000
+    uv = random.random((count, 2))
+    uv[uv.sum(axis=1) > 1] = 1 - uv[uv.sum(axis=1) > 1]
+    found = irradiance(scene, random.integers(0, 12, count), uv, 50, 1).indirect[:, 0]
+    power = 2 * np.pi * (1 - np.cos(cone / 2))
+    error = found.std() / np.sqrt(count)
+    assert error < 0.03 * power / 6
+    assert found.mean() == pytest.approx(power * 0.5 / (6 * 0.5), abs=4 * error)

@@ -28,6 +28,7 @@ from .relative_error import area_shares, bound_of_most, level_of, mean_over
 BALANCE = 1.5
 DOUBTFUL = 4.0  # ratio of the halves' brightness above which one of them may be all wrong
 LEAST = 1e-20  # of the brightest emission: a typical irradiance is taken to be that much at least
+SIGN_DRAWS = 4  # draws of signs that tell what neighborhoods share from noise
 LEAST_MORE = 1.25  # times the samples of a receiver: it gets none if fewer would do
 DIRECT_SHARE = 0.4  # of the squared error that is allowed; the rest is for gathered light
 
@@ -204,14 +205,15 @@ class ErrorEstimator:
         """Relative error that wide neighbourhoods share: that of the elements.
 
         Averaged widely, the halves' differences have lost nearly all of each receiver's own noise.
-        What it leaves is measured by giving every difference a sign at random, and taken off.
+        What it leaves is measured by giving every difference a sign at random, several times: where
+        one of these leaves as much, nothing is shared (a sign test); else their mean is taken off.
         """
         apart = estimate.apart
-        heads = uniform(apart.shape[:1], len(apart)) < 0.5
-        signs = np.where(heads, np.float32(-1), np.float32(1))[:, None]
-        shared = mean_over(estimate.share, widest(self.lattices, apart) ** 2)
-        own = mean_over(estimate.share, widest(self.lattices, signs * apart) ** 2)
-        return float(np.sqrt(max(shared - 2 * own, 0.0)))
+        shared, *own = (
+            mean_over(estimate.share, widest(self.lattices, signs * apart) ** 2)
+            for signs in (np.float32(1), *(_signs(len(apart), draw) for draw in range(SIGN_DRAWS)))
+        )
+        return float(np.sqrt(max(shared - 2 * np.mean(own), 0.0))) if shared > max(own) else 0.0
 
     def _smoothed(self, lattices, a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> _Part:
         """Halves (count, k · channels) of k parts smoothed alike, and the relative error of the
@@ -286,3 +288,9 @@ class ErrorEstimator:
         share = area_shares(self.project.area)
         level = level_of(self.project.apply((a + b) / 2), share)
         return share, self.project.apply(a - b) / (2 * level)
+
+
+def _signs(count: int, draw: int) -> np.ndarray:
+    """(count, 1) float32 of 1 and -1, at random."""
+    heads = uniform((count,), count, draw) < 0.5
+    return np.where(heads, np.float32(-1), np.float32(1))[:, None]

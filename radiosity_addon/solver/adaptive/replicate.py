@@ -12,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..direct.beams import Split, split_beams
 from ..filtering.walls import Walls, find_walls
 from ..gather.lighting import Lighting, add_direct, add_gathered, no_light, place_on
 from ..gather.residual import Residuals, follow_residual, join_residuals
@@ -73,6 +74,7 @@ class Replicate:
 
     number: int  # 0 or 1
     context: Context
+    split: Split
     receivers: Receivers
     footprints: Footprints
     needs: Requirements
@@ -108,7 +110,7 @@ class Replicate:
 
     def solve(self, plan: Plan) -> SolveFigures:
         """Radiosities for ``plan``; what was gathered by others is forgotten."""
-        context, size = self.context, int(plan.elements * SHARE_OF_ELEMENTS[self.number])
+        context, size = self.split.reflected, int(plan.elements * SHARE_OF_ELEMENTS[self.number])
         rays = int(plan.row_rays * SHARE_OF_ROW_RAYS[self.number])
         if not self.needs.reflected:
             return self.take(without_reflection(context, size))
@@ -134,7 +136,7 @@ class Replicate:
             if bias < SMALL_BIAS * self.error:
                 break
             radiosity = divided(
-                self.context, radiosity, chosen, residuals.places, (*key, 15, step)
+                self.split.reflected, radiosity, chosen, residuals.places, (*key, 15, step)
             )
         return radiosity
 
@@ -164,7 +166,7 @@ class Replicate:
 
     def _more_paths(self, radiosity: Radiosity, paths: int, batch: int) -> Residuals:
         return follow_residual(
-            self.context, self.footprints, radiosity, paths, self.context.seed, 11, self.number, batch,
+            self.split.reflected, self.footprints, radiosity, paths, self.context.seed, 11, self.number, batch,
         )
 
     def take(self, radiosity: Radiosity) -> SolveFigures:
@@ -199,10 +201,10 @@ class Replicate:
             self._look_at_receivers()
         if self.needs.explicit:
             for part in direct:
-                add_direct(self.context, self.footprints, self.light, *part, step, self.number)
+                add_direct(self.split, self.footprints, self.light, *part, step, self.number)
         if self.needs.rays:
             self.radiosity, self.lessons = add_gathered(
-                self.context, self.footprints, self.light, self.radiosity, gathered, step,
+                self.split, self.footprints, self.light, self.radiosity, gathered, step,
                 self.number, guide=guide, learns=learn,
             )
         if self.needs.reflected and self.residuals is None:
@@ -222,7 +224,7 @@ class Replicate:
         if turned is not None:
             known &= ~turned
         some = np.flatnonzero(known)
-        arriving = light.direct[some] / np.maximum(light.points[some], 1)
+        arriving = (light.direct[some] - light.beams[some]) / np.maximum(light.points[some], 1)
         arriving += (light.bounced[some] + light.first[some]) / light.rays[some]
         self.radiosity = self.radiosity.with_gathered(
             self.solved, some, self.reflectance[some] * arriving, light.rays[some, 0]
@@ -266,7 +268,8 @@ def build_replicate(scene, receivers, settings, threads: int) -> Replicate:
     needs = requirements_of(context, settings.passes)
     if needs.reflected:
         context.crossings  # found now: the first half counts the rays for both
-    return Replicate(1, context, receivers, footprints, needs, settings.target_error)
+    split = split_beams(context)
+    return Replicate(1, context, split, receivers, footprints, needs, settings.target_error)
 
 
 class ReplicateLost(RuntimeError):

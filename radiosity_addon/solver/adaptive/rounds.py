@@ -119,7 +119,7 @@ class Rounds:
         """Two independent solves, of which the second may still be under way. The plan they were
         made for is finer than ``plan`` where such solves were kept."""
         keeps = self.kept is not None and self.first.needs.reflected
-        found = self.kept.find(self.first.context, plan, self.first.error) if keeps else None
+        found = self.kept.find(self.first.split.reflected, plan, self.first.error) if keeps else None
         if found:
             plan, (one, other) = found
             self.second.ask("take", other)

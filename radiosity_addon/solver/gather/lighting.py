@@ -7,9 +7,9 @@ from math import gcd
 
 import numpy as np
 
+from ..direct.beams import Split
 from ..direct.irradiance import direct_light
 from ..geometry.footprints import Footprints
-from ..lights.context import Context
 from ..sampling.guide import Guide
 from ..sampling.points import footprint_points
 from ..sampling.sobol import uniform
@@ -26,6 +26,7 @@ class Lighting:
     """Sums (count, channels) and their numbers of samples (count, 1), filled in place."""
 
     direct: np.ndarray
+    beams: np.ndarray  # the part of ``direct`` that beams bring
     points: np.ndarray
     bounced: np.ndarray
     first: np.ndarray
@@ -59,7 +60,7 @@ class Lighting:
 
 def no_light(count: int, channels: int) -> Lighting:
     """Nothing summed yet."""
-    widths = (channels, 1, channels, channels, 1)
+    widths = (channels, channels, 1, channels, channels, 1)
     sums = (np.zeros((count, width)) for width in widths)
     return Lighting(*sums, np.zeros((count, channels), np.float32))
 
@@ -85,23 +86,28 @@ def _add(sums: np.ndarray, owners: np.ndarray, values: np.ndarray) -> None:
         sums[owners, channel] += values[:, channel]
 
 
-def add_direct(context: Context, footprints, lighting: Lighting, owners, per: int, *key) -> None:
+def add_direct(split: Split, footprints, lighting: Lighting, owners, per: int, *key) -> None:
     """Add ``per`` points of explicit light to each of ``owners`` (k,) int."""
-    key = (context.seed, 20, *key)
+    key = (split.rest.seed, 20, *key)
     owners = _simple_first(footprints, owners)
     place = place_on(footprints, owners, per, *key)
-    irradiance, _ = direct_light(context, len(owners), per, place, key, "gather")
+    irradiance, _ = direct_light(split.rest, len(owners), per, place, key, "gather")
+    if split.beams is not None:
+        light, _ = direct_light(split.beams, len(owners), per, place, (*key, 1), "gather")
+        _add(lighting.beams, owners, per * light)
+        irradiance += light
     _add(lighting.direct, owners, per * irradiance)
     lighting.points[owners] += per
 
 
 def add_gathered(
-    context: Context, footprints, lighting: Lighting, radiosity: Radiosity, parts, *key,
+    split: Split, footprints, lighting: Lighting, radiosity: Radiosity, parts, *key,
     learns: bool = False, guide: Guide | None = None,
 ) -> tuple[Radiosity, list]:
     """Add gathered rays: ``parts`` are [(owners (k,) int, rays of each)]. A ray that a guide aimed
     counts as many as it is worth. Returns the radiosity, with that of all that the rays met, and
-    lessons where somebody ``learns``."""
+    lessons where somebody ``learns``. What beams' spots bring is added point by point."""
+    context = split.reflected
     key, lessons, unseen = (context.seed, 21, *key), [], []
     for owners, rays in parts:
         own_key, owners = (*key, rays), _simple_first(footprints, owners)
@@ -113,7 +119,11 @@ def add_gathered(
         worth = np.full((len(owners), 1), rays, float)
         if guide is not None:
             worth *= guide.worth[guide.cluster[owners]][:, None]
-        _add(lighting.bounced, owners, worth * found.bounced)
+        bounced = found.bounced
+        if split.spots is not None:
+            light, _ = direct_light(split.spots, len(owners), per, place, (*own_key, 7), "gather")
+            bounced = bounced + light
+        _add(lighting.bounced, owners, worth * bounced)
         _add(lighting.first, owners, worth * found.first)
         lighting.rays[owners] += worth
         ends = found.unseen

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..geometry.vectors import columns, dot, size, tangents
 from ..sampling.points import Middles
+from ..sampling.sobol import tangent_frames
 from .cones import ball_form_factor, cone_directions
 from .light_batch import Sample, Unoccluded, chord, combined, in_disc
 from .light_tree import Emitters
@@ -92,6 +93,29 @@ class FacingDiscs:
             return beam[owners] * np.maximum(along, 0) * facing / square**2
 
         return Unoccluded(irradiance, known, segments, value)
+
+    @property
+    def power(self) -> np.ndarray:
+        """(k, channels): 4π·intensity, and of a spot the same with the integral of its beam, a
+        smoothstep, over the directions."""
+        beam = np.where(self.edge < -1, 2.0, 1 - self.edge - self.smooth / 2)
+        return self.color * (2 * np.pi * beam)[:, None]
+
+    def leave(self, which: np.ndarray, xi: np.ndarray):
+        """Where particles leave lamps ``which`` (n,), from ``xi`` (n, 2 or 4) in [0, 1): origins (n, 3),
+        unit directions (n, 3), uniform in the lamps' cones, and the brightness (n,) there. With four
+        numbers they leave the disc across their way, with two its middle."""
+        edge = np.maximum(self.edge[which], -1)
+        z = 1 - (1 - edge) * xi[:, 0]
+        flat, turn = np.sqrt(np.maximum(1 - z**2, 0)), 2 * np.pi * xi[:, 1]
+        local = np.stack([flat * np.cos(turn), flat * np.sin(turn), z], 1)
+        direction = np.einsum("ni,nij->nj", local, tangent_frames(self.axis[which]))
+        origin = self.position[which]
+        if xi.shape[1] > 2:
+            x, y = self.radius[which] * np.stack(in_disc(xi[:, 2], xi[:, 3]))
+            across = tangents(np.ascontiguousarray(direction.T))
+            origin = origin + (x * across[0] + y * across[1]).T
+        return origin, direction, self.beam(which, -direction.T)
 
     def _mean_beam(self, which: int, toward: np.ndarray, normal: np.ndarray, distance: np.ndarray):
         """(n,) a soft spot's beam averaged over its disc, all of it above the horizons of unit

@@ -40,6 +40,11 @@ class Polygons:
         share = np.array([0.5, 1.0, np.pi / 4])[self.shape]
         return share * np.linalg.norm(np.cross(self.u, self.v), axis=1)
 
+    @property
+    def power(self) -> np.ndarray:
+        """(k, channels): π·radiance·area a side."""
+        return self.color * (np.pi * self.area * (1 + self.two_sided))[:, None]
+
     def middle(self) -> tuple[np.ndarray, np.ndarray]:
         """Centres (k, 3) and radii (k,) of spheres around the lights."""
         return self._spheres

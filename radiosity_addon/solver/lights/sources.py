@@ -63,6 +63,44 @@ class Sources:
             self, kinds=tuple(replace(k, color=k.color[:, :channels]) for k in self.kinds)
         )
 
+    def used(self) -> np.ndarray:
+        """(k,) int: the lights that any point samples."""
+        chosen = [pool.blocks[pool.blocks >= 0] for pool in self.pools]
+        return np.unique(np.concatenate([np.array(self.always, int), *chosen]))
+
+    def without(self, lights: np.ndarray) -> Sources:
+        """The same with no point sampling ``lights`` (k,) int."""
+        always = [light for light in self.always if light not in lights]
+        emitters, pools = join_emitters([kind.emitters() for kind in self.kinds]), []
+        for pool in self.pools:
+            left = np.setdiff1d(pool.blocks[pool.blocks >= 0], lights)
+            if len(left) <= FEW:
+                always += left.tolist()
+            else:
+                pools.append(make_light_pool(left, emitters.take(left)))
+        return replace(self, always=tuple(always), pools=tuple(pools))
+
+    def only(self, lights: np.ndarray) -> Sources:
+        """The same with every point sampling ``lights`` (k,) int and no others."""
+        return replace(self, always=tuple(int(light) for light in lights), pools=())
+
+    def and_polygons(self, polygons: Polygons) -> Sources:
+        """With ``polygons`` (k lights), which light all objects and are shaded by all."""
+        number, nothing = np.arange(len(polygons.color)), np.zeros(len(polygons.color), int)
+        sources = replace(
+            self,
+            kinds=(*self.kinds, polygons),
+            kind=np.concatenate([self.kind, nothing + len(self.kinds)]),
+            place=np.concatenate([self.place, number]),
+            link=np.concatenate([self.link, nothing]),
+            block=np.concatenate([self.block, nothing]),
+        )
+        added = self.count + number
+        if len(added) <= FEW:
+            return replace(sources, always=(*self.always, *added.tolist()))
+        pool = make_light_pool(added, polygons.emitters())
+        return replace(sources, pools=(*self.pools, pool))
+
     def brightest(self) -> float:
         """The largest colour component of any light."""
         return max((float(kind.color.max()) for kind in self.kinds), default=0.0)

@@ -1,0 +1,161 @@
+"""Beams: spots whose light falls on so little of the surface that points spread over it may all miss it.
+
+Particles that leave the lamps find what they light. It shines as a flat light of its own, so that what
+a beam's reflection lights is sampled as other direct light is, and no ray has to find a dot.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..geometry.vectors import tangents
+from ..lights.context import Context
+from ..lights.facing_discs import FacingDiscs
+from ..lights.flat_shapes import ELLIPSE
+from ..lights.polygons import Polygons
+from ..sampling.sobol import sobol
+from .transmission import followed
+
+TRIAL = 64  # particles of each spot that find how much of the surface it lights
+NARROW = 2e-3  # of all surface: a spot that lights less is a beam
+LANDED = 0.25  # of a spot's particles, at least: of one that shines past the scene too few would tell
+STEEPEST = 0.05  # cosine of incidence, at least, where the lit area is judged
+PARTICLES = 4096  # of each beam
+FAINT = 0.01  # of what a beam's reflection brings: a plane that reflects less is left out
+ALIKE = 1e4  # per unit of normals and of their planes' heights: what lies in one plane agrees so well
+SMALLEST = 1e-5  # half axes of an ellipse [unit box], at least
+
+
+@dataclass(frozen=True)
+class Split:
+    """One scene under some of its lights: ``rest``, all but the beams; ``beams`` alone; ``spots``, what
+    the beams' first reflection makes, alone, None where there are none; and ``reflected``, the rest and
+    the spots, which are what surfaces are lit by that reflect."""
+
+    rest: Context
+    beams: Context | None
+    spots: Context | None
+    reflected: Context
+
+
+def split_beams(context: Context) -> Split:
+    """The scene of a context with its beams apart."""
+    beams = find_beams(context)
+    if len(beams) == 0:
+        return Split(context, None, None, context)
+    sources, polygons = context.sources, beam_spots(context, beams)
+    rest = replace(context, sources=sources.without(beams))
+    alone = replace(context, sources=sources.only(beams))
+    if polygons is None:
+        return Split(rest, alone, None, rest)
+    spots = sources.only(beams[:0]).and_polygons(polygons)
+    both = rest.sources.and_polygons(polygons)
+    return Split(rest, alone, replace(context, sources=spots), replace(context, sources=both))
+
+
+def find_beams(context: Context) -> np.ndarray:
+    """(k,) int: the lights that are beams. None are in scenes with objects that diffuse rays or
+    shadows do not meet: particles would."""
+    scene, sources = context.scene, context.sources
+    for met in (scene.casts_shadow, scene.visible):
+        if met is not None and not met.all():
+            return np.zeros(0, int)
+    used = sources.used()
+    used = used[sources.block[used] == 0]
+    found = [_beams_of(context, kind, used[sources.kind[used] == number])
+             for number, kind in enumerate(sources.kinds) if isinstance(kind, FacingDiscs)]  # fmt: skip
+    return np.concatenate([np.zeros(0, int), *found])
+
+
+def _beams_of(context: Context, kind: FacingDiscs, lights: np.ndarray) -> np.ndarray:
+    """Those of the ``lights`` (n,) int of one kind."""
+    place = context.sources.place
+    spots = lights[kind.edge[place[lights]] > -1]
+    if len(spots) == 0:
+        return spots
+    which = np.repeat(place[spots], TRIAL)
+    origin, direction, _ = kind.leave(which, np.tile(sobol(TRIAL, 2, 64), (len(spots), 1)))
+    origin, direction = (np.ascontiguousarray(a, np.float32) for a in (origin, direction))
+    hits = context.tracer.intersect(origin, direction)
+    met = hits.triangle >= 0
+    normal = context.geometry.normal[hits.triangle[met]]
+    cosine = np.abs(np.einsum("ij,ij->i", normal, direction[met]))
+    across = np.zeros(len(which))
+    across[met] = hits.distance[met] ** 2 / np.maximum(cosine, STEEPEST)
+    angle = 2 * np.pi * (1 - kind.edge[place[spots]])
+    lit = angle * across.reshape(len(spots), TRIAL).mean(axis=1)
+    lit += np.pi * kind.radius[place[spots]] ** 2
+    landed = met.reshape(len(spots), TRIAL).mean(axis=1)
+    return spots[(landed > LANDED) & (lit < NARROW * context.geometry.area.sum())]
+
+
+def beam_spots(context: Context, beams: np.ndarray) -> Polygons | None:
+    """The first reflection of ``beams`` (k,) int as flat lights: an ellipse on each plane that a beam
+    lights, with the mean place and the spread of the particles that land there, and their power.
+    None where nothing is reflected."""
+    found = [spot for light in beams for spot in _spots_of(context, light)]
+    if not found:
+        return None
+    return Polygons(*(np.array(column) for column in zip(*found)))
+
+
+def _spots_of(context: Context, light: int):
+    """Rows of Polygons: what a beam makes."""
+    place, normal, power = _landed(context, light)
+    level = power.mean(axis=1)
+    if level.sum() <= 0:
+        return
+    facing = np.rint(ALIKE * np.column_stack([normal, (place * normal).sum(axis=1)])).astype(int)
+    plane = np.unique(facing, axis=0, return_inverse=True)[1].reshape(-1)
+    share = np.bincount(plane, level) / level.sum()
+    kept = share > FAINT
+    for number in np.flatnonzero(kept):
+        mine = plane == number
+        total = power[mine].sum(axis=0) / share[kept].sum()
+        yield _ellipse(place[mine], normal[mine][0], level[mine], total)
+
+
+def _ellipse(place: np.ndarray, normal: np.ndarray, level: np.ndarray, power: np.ndarray):
+    """A row of Polygons of ``power`` (channels,): an even ellipse whose second moments are those of
+    places (n, 3) with weights ``level`` (n,) on one plane. Along a half axis a they are a² / 4."""
+    weight = level / level.sum()
+    middle = weight @ place
+    axes = np.stack(tangents(normal[:, None]))[:, :, 0]
+    flat = (place - middle) @ axes.T
+    moments, turn = np.linalg.eigh((weight[:, None] * flat).T @ flat)
+    half = np.maximum(2 * np.sqrt(np.maximum(moments, 0)), SMALLEST)
+    u, v = (2 * h * (t @ axes) for h, t in zip(half, turn.T))
+    area = np.pi * half.prod()
+    return (
+        power / (np.pi * area), ELLIPSE, middle - (u + v) / 2, u, v, normal, False, np.pi, 1.0, 0.0,
+        -1, np.zeros((3, 2)),
+    )  # fmt: skip
+
+
+def _landed(context: Context, light: int):
+    """Places (n, 3) where particles of a beam landed, normals of the sides (n, 3), and the power
+    (n, channels) that is reflected there."""
+    kind, place = context.sources.named(light)
+    xi = sobol(PARTICLES, 4, context.seed, 65, light)
+    origin, direction, beam = kind.leave(np.full(PARTICLES, place), xi)
+    power = kind.color[place] * (2 * np.pi * (1 - kind.edge[place]) / PARTICLES * beam)[:, None]
+    origin, direction = (np.ascontiguousarray(a, np.float32) for a in (origin, direction))
+    first = context.tracer.intersect(origin, direction)
+    met = [(np.arange(PARTICLES), first, 1.0)]
+    if context.transmits.any():
+        met += followed(context, origin, direction, first)
+    parts = []
+    for rays, hits, weight in met:
+        some = np.flatnonzero(hits.triangle >= 0)
+        triangle, front = hits.triangle[some], hits.front[some]
+        uv = np.stack([hits.u[some], hits.v[some]], 1).astype(float)
+        back = context.reflectance(triangle, uv, front) * power[rays[some]]
+        back *= weight if np.ndim(weight) == 0 else weight[some]
+        dark = context.sources.unlinked(light, context.scene, triangle)
+        if dark is not None:
+            back[dark] = 0
+        normal = np.where(front[:, None], 1, -1) * context.geometry.normal[triangle]
+        parts.append((context.geometry.at(triangle, uv), normal, back))
+    return tuple(np.concatenate(part) for part in zip(*parts))
