@@ -84,13 +84,28 @@ class Estimate:
 
 @dataclass(frozen=True)
 class _Part:
-    """Smoothed halves (count, k · channels) of k kinds of light, and of the error of their mean and
-    sum: a sample (count, channels), and its square (count,), mean over channels."""
+    """Smoothed halves (count, k · channels) of k kinds of light; half their difference, summed over the
+    kinds (count, channels); what the smoothing's error is more than noise, its square (count,), summed
+    over channels; and (count,) whether it smoothed at all. All but the halves are relative."""
 
     a: np.ndarray
     b: np.ndarray
-    sample: np.ndarray
-    square: np.ndarray
+    apart: np.ndarray
+    bias: np.ndarray
+    touched: np.ndarray
+
+    def error(self, share: np.ndarray, level: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """A sample (count, channels) of the error, and its square (count,), mean over channels, relative
+        to what ``level`` (count, 1) times it was. What the halves' difference does not show is taken
+        to be spread over the surface as what it does, and to be no less."""
+        sample, channels = level * self.apart, self.apart.shape[1]
+        noise, bias = row_squares(sample), level[:, 0] ** 2 * self.bias
+        least = BALANCE * noise * self.touched
+        if mean_over(share, bias) < mean_over(share, least):
+            bias = least
+        square = (noise + bias) / channels
+        shown, whole = mean_over(share, noise) / channels, mean_over(share, square)
+        return sample * np.float32(np.sqrt(whole / shown) if shown > 0 else 1.0), square
 
 
 @dataclass(frozen=True)
@@ -131,16 +146,15 @@ class ErrorEstimator:
         ]
         (one_direct, one_indirect), (two_direct, two_indirect) = light
         level /= self._level([self._radiance(*half, unit) for half in light])
+        share = self.surface.share
+        samples, found = zip(*(part.error(share, level) for part in (shadows, gathered)))
         shadow_square, gather_square = map_chunks(
-            lambda part: self._pooled(lattices, part.square * level[:, 0] ** 2),
-            [shadows, gathered],
-            self.threads,
+            lambda square: self._pooled(lattices, square), found, self.threads,
             lambda fraction: None,
-        )
+        )  # fmt: skip
         if self.project is None:
-            share = self.surface.share
             square = mean_over(share, shadow_square) + mean_over(share, gather_square)
-            sample = level * (shadows.sample + gathered.sample)
+            sample = sum(samples)
         else:
             share, sample = self._projected([self._radiance(*half, unit) for half in light])
             square = mean_over(share, sample**2)
@@ -216,25 +230,14 @@ class ErrorEstimator:
         return float(np.sqrt(max(shared - 2 * np.mean(own), 0.0))) if shared > max(own) else 0.0
 
     def _smoothed(self, lattices, a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> _Part:
-        """Halves (count, k · channels) of k parts smoothed alike, and the relative error of the
-        mean of the parts' sum. ``weight`` (count, k · channels): from light to relative error.
-
-        What the halves' difference does not show is taken to be spread over the surface as what it
-        does.
-        """
+        """Halves (count, k · channels) of k parts smoothed alike. ``weight`` (count, k · channels):
+        from light to relative error."""
         smoothed = smooth(lattices, a, b, weight, self.threads)
         apart = weight * (smoothed.a - smoothed.b) / 2
         bias = smoothed.square - 2 * row_squares(apart)  # error less noise
-        share, channels = self.surface.share, self.surface.reflectance.shape[1]
-        sample = sum(apart[:, k : k + channels] for k in range(0, apart.shape[1], channels))
-        noise = row_squares(sample)  # parts share rays
-        least = BALANCE * noise * smoothed.touched
-        if mean_over(share, bias) < mean_over(share, least):
-            bias = least
-        square = (noise + bias) / channels
-        shown, whole = mean_over(share, noise) / channels, mean_over(share, square)
-        sample *= np.float32(np.sqrt(whole / shown) if shown > 0 else 1.0)
-        return _Part(smoothed.a, smoothed.b, sample, square)
+        channels = self.surface.reflectance.shape[1]
+        both = sum(apart[:, k : k + channels] for k in range(0, apart.shape[1], channels))
+        return _Part(smoothed.a, smoothed.b, both, bias, smoothed.touched)  # parts share rays
 
     def _pooled(self, lattices, square: np.ndarray) -> np.ndarray:
         """(count,) squared errors averaged with those around, by area, as two halves of one
