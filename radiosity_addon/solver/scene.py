@@ -133,6 +133,6 @@ class Scene:
     warnings: tuple[str, ...] = field(default=())
 
 
-def used_sides(scene: Scene, triangles=slice(None)) -> list[Material]:
+def used_sides(scene: Scene, triangles: np.ndarray | slice = slice(None)) -> list[Material]:
     """``sides`` of the materials that some of the triangles have."""
     return sides(tuple(scene.materials[i] for i in np.unique(scene.material[triangles])))

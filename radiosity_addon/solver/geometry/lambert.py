@@ -6,13 +6,15 @@ Lambert 1760, Photometria; in this vector form Baum, Rushmeier & Winget
 
 from __future__ import annotations
 
+from typing import Sequence
+
 import numpy as np
 
 from .vectors import columns, cross, dot
 
 
 def polygon_form_factor(
-    position: np.ndarray, normal: np.ndarray, polygon
+    position: np.ndarray, normal: np.ndarray, polygon: Sequence[np.ndarray]
 ) -> np.ndarray:
     """(n,) float64: form factor from points (n, 3) with unit normals (n, 3) to a convex polygon.
 

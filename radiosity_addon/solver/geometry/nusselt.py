@@ -176,7 +176,9 @@ def _chosen(area: np.ndarray, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return sector, np.clip(level - before, 0, area[sector, columns])
 
 
-def _azimuth(outer, inner, width, target, area):
+def _azimuth(
+    outer: np.ndarray, inner: np.ndarray, width: np.ndarray, target: np.ndarray, area: np.ndarray
+):
     """Turns (n,) behind the sector's start by which the area has grown to ``target``, from that of
     a radial width that is linear in the azimuth; and inner and outer r² there."""
     one, none = np.ones(len(width)), np.zeros(len(width))
@@ -197,14 +199,17 @@ def _azimuth(outer, inner, width, target, area):
     return turn, low, high
 
 
-def _excess(outer, inner, turn, target):
+def _excess(outer: np.ndarray, inner: np.ndarray, turn: np.ndarray, target: np.ndarray):
     """(n,) the area up to an azimuth less the ``target``, and inner and outer r² there."""
     place = np.cos(turn), np.sin(turn)
     (far, high), (near, low) = _reached(outer, *place), _reached(inner, *place)
     return far - near - target, low, high
 
 
-def _bracketed(outer, inner, width, target, turn, close):
+def _bracketed(
+    outer: np.ndarray, inner: np.ndarray, width: np.ndarray, target: np.ndarray, turn: np.ndarray,
+    close: np.ndarray,
+):
     """The same turns (n,) where Newton's method from afar fails: its steps, or halves of what is
     left between bounds where they leave it, until the areas are as ``close`` (n,) as they must be."""
     turn, low, high = turn.copy(), np.zeros(len(turn)), width.copy()

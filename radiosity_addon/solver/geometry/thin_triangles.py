@@ -15,7 +15,9 @@ SHARP = np.cos(np.radians(15))
 COINCIDENT = 1e-5  # sine: below, the two are one wall twice, and no distance helps
 
 
-def edge_shrink(triangles: np.ndarray, p0, e1, e2, lift: float) -> np.ndarray:
+def edge_shrink(
+    triangles: np.ndarray, p0: np.ndarray, e1: np.ndarray, e2: np.ndarray, lift: float
+) -> np.ndarray:
     """(n,) float64: how much of each triangle, drawn together about its centroid, points leave out.
 
     ``triangles`` (n, 3) int; ``p0``, ``e1``, ``e2`` (n, 3) as in ``geometry``; ``lift`` in the
@@ -49,7 +51,9 @@ def _edge_pairs(triangles: np.ndarray):
     return a // 3, b // 3, a % 3, b % 3
 
 
-def _from_edge(triangle: np.ndarray, edge: np.ndarray, p0, e1, e2):
+def _from_edge(
+    triangle: np.ndarray, edge: np.ndarray, p0: np.ndarray, e1: np.ndarray, e2: np.ndarray
+):
     """(k, 3) unit direction in the triangle's plane away from its edge, and (k,) its height."""
     origin = p0[triangle]
     corners = np.stack([origin, origin + e1[triangle], origin + e2[triangle]], 1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 
-def linear_place(first, last, xi: np.ndarray) -> np.ndarray:
+def linear_place(first: np.ndarray, last: np.ndarray, xi: np.ndarray) -> np.ndarray:
     """(...) in [0, 1], of a density that goes linearly from ``first`` to ``last``, both >= 0."""
     first, last = np.maximum(first, 0), np.maximum(last, 0)
     root = first + np.sqrt(first * first + xi * ((last - first) * (last + first)))

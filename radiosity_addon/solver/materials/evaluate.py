@@ -9,7 +9,8 @@ from ..scene import Scene
 
 
 def evaluate_material(
-    scene: Scene, quantity: str, triangle: np.ndarray, uv: np.ndarray, front=None
+    scene: Scene, quantity: str, triangle: np.ndarray, uv: np.ndarray,
+    front: np.ndarray | None = None,
 ) -> np.ndarray:
     """(n, 3) float64: ``quantity`` ("reflectance", "emission", "transmittance") at barycentric
     ``uv`` (n, 2) of ``triangle`` (n,), seen from the side that ``front`` (n,) bool tells; None:

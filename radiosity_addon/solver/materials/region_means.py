@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Callable
 
 import numpy as np
 
@@ -33,7 +34,7 @@ class Regions:
     v: np.ndarray  # (n, 2)
     square: bool
 
-    def take(self, chosen) -> Regions:
+    def take(self, chosen: np.ndarray) -> Regions:
         """Some of them."""
         arrays = (self.triangle, self.origin, self.u, self.v)
         return Regions(*(array[chosen] for array in arrays), self.square)
@@ -56,7 +57,7 @@ def footprint_regions(footprints: Footprints, cells: np.ndarray, square: bool) -
     return Regions(footprints.triangle[cells], *corners, square)
 
 
-def footprint_means(mean_of, footprints: Footprints) -> np.ndarray:
+def footprint_means(mean_of: Callable[[Regions], np.ndarray], footprints: Footprints) -> np.ndarray:
     """(count, channels) means over footprints; ``mean_of(regions)`` gives those of their cells."""
     parts = []
     for square in (False, True):

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..fields import Texture, srgb_to_linear
+from ..fields import Field, Texture, srgb_to_linear
 from ..scene import Scene
 from .region_means import FieldMeans, triangle_regions
 from .texture_blocks import one_colored_parts
@@ -75,7 +75,7 @@ def cut(scene: Scene, triangle: np.ndarray, area: np.ndarray) -> tuple[Cells, np
     return join_cells(parts), glowing
 
 
-def _measured(means: FieldMeans, triangle: np.ndarray, corners: np.ndarray, share) -> Cells:
+def _measured(means: FieldMeans, triangle: np.ndarray, corners: np.ndarray, share: float) -> Cells:
     """Cells ``corners`` (n, 3, 2) of triangles (n,), each ``share`` of its triangle."""
     radiance, deviation = means(triangle_regions(triangle, corners))
     n = len(triangle)
@@ -122,7 +122,7 @@ def _one_colored(field: Texture, cells: Cells, area: np.ndarray, limit: float):
     return cells.take(np.flatnonzero(left)), area[left], parts
 
 
-def _depth(field, triangle: np.ndarray) -> np.ndarray:
+def _depth(field: Field, triangle: np.ndarray) -> np.ndarray:
     """(n,) how often triangles (n,) are cut until their parts are as small as texels."""
     if not isinstance(field, Texture):
         return np.full(len(triangle), SMOOTH)

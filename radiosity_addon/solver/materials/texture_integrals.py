@@ -36,7 +36,7 @@ class TextureSums:
     extension: str
     linear: bool
 
-    def means(self, origin, u, v, square: bool) -> np.ndarray:
+    def means(self, origin: np.ndarray, u: np.ndarray, v: np.ndarray, square: bool) -> np.ndarray:
         """(n, p) means over the parallelograms, or triangles, of n regions: ``origin`` (n, 2) and
         edges ``u`` and ``v`` (n, 2), all UV."""
         size = np.array(self.texels.shape[1::-1], float)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Callable
+from typing import Callable, Protocol
 
 import numpy as np
 
@@ -76,6 +76,13 @@ class Points:
         return tangent_axes(self.normal[:1] if flat else self.normal, turn)
 
 
+class PlacePoints(Protocol):
+    """What makes points on some owners, ``chosen`` (k,) int or a slice, when they are asked for;
+    each ``group`` of owners has Sobol sets of its own."""
+
+    def __call__(self, chosen: np.ndarray | slice, group: int, /) -> Points: ...
+
+
 @dataclass(frozen=True)
 class Middles:
     """Owners' points as one place each. All lie within ``half`` of it along each axis; where they
@@ -101,7 +108,7 @@ def masked(chosen: np.ndarray):
     return slice(None) if chosen.all() else np.flatnonzero(chosen)
 
 
-def owned(array: np.ndarray, some) -> np.ndarray:
+def owned(array: np.ndarray, some: np.ndarray | slice) -> np.ndarray:
     """(a, k, ...) what the owners ``some``, (k,) int or a slice of them, have of (a, R, ...)."""
     return array[:, some] if isinstance(some, slice) else np.take(array, some, axis=1)
 
@@ -170,7 +177,9 @@ def _barycentric(corners: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarra
     return s * corners[..., 1, :] + t * corners[..., 2, :] + corners[..., 0, :]
 
 
-def _choose_cells(footprints: Footprints, chosen, level, turn) -> np.ndarray:
+def _choose_cells(
+    footprints: Footprints, chosen: np.ndarray, level: np.ndarray, turn: np.ndarray
+) -> np.ndarray:
     """(per, R) int: a cell of each footprint for each ``level`` (per, 1), by area; each footprint
     shifts the levels by its ``turn`` (R,)."""
     first, last = footprints.start[chosen], footprints.start[chosen + 1]
@@ -180,7 +189,10 @@ def _choose_cells(footprints: Footprints, chosen, level, turn) -> np.ndarray:
     return np.clip(found, first, last - 1)
 
 
-def points_on(geometry: Geometry, triangle, u, v, front, turn) -> Points:
+def points_on(
+    geometry: Geometry, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray,
+    turn: np.ndarray,
+) -> Points:
     """Points at barycentric (u, v) of triangles, (per, R) each, on the side ``front`` tells."""
     shrink = geometry.shrink[triangle][..., None]
     uv = np.stack([u, v], -1).astype(float) * (1 - shrink) + shrink / 3

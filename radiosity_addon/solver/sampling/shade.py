@@ -11,6 +11,7 @@ Stein 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Callable
 
 import numpy as np
 
@@ -29,11 +30,11 @@ class Shade:
     smooth: np.ndarray | None  # (per, R, 3) float32 unit: before maps; None: there are none
     height: np.ndarray  # (per, R) float32: of the rounded surface over the points
 
-    def take(self, some) -> Shade:
+    def take(self, some: np.ndarray | slice) -> Shade:
         """Of some owners, (k,) int or a slice."""
         return self._each(lambda array: array[:, some])
 
-    def rows(self, some) -> Shade:
+    def rows(self, some: np.ndarray | slice) -> Shade:
         """Of some of the points that are taken together."""
         return self._each(lambda array: array[some])
 
@@ -73,18 +74,20 @@ class Shade:
         up = self.normal if self.smooth is None else self.smooth
         return origins + (part * self.height)[:, None] * up
 
-    def _each(self, change) -> Shade:
+    def _each(self, change: Callable[[np.ndarray], np.ndarray]) -> Shade:
         values = (getattr(self, field.name) for field in fields(self))
         return Shade(*(None if value is None else change(value) for value in values))
 
 
-def shade_of_cells(shading: CellShading | None, true, cell, shape) -> Shade | None:
+def shade_of_cells(
+    shading: CellShading | None, true: np.ndarray, cell: np.ndarray, shape: tuple[int, int]
+) -> Shade | None:
     """Of points (per, R) ``shape`` on cells (R,) or (per, R); ``true`` (n_cells, 3) are the
     triangles' normals. None where no cell is turned."""
     if shading is None or not shading.turned[cell].any():
         return None
 
-    def spread(values):
+    def spread(values: np.ndarray):
         return np.broadcast_to(np.take(values, cell, axis=0), shape + values.shape[1:])
 
     return Shade(

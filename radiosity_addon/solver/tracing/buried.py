@@ -15,7 +15,7 @@ from ..geometry.triangles import OFFSET, Geometry
 from ..receivers import Receivers
 from ..scene import Scene
 from .closed_meshes import DIRECTIONS
-from .contacts import find_contacts, meets_cell
+from .contacts import Contacts, find_contacts, meets_cell
 from .crossings import Crossings
 from .embree import Tracer
 from .solids import Solids, find_solids
@@ -91,7 +91,9 @@ def without_buried(
     return _kept(surroundings, receivers, hidden, cut, part[~buried], corners[~buried])
 
 
-def _hidden_cells(surroundings: Surroundings, receivers: Receivers, contacts) -> np.ndarray:
+def _hidden_cells(
+    surroundings: Surroundings, receivers: Receivers, contacts: Contacts
+) -> np.ndarray:
     """(n_cells,) bool: cells that are buried as a whole, if no line touches them. No line meets
     some of the squares of cells: there one that is open stands for all. Where it is buried each is
     looked at, as a box may stand on a part of them without any line."""
@@ -114,7 +116,7 @@ def _middles(receivers: Receivers) -> np.ndarray:
     return np.where(receivers.square[:, None], *whole)
 
 
-def _cut_along(crossings: Crossings, receivers: Receivers, contacts):
+def _cut_along(crossings: Crossings, receivers: Receivers, contacts: Contacts):
     """(m,) int: the cells that lines touch; (k,) int cells and (k, 3, 2) corners of their parts."""
     order = np.lexsort([contacts.line, contacts.cell])
     line, cell = contacts.line[order], contacts.cell[order]
@@ -161,7 +163,10 @@ def _halved(corners: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.nda
     return np.concatenate(pieces), np.concatenate([whole, some, some, some])
 
 
-def _kept(surroundings: Surroundings, receivers: Receivers, hidden, cut, part, corners):
+def _kept(
+    surroundings: Surroundings, receivers: Receivers, hidden: np.ndarray, cut: np.ndarray,
+    part: np.ndarray, corners: np.ndarray,
+):
     """Receivers of the cells that are neither ``hidden`` (n_cells,) bool nor ``cut`` (m,) int, and
     of the open parts, of cells ``part`` (k,), with ``corners`` (k, 3, 2); and which have none."""
     scale = surroundings.geometry.area

@@ -66,7 +66,10 @@ def find_contacts(crossings: Crossings, receivers: Receivers, threads: int = 1) 
     return Contacts(line, cell, square, met)
 
 
-def shares_above(geometry: Geometry, crossings: Crossings, receivers: Receivers, line, cell):
+def shares_above(
+    geometry: Geometry, crossings: Crossings, receivers: Receivers, line: np.ndarray,
+    cell: np.ndarray,
+):
     """(k,) float64: how much of the cells (k,) lies above the plane of what makes the lines (k,).
     """
     corners, other = receivers.corners[cell], crossings.other[line]

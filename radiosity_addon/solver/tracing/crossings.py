@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..geometry.triangles import OFFSET, Geometry
-from ..workers.parallel import map_chunks, ranges
+from ..workers.parallel import Tick, map_chunks, ranges
 from .embree import Tracer
 
 REACH = 4 * OFFSET  # nearer than this triangles touch
@@ -48,7 +48,7 @@ class Crossings:
         return self.take(self.across & (np.ptp(self.height, axis=1) > least))
 
 
-def find_crossings(geometry: Geometry, tracer: Tracer, threads: int, tick) -> Crossings:
+def find_crossings(geometry: Geometry, tracer: Tracer, threads: int, tick: Tick) -> Crossings:
     """All of a mesh; those found first where there are more than MOST."""
     whole = np.flatnonzero(geometry.area > 0)
     longest = np.sqrt(np.maximum((geometry.e1**2).sum(1), (geometry.e2**2).sum(1)))
@@ -113,7 +113,9 @@ def _verified(geometry: Geometry, triangle: np.ndarray, other: np.ndarray) -> Cr
     return Crossings(triangle[met], height[met], ends[met], other[met], across[met])
 
 
-def _on_edge(geometry: Geometry, triangle, other, height: np.ndarray) -> np.ndarray:
+def _on_edge(
+    geometry: Geometry, triangle: np.ndarray, other: np.ndarray, height: np.ndarray
+) -> np.ndarray:
     """(n,) bool: the others (n,) rise over triangles (n,) from an edge of theirs, and are no
     neighbours there in a mesh that bends."""
     level = np.sort(np.abs(height), axis=1)
@@ -144,7 +146,9 @@ def _line(height: np.ndarray) -> np.ndarray:
     return place[crossed].reshape(-1, 2, 2)  # two of the three edges, always
 
 
-def _extent(geometry: Geometry, triangle, other, axis) -> tuple[np.ndarray, np.ndarray]:
+def _extent(
+    geometry: Geometry, triangle: np.ndarray, other: np.ndarray, axis: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Along ``axis`` (n, 3), where the others (n,) lie within REACH of the triangles' planes:
     (n,) from and to, from > to where they do not."""
     corners = geometry.vertices[geometry.triangles[other]]

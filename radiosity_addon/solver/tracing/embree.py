@@ -96,7 +96,9 @@ class Tracer:
             triangle = self._chosen[triangle]
         return Hits(triangle, found["u"], found["v"], found["tfar"], front)
 
-    def clear(self, origins: np.ndarray, segments: np.ndarray, lengths=None) -> np.ndarray:
+    def clear(
+        self, origins: np.ndarray, segments: np.ndarray, lengths: float | np.ndarray | None = None
+    ) -> np.ndarray:
         """(n,) bool: nothing lies on ``origin + t·segment``, 0 < t < ``lengths`` (default 1).
 
         ``lengths`` may be np.inf for rays that leave the scene.

@@ -8,11 +8,28 @@ from __future__ import annotations
 import os
 from collections import deque
 from concurrent.futures import ThreadPoolExecutor
-from typing import Callable, Iterable
+from typing import Iterable, Protocol, TypeVar
 
 # To be set before NumPy is imported: BLAS's own threads would spin beside the ones here, and the
 # rounding of its sums would depend on how many cores a machine has.
 BLAS_ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1"}
+
+
+Chunk = TypeVar("Chunk", contravariant=True)
+Result = TypeVar("Result", covariant=True)
+
+
+class Work(Protocol[Chunk, Result]):
+    """What a worker does with a chunk: any chunk, at any time, on any thread. What it gives follows
+    from the chunk alone, so that any number of workers agrees."""
+
+    def __call__(self, chunk: Chunk, /) -> Result: ...
+
+
+class Tick(Protocol):
+    """Told the fraction of the chunks that are done, in [0, 1]; may raise to stop."""
+
+    def __call__(self, fraction: float, /) -> None: ...
 
 
 def thread_count(threads: int) -> int:
@@ -23,10 +40,11 @@ def thread_count(threads: int) -> int:
     return len(available(0)) if available else os.cpu_count() or 1
 
 
-def map_chunks(function: Callable, chunks: Iterable, threads: int, tick: Callable) -> list:
+def map_chunks(
+    function: Work[Chunk, Result], chunks: Iterable[Chunk], threads: int, tick: Tick
+) -> list[Result]:
     """``[function(chunk) for chunk in chunks]``; ``tick(fraction)`` after each, may raise to stop.
 
-    A chunk's result must depend on the chunk alone, so that any number of threads agrees.
     At most two chunks a thread are in flight, so that stopping is quick.
     """
     chunks = list(chunks)
@@ -52,7 +70,7 @@ def map_chunks(function: Callable, chunks: Iterable, threads: int, tick: Callabl
     return results
 
 
-def _ticked(result, tick: Callable, index: int, total: int):
+def _ticked(result: Result, tick: Tick, index: int, total: int) -> Result:
     tick((index + 1) / total)
     return result
 
