@@ -122,7 +122,7 @@ def _from_points(context: Context, light: int, points: Points, some, xi, dark) -
     which = place if points.shape[0] > 1 else np.full(len(position), place)
     sample = kind.sample(which, position.astype(float), normal.astype(float), xi)
     if dark is not None:
-        sample.darken(dark[:, some].ravel())
+        sample = sample.darkened(dark[:, some].ravel())
     blockers = context.blockers[context.sources.block[light]]
     color = kind.color[place]
     if sample.surface is not None:

@@ -48,7 +48,7 @@ def _from_chosen(context: Context, points: Points, middles: Middles, key):
             triangle = points.triangle.ravel()[rows]
             dark = context.sources.unlinked(light[rows], context.scene, triangle)
             if dark is not None:
-                sample.darken(dark)
+                sample = sample.darkened(dark)
             origins = points.position.reshape(-1, 3)[rows]
             shade = points.shade and points.shade.together().rows(rows)
             blockers = context.blockers[0]  # all block

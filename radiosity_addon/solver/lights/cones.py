@@ -16,7 +16,9 @@ from ..geometry.vectors import cross, size, tangents
 STEPS = 5  # of Newton's method [iterations]: solve Kepler's equation to 1e-6
 
 
-def cone_directions(axis, normal, slope, square, xi):
+def cone_directions(
+    axis: np.ndarray, normal: np.ndarray, slope: np.ndarray, square: np.ndarray, xi: np.ndarray
+):
     """(3, n) unit directions in cones about unit ``axis`` (3, n) of half angles σ, ``square`` (n,)
     sin²σ, from ``xi`` (2, n) in [0, 1); and (n,) irradiance over density at ``normal`` (3, n), per
     π sin²σ of radiance 1: where the whole cone is above the horizon, the ``slope`` (n,) of its

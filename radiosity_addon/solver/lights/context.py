@@ -17,6 +17,7 @@ from ..scene import Scene, sides, used_sides
 from ..tracing.blockers import Blockers, build_blockers, trace_visible
 from ..tracing.crossings import Crossings, find_crossings
 from ..tracing.embree import Tracer
+from ..workers.parallel import Tick
 from .convex import is_unobstructed
 from .sky import Skylight, split_sky
 from .sky_spots import sky_spots
@@ -69,21 +70,25 @@ class Context:
         tracers = [self.tracer, *(t for b in self.blockers for t in (b.shadow, b.veil) if t)]
         return list({id(tracer): tracer for tracer in tracers}.values())
 
-    def tick(self, stage: str):
+    def tick(self, stage: str) -> Tick:
         """A function of the fraction done that reports it for ``stage``."""
         return lambda fraction: self.progress(stage, fraction)
 
-    def reflectance(self, triangle: np.ndarray, uv: np.ndarray, front=None) -> np.ndarray:
+    def reflectance(
+        self, triangle: np.ndarray, uv: np.ndarray, front: np.ndarray | None = None
+    ) -> np.ndarray:
         """(n, channels) float64 at barycentric uv (n, 2) of triangles (n,), of the side that
         ``front`` (n,) bool tells; None: of the fronts."""
         return np.clip(self._evaluate("reflectance", triangle, uv, front), 0, 1)
 
-    def transmittance(self, triangle: np.ndarray, uv: np.ndarray, front) -> np.ndarray:
+    def transmittance(self, triangle: np.ndarray, uv: np.ndarray, front: np.ndarray) -> np.ndarray:
         """(n, channels) float64 at barycentric uv (n, 2) of triangles (n,) for light that arrives
         where they are seen from the side that ``front`` (n,) bool tells."""
         return np.clip(self._evaluate("transmittance", triangle, uv, front), 0, 1)
 
-    def emission(self, triangle: np.ndarray, uv: np.ndarray, front=None) -> np.ndarray:
+    def emission(
+        self, triangle: np.ndarray, uv: np.ndarray, front: np.ndarray | None = None
+    ) -> np.ndarray:
         """(n, channels) float64 radiance in the context's unit, of the side that ``front`` (n,)
         bool tells; None: of the fronts."""
         return np.maximum(self._evaluate("emission", triangle, uv, front), 0) / self.unit
@@ -99,7 +104,9 @@ class Context:
         mean, _ = material_means(self.scene, "reflectance", regions)
         return np.clip(mean[:, : self.channels], 0, 1)
 
-    def _evaluate(self, quantity: str, triangle, uv, front=None) -> np.ndarray:
+    def _evaluate(
+        self, quantity: str, triangle: np.ndarray, uv: np.ndarray, front: np.ndarray | None = None
+    ) -> np.ndarray:
         found = evaluate_material(self.scene, quantity, triangle, uv, front)
         return found[:, : self.channels]
 

@@ -43,7 +43,10 @@ def is_unobstructed(geometry: Geometry, sources: Sources) -> bool:
     return True
 
 
-def _one_sided(geometry: Geometry, triangles, points, margins, toward, sine) -> bool:
+def _one_sided(
+    geometry: Geometry, triangles: np.ndarray, points: np.ndarray, margins: np.ndarray,
+    toward: np.ndarray, sine: np.ndarray,
+) -> bool:
     """Whether each triangle's plane has all points (k, 3), spheres of radius ``margins`` (k,), and
     all suns (m, 3) on one of its sides."""
     normal = geometry.normal[triangles]

@@ -36,7 +36,7 @@ class FacingDiscs:
         return self.position, self.radius
 
     def sample(
-        self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
+        self, which: int | np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
     ) -> Sample:
         """Sample the disc of the lamp's radius r that faces the point, as Cycles' soft lamps do.
 
@@ -80,13 +80,15 @@ class FacingDiscs:
         known &= beam == self.beam(which, unit, slack)
         irradiance = beam * np.maximum(height / distance, 0) / (distance**2 + radius**2)
 
-        def segments(owners, position, s, t):
+        def segments(
+            owners: np.ndarray | slice, position: np.ndarray, s: np.ndarray, t: np.ndarray
+        ):
             if radius == 0:
                 return self.position[which].astype(np.float32) - position
             axes = [radius * axis for axis in tangents(unit[:, owners])]
             return combined(self.position[which], axes, in_disc(s, t), position)
 
-        def value(owners, segments, s, t):
+        def value(owners: np.ndarray | slice, segments: np.ndarray, s: np.ndarray, t: np.ndarray):
             along = np.einsum("pkj,jk->pk", segments, middles.normal[:, owners])
             facing = np.einsum("pkj,jk->pk", segments, unit[:, owners])
             square = np.einsum("pkj,pkj->pk", segments, segments, dtype=float)
@@ -145,7 +147,9 @@ class FacingDiscs:
         result[near] = mean / np.maximum(total, 1e-30)
         return result
 
-    def beam(self, which, unit: np.ndarray, slack=0.0) -> np.ndarray:
+    def beam(
+        self, which: int | np.ndarray, unit: np.ndarray, slack: float | np.ndarray = 0.0
+    ) -> np.ndarray:
         """Cycles' spot: a smoothstep between the cone's edge and its blended inside, for unit
         directions (3, ...) to the sampled point; ``slack`` is added to the cosine with the axis."""
         edge = self.edge[which]
@@ -155,8 +159,10 @@ class FacingDiscs:
         t = np.clip((cosine - edge) / np.maximum(self.smooth[which], 1e-9), 0, 1)
         return np.where(edge < -1, 1.0, t * t * (3 - 2 * t))
 
-    def strength(self, which, place: np.ndarray, normal: np.ndarray, reach) -> np.ndarray:
-        """See ``lights``."""
+    def strength(
+        self, which: np.ndarray, place: np.ndarray, normal: np.ndarray, reach: np.ndarray
+    ) -> np.ndarray:
+        """See ``LightBatch``."""
         kind = place.dtype
         toward = [center[which] - x for center, x in zip(self.position.T.astype(kind), place)]
         square = np.maximum(dot(toward, toward), 1e-30)

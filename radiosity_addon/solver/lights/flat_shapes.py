@@ -20,7 +20,9 @@ def corner_places(shape: int) -> list[tuple[float, float]]:
     return [(0, 0), (1, 0), (0, 1)] if shape == TRIANGLE else [(0, 0), (1, 0), (1, 1), (0, 1)]
 
 
-def places_in(shape, s: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def places_in(
+    shape: int | np.ndarray, s: np.ndarray, t: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """(s, t) uniform in the ``shape``, one or (n,), from those in the unit square."""
     if np.all(shape == RECTANGLE):
         return s, t
@@ -32,7 +34,7 @@ def places_in(shape, s: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return (np.where(fold, 1 - s, s), np.where(fold, 1 - t, t)) if np.any(fold) else (s, t)
 
 
-def each(vectors: np.ndarray, which) -> np.ndarray:
+def each(vectors: np.ndarray, which: int | np.ndarray) -> np.ndarray:
     """(3, n) of vectors (k, 3), or (3, 1) where ``which`` is one of them."""
     return columns(np.take(vectors, np.atleast_1d(which), axis=0))
 

@@ -1,24 +1,22 @@
 """Light batch: what the kinds of explicitly sampled light have in common.
 
-The kinds are ``polygons``, ``spheres``, ``balls`` and ``suns``. A kind holds arrays, one entry a
-light. It gives, at points: the irradiance that would arrive without obstacles, and rays that test
-whether it does. Where that irradiance is the same at all of an owner's points it is found once, and
-only the rays are made for each.
-
-``strength(which, place, normal, reach)`` is the rough irradiance of lights ``which`` (...) at
-owners' ``place`` (3, ...), facing as ``normal`` (3, ...) tells: above 0 wherever any may arrive
-within ``reach`` (...) of it.
+The kinds are ``polygons``, ``facing_discs``, ``spheres``, ``suns`` and ``sky_spots``. A kind holds
+arrays, one entry a light. It gives, at points: the irradiance that would arrive without obstacles,
+and rays that test whether it does. Where that irradiance is the same at all of an owner's points it
+is found once, and only the rays are made for each. A new kind of light is one more class that has
+what ``LightBatch`` asks for, and a line in ``sources``.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Callable
+from dataclasses import dataclass, replace
+from typing import Callable, Protocol, Sequence
 
 import numpy as np
 
 from ..geometry.vectors import row_squares
 from ..sampling.points import Middles
+from .light_tree import Emitters
 
 
 @dataclass(frozen=True)
@@ -39,11 +37,10 @@ class Sample:
     # whose own emission takes the place of the light's colour
     tint: np.ndarray | None = None  # (n, channels): multiplies the light's colour; None: 1
 
-    def darken(self, dark: np.ndarray) -> None:
-        """Nothing arrives at the points that are ``dark`` (n,) bool."""
-        self.irradiance[dark] = 0
-        if self.whole is not None:
-            self.whole[dark] = 0
+    def darkened(self, dark: np.ndarray) -> Sample:
+        """The same, but nothing arrives at the points that are ``dark`` (n,) bool."""
+        whole = None if self.whole is None else np.where(dark, 0, self.whole)
+        return replace(self, irradiance=np.where(dark, 0, self.irradiance), whole=whole)
 
 
 @dataclass(frozen=True)
@@ -65,13 +62,45 @@ class Unoccluded:
     warp: Callable | None = None
 
 
+class LightBatch(Protocol):
+    """k lights of one kind."""
+
+    @property
+    def color(self) -> np.ndarray:
+        """(k, channels) what the irradiances are multiplied by; [W/m²] then."""
+
+    def sample(
+        self, which: int | np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
+    ) -> Sample:
+        """One place on light ``which``, one or (n,), for each of points (n, 3) that face as
+        ``normal`` (n, 3) tells, from ``xi`` (n, 2) in [0, 1)."""
+
+    def whole(self, which: int, middles: Middles) -> Unoccluded:
+        """One light over all of the owners' points, where that is known."""
+
+    def strength(
+        self, which: np.ndarray, place: np.ndarray, normal: np.ndarray, reach: np.ndarray
+    ) -> np.ndarray:
+        """Rough irradiance of lights ``which`` (...) at owners' ``place`` (3, ...), facing as
+        ``normal`` (3, ...) tells: above 0 wherever any may arrive within ``reach`` (...) of it."""
+
+    def reaches(self, center: np.ndarray, half: np.ndarray) -> np.ndarray:
+        """(k,) bool: light may arrive in some box, of these centres and half edges (g, 3)."""
+
+    def emitters(self) -> Emitters:
+        """How they shine, roughly: a tree of lights is made of that."""
+
+
 def unknown(middles: Middles) -> Unoccluded:
     """Of a light that is to be looked at from every point."""
     count = len(middles.flat)
     return Unoccluded(np.zeros(count), np.zeros(count, bool), None, None)
 
 
-def combined(place, axes: tuple, steps: tuple, position=None) -> np.ndarray:
+def combined(
+    place: Sequence[float] | np.ndarray, axes: tuple, steps: tuple,
+    position: np.ndarray | None = None,
+) -> np.ndarray:
     """(per, k, 3) float32: from ``position`` (per, k, 3), or nowhere, to two ``steps`` (per, k)
     from ``place`` along two ``axes``, each (3,) or (3, k)."""
     found = np.empty(steps[0].shape + (3,), np.float32)

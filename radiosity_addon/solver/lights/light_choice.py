@@ -9,11 +9,15 @@ chosen apart from near ones: no distance compares them.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..geometry.vectors import columns
 from .light_tree import Emitters, LightTree, build_tree, pick
+
+if TYPE_CHECKING:
+    from .sources import Sources
 
 FEW = 6  # lights up to here are all sampled at every point
 PER_POINT = 3  # lights sampled at a point where there are more
@@ -39,7 +43,10 @@ def make_light_pool(lights: np.ndarray, emitters: Emitters) -> LightPool:
     return LightPool(np.where(tree.blocks >= 0, lights[tree.blocks], -1), tree)
 
 
-def choose_lights(sources, pool: LightPool, place, normal, reach, xi: np.ndarray):
+def choose_lights(
+    sources: Sources, pool: LightPool, place: np.ndarray, normal: np.ndarray, reach: np.ndarray,
+    xi: np.ndarray,
+):
     """Lights (k, n) of a pool of ``sources`` for n places (n, 3), each of points within ``reach``
     (n,) of it that face as ``normal`` (n, 3) tells, one for each of the numbers ``xi`` (k, n) in
     [0, 1); and one over the probability with which each was taken (k, n)."""
@@ -62,7 +69,9 @@ def choose_lights(sources, pool: LightPool, place, normal, reach, xi: np.ndarray
     return np.maximum(light, 0), factor
 
 
-def _strengths(sources, light: np.ndarray, place, normal, reach) -> np.ndarray:
+def _strengths(
+    sources: Sources, light: np.ndarray, place: np.ndarray, normal: np.ndarray, reach: np.ndarray
+) -> np.ndarray:
     """Rough irradiance of lights (c, 1) or (c, k, n) at places (3, n): (c, n) or (c, k, n); 0
     where a light is −1."""
     kinds = np.where(light >= 0, sources.kind[light], -1)

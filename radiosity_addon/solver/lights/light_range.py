@@ -10,12 +10,15 @@ import numpy as np
 
 from ..geometry.triangles import Geometry
 from ..scene import Scene
+from .light_batch import LightBatch
 from .light_tree import along_a_curve
 
 GROUPS = 256  # boxes around neighbouring triangles that stand for the scene
 
 
-def lights_that_reach(kinds: tuple, linked: tuple, scene: Scene, geometry: Geometry) -> np.ndarray:
+def lights_that_reach(
+    kinds: tuple[LightBatch, ...], linked: tuple, scene: Scene, geometry: Geometry
+) -> np.ndarray:
     """(n,) bool: lights, numbered through their ``kinds``, that may light some triangle.
     ``linked`` (n,): the objects each lights, or None for all."""
     center, half = _boxes(geometry)

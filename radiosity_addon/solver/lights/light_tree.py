@@ -162,7 +162,10 @@ def _halved(nodes: Nodes) -> Nodes:
                    pairs(nodes.second).sum(axis=1))  # fmt: skip
 
 
-def _joined(power, center, radius, square, first, second) -> Nodes:
+def _joined(
+    power: np.ndarray, center: np.ndarray, radius: np.ndarray, square: np.ndarray,
+    first: np.ndarray, second: np.ndarray,
+) -> Nodes:
     """Nodes of n rows of s members; ``radius`` is −inf where there is no member."""
     total = power.sum(axis=1)
     some = np.where(total > 0, total, 1)
@@ -172,7 +175,9 @@ def _joined(power, center, radius, square, first, second) -> Nodes:
     return Nodes(total, middle, (apart + radius).max(axis=1), square, first, second)
 
 
-def _among_all(nodes: Nodes, position, normal, reach: np.ndarray) -> np.ndarray:
+def _among_all(
+    nodes: Nodes, position: np.ndarray, normal: np.ndarray, reach: np.ndarray
+) -> np.ndarray:
     """(n, count) importance of all nodes to places (n, 3) of points within ``reach`` (n,), by
     matrix products: every term is a polynomial of the place."""
     c, n = nodes.center, len(position)
@@ -194,7 +199,9 @@ def _among_all(nodes: Nodes, position, normal, reach: np.ndarray) -> np.ndarray:
     return _importance(*products, nodes.power, nodes.radius + reach[:, None], nodes.square)
 
 
-def _of_own(nodes: Nodes, number: np.ndarray, position, normal, reach) -> np.ndarray:
+def _of_own(
+    nodes: Nodes, number: np.ndarray, position: np.ndarray, normal: np.ndarray, reach: np.ndarray
+) -> np.ndarray:
     """(n, c) importance of nodes ``number`` (n, c) to places (n, 3), each its own."""
     away = position[:, None] - nodes.center[number]
     square = np.einsum("nci,nci->nc", away, away)
@@ -207,7 +214,10 @@ def _of_own(nodes: Nodes, number: np.ndarray, position, normal, reach) -> np.nda
     )  # fmt: skip
 
 
-def _importance(square, facing, leaning, spread, power, radius, within) -> np.ndarray:
+def _importance(
+    square: np.ndarray, facing: np.ndarray, leaning: np.ndarray, spread: np.ndarray,
+    power: np.ndarray, radius: np.ndarray, within: np.ndarray,
+) -> np.ndarray:
     """Rough irradiance of nodes, above 0 wherever any may arrive.
 
     With w the unit vector to the point, light leaves as Σ front max(n·w, 0) + back max(−n·w, 0)

@@ -7,6 +7,8 @@ segments (3, n) to just before the places. All are unbiased; they differ in nois
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ..geometry.lambert import polygon_form_factor
@@ -18,17 +20,24 @@ from ..geometry.warps import bilinear_density, bilinear_places
 from .flat_shapes import ELLIPSE, RECTANGLE, RIM, corner_places, each, places_in, spread_falloff
 from .light_tree import pick
 
+if TYPE_CHECKING:
+    from .polygons import Polygons
+
 SLICES = 8  # of an ellipse that looks large
 
 
-def by_area(lights, which, position, normal, xi):
+def by_area(
+    lights: Polygons, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
+):
     """Uniform in the light's area: for lights that look small."""
     s, t = places_in(lights.shape[which], *xi)
     origin, u, v = (each(array, which) for array in (lights.origin, lights.u, lights.v))
     return _carried(lights, which, position, normal, origin + s * u + t * v)
 
 
-def by_corners(lights, which, position, normal, xi):
+def by_corners(
+    lights: Polygons, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
+):
     """In rectangles, bilinear between what their corners bring: nearly even where they do not look
     large."""
     origin, u, v = (each(array, which) for array in (lights.origin, lights.u, lights.v))
@@ -43,7 +52,9 @@ def by_corners(lights, which, position, normal, xi):
     return value / bilinear_density(corners, s, t), segment
 
 
-def by_cosine(lights, which, position, normal, xi):
+def by_cosine(
+    lights: Polygons, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
+):
     """By the cosine-weighted solid angle: all samples stand for the same irradiance, unless a beam
     is narrowed."""
     total, direction = np.zeros(len(which)), np.array(normal)
@@ -79,7 +90,10 @@ def _met(lights, which, position, total: np.ndarray, direction: np.ndarray):
     return np.where(reached, value, 0), np.where(reached, segment, 1)
 
 
-def _carried(lights, which, position, normal, target):
+def _carried(
+    lights: Polygons, which: np.ndarray, position: np.ndarray, normal: np.ndarray,
+    target: np.ndarray,
+):
     """Irradiance from places (3, n) that are uniform in the area, and segments to them."""
     segment, side = _segment(lights, which, position, target)
     square = np.maximum(dot(segment, segment), 1e-30)
@@ -87,21 +101,27 @@ def _carried(lights, which, position, normal, target):
     return value * lights.area[which] * _leaving(lights, which, side, np.sqrt(square)), segment
 
 
-def _leaving(lights, which, side: np.ndarray, length: np.ndarray) -> np.ndarray:
+def _leaving(
+    lights: Polygons, which: np.ndarray, side: np.ndarray, length: np.ndarray
+) -> np.ndarray:
     """(n,) how much brighter than its radiance a light is to points at heights ``side`` (n,) above
     its plane, ``length`` (n,) away from the place they look at."""
     beam = spread_falloff(np.abs(side) / length, lights.spread[which])
     return np.where(lights.two_sided[which] | (side > 0), beam, 0)
 
 
-def _segment(lights, which, position, target) -> tuple[np.ndarray, np.ndarray]:
+def _segment(
+    lights: Polygons, which: np.ndarray, position: np.ndarray, target: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """(3, n) to just before places (3, n) on lights, and (n,) heights of the points above them."""
     normal = each(lights.normal, which)
     side = dot(position - target, normal)
     return target + np.where(side >= 0, OFFSET, -OFFSET) * normal - position, side
 
 
-def _rays(lights, which, position, normal, xi):
+def _rays(
+    lights: Polygons, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
+):
     """1, what runs to the corners of triangles and rectangles, and ``xi``; a triangle has one
     corner twice."""
     origin, u, v = (each(array, which) for array in (lights.origin, lights.u, lights.v))
@@ -110,7 +130,9 @@ def _rays(lights, which, position, normal, xi):
     return 1.0, [a, a + u, np.where(lights.shape[which] == RECTANGLE, c + u, c), c], xi
 
 
-def _slice_rays(lights, which, position, normal, xi):
+def _slice_rays(
+    lights: Polygons, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
+):
     """For ellipses, cut into SLICES: one over the chance (n,) of the one that is taken, in
     proportion to its irradiance, what runs to its corners, and ``xi`` made anew."""
     origin, u, v = (each(array, which) for array in (lights.origin, lights.u, lights.v))

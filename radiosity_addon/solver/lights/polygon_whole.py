@@ -8,6 +8,7 @@ little from that, and is known too.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Sequence
 
 import numpy as np
 
@@ -19,6 +20,9 @@ from ..geometry.warps import bilinear_density, bilinear_places
 from ..sampling.points import Middles, masked, owned
 from .flat_shapes import ELLIPSE, RECTANGLE, TRIANGLE, corner_places, places_in
 from .light_batch import Unoccluded, combined
+
+if TYPE_CHECKING:
+    from .polygons import Polygons
 
 FAR = 16  # times the reach of a footprint: a form factor's curvature across it is < 0.1 % there
 NO_HEIGHT = 1e-6  # of the scene: what lies nearer to a plane may be on either side of it,
@@ -39,7 +43,7 @@ class OneLight:
     normal: np.ndarray
     area: float
 
-    def rays(self, place: np.ndarray, places) -> list[np.ndarray]:
+    def rays(self, place: np.ndarray, places: Sequence[tuple[float, float]]) -> list[np.ndarray]:
         """(3, n) each, from ``place`` (3, n) to some of its ``places`` (s, t)."""
         return [(self.origin + s * self.u + t * self.v)[:, None] - place for s, t in places]
 
@@ -50,7 +54,7 @@ class OneLight:
         return np.stack([s, np.minimum(t, 1 - s) if self.shape == TRIANGLE else t])
 
 
-def whole_polygon(lights, which: int, middles: Middles) -> Unoccluded:
+def whole_polygon(lights: Polygons, which: int, middles: Middles) -> Unoccluded:
     """Known for owners that lie before it or behind it with all of their points."""
     light = OneLight(int(lights.shape[which]), lights.origin[which], lights.u[which],
                      lights.v[which], lights.normal[which], float(lights.area[which]))  # fmt: skip
@@ -121,7 +125,7 @@ class _Shared:
     large: Projected | None
     number: np.ndarray  # (R,) int: in there, -1: not
 
-    def warp(self, owners, s, t):
+    def warp(self, owners: np.ndarray | slice, s: np.ndarray, t: np.ndarray):
         """See ``Unoccluded``."""
         rows = np.arange(len(self.side))[owners]
         large = np.flatnonzero(self.number[rows] >= 0)
@@ -139,21 +143,23 @@ class _Shared:
             s[:, large], t[:, large] = self.light.coordinates(place).reshape(2, per, -1)
         return s, t
 
-    def segments(self, owners, position, s, t):
+    def segments(
+        self, owners: np.ndarray | slice, position: np.ndarray, s: np.ndarray, t: np.ndarray
+    ):
         """See ``Unoccluded``."""
         light, lift = self.light, np.where(self.side[owners] > 0, OFFSET, -OFFSET)
         start = [here + lift * up for here, up in zip(light.origin, light.normal)]
         places = self._places(owners, s, t)
         return combined(start, (light.u, light.v), places, position)
 
-    def _places(self, owners, s, t):
+    def _places(self, owners: np.ndarray | slice, s: np.ndarray, t: np.ndarray):
         """Places on the light: those that are not warped lie in its shape already."""
         if self.light.shape == RECTANGLE:
             return s, t
         inside, warped = places_in(self.light.shape, s, t), self.number[owners] >= 0
         return tuple(np.where(warped, one, other) for one, other in zip((s, t), inside))
 
-    def value(self, owners, segments, s, t):
+    def value(self, owners: np.ndarray, segments: np.ndarray, s: np.ndarray, t: np.ndarray):
         """See ``Unoccluded``. Points of an owner lie in one plane: their heights below a place on
         the light are the same, and only its distances differ."""
         light, large = self.light, self.number[owners] >= 0

@@ -59,7 +59,7 @@ class Polygons:
         return self.origin + share * (self.u + self.v), size.max(axis=0)
 
     def sample(
-        self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
+        self, which: int | np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
     ) -> Sample:
         """Sample light ``which`` for n points: an int, so that samples differ little, or (n,) of
         them, cheaply. Alone a light is sampled by the cosine law, a small rectangle as its corners
@@ -112,7 +112,7 @@ class Polygons:
         away = position - each(center, which)
         return size[which] ** 2 > NEAR**2 * dot(away, away)
 
-    def _texture_place(self, which, target: np.ndarray) -> np.ndarray:
+    def _texture_place(self, which: np.ndarray, target: np.ndarray) -> np.ndarray:
         """(n, 2) barycentric coordinates, in their triangles, of places (3, n) on lights."""
         origin, u, v = (each(array, which) for array in (self.origin, self.u, self.v))
         away = target - origin
@@ -128,12 +128,16 @@ class Polygons:
         origin, u, v = self.origin[which], self.u[which], self.v[which]
         return [origin + s * u + t * v for s, t in corner_places(self.shape[which])]
 
-    def place(self, which, s: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def place(
+        self, which: int | np.ndarray, s: np.ndarray, t: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """(s, t) uniform in the light's shape, from those in the unit square."""
         return places_in(self.shape[which], s, t)
 
-    def strength(self, which, place: np.ndarray, normal: np.ndarray, reach) -> np.ndarray:
-        """See ``lights``."""
+    def strength(
+        self, which: np.ndarray, place: np.ndarray, normal: np.ndarray, reach: np.ndarray
+    ) -> np.ndarray:
+        """See ``LightBatch``."""
         kind, (center, radius) = place.dtype, self.middle()
         toward = [middle[which] - x for middle, x in zip(center.T.astype(kind), place)]
         square = np.maximum(dot(toward, toward), 1e-30)

@@ -37,7 +37,7 @@ class SkySpots(Suns):
     sums: np.ndarray  # (n_pixels + 1,) float64: flux of the pixels before, mean of the channels
 
     def sample(
-        self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
+        self, which: int | np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
     ) -> Sample:
         """Sample a direction in the spot."""
         direction, pixel = self.directions(which, xi[:, 0], xi[:, 1])
@@ -46,7 +46,7 @@ class SkySpots(Suns):
         tint = None if self.tint is None else self.tint[pixel, : self.color.shape[1]]
         return Sample(cosine, segment, np.inf, None, tint=tint)
 
-    def directions(self, which, s: np.ndarray, t: np.ndarray):
+    def directions(self, which: int | np.ndarray, s: np.ndarray, t: np.ndarray):
         """Unit directions (3, n) in spots ``which``, one or (n,), and the pixels (n,) they are in,
         for places (s, t) (n,) in the unit square."""
         first, last = (np.broadcast_to(self.rows[which + k], s.shape) for k in (0, 1))

@@ -12,7 +12,8 @@ from ..tracing.embree import Tracer
 from .emissive_faces import emissive_faces
 from .facing_discs import FacingDiscs
 from .flat_shapes import ELLIPSE, RECTANGLE
-from .light_choice import FEW, make_light_pool
+from .light_batch import LightBatch
+from .light_choice import FEW, LightPool, make_light_pool
 from .light_range import lights_that_reach
 from .light_tree import join_emitters
 from .polygons import Polygons, join_polygons
@@ -25,25 +26,27 @@ from .suns import Suns
 class Sources:
     """All explicit lights, numbered through their kinds."""
 
-    kinds: tuple  # of Polygons, FacingDiscs, SphereLights, Suns, SkySpots
+    kinds: tuple[LightBatch, ...]  # Polygons, FacingDiscs, SphereLights, Suns, SkySpots
     kind: np.ndarray  # (n,) int: which kind a light belongs to
     place: np.ndarray  # (n,) int: its place in there
     link: np.ndarray  # (n,) int: which row of ``allowed`` tells what it lights
     allowed: np.ndarray | None  # (m, n_objects) bool: objects that are lit; None: always all
     block: np.ndarray  # (n,) int: which row of ``blocking`` tells what shades its light
     blocking: np.ndarray  # (m, n_objects) bool: objects that block; the first row: all
-    always: tuple  # of ints: lights that are sampled at every point
-    pools: tuple  # of Pool: lights of which points choose some; those in neither light nothing
+    always: tuple[int, ...]  # lights that are sampled at every point
+    pools: tuple[LightPool, ...]  # lights of which points choose some; those in neither light nothing
 
     @property
     def count(self) -> int:
         return len(self.kind)
 
-    def named(self, light: int) -> tuple:
+    def named(self, light: int) -> tuple[LightBatch, int]:
         """The kind of a light, and its place in there."""
         return self.kinds[self.kind[light]], int(self.place[light])
 
-    def unlinked(self, light, scene: Scene, triangle: np.ndarray) -> np.ndarray | None:
+    def unlinked(
+        self, light: int | np.ndarray, scene: Scene, triangle: np.ndarray
+    ) -> np.ndarray | None:
         """Bool for places on ``triangle`` (...), whether they lie on objects that their ``light``,
         one or (...), is not linked to; None where all are lit."""
         if self.allowed is None:
@@ -157,7 +160,7 @@ def _links(linked: list, objects: int) -> tuple[np.ndarray, np.ndarray]:
     return link, table
 
 
-def _pools(kinds: tuple, kind: np.ndarray, useful: np.ndarray, apart: np.ndarray):
+def _pools(kinds: tuple[LightBatch, ...], kind: np.ndarray, useful: np.ndarray, apart: np.ndarray):
     """Near and distant lights, apart: those sampled everywhere, and pools to choose others from.
     Only those that are ``useful`` (n,) bool take part; those ``apart`` (n,) are never chosen
     among others, so that a choice's shadow rays all meet the same objects."""

@@ -23,7 +23,7 @@ class SphereLights(FacingDiscs):
     """Spheres of constant radiance I / πr² (a spot's: within its beam), radius above 0."""
 
     def sample(
-        self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
+        self, which: int | np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
     ) -> Sample:
         """Sample the cone of the ball by the cosine law, or from inside it the hemisphere."""
         toward, normal = columns(self.position[which] - position), columns(normal)
@@ -46,8 +46,10 @@ class SphereLights(FacingDiscs):
         """Looked at from every point."""
         return unknown(middles)
 
-    def strength(self, which, place: np.ndarray, normal: np.ndarray, reach) -> np.ndarray:
-        """See ``lights``."""
+    def strength(
+        self, which: np.ndarray, place: np.ndarray, normal: np.ndarray, reach: np.ndarray
+    ) -> np.ndarray:
+        """See ``LightBatch``."""
         toward = np.stack([center[which] - x for center, x in zip(self.position.T, place)])
         square = np.maximum(dot(toward, toward), 1e-30)
         distance, radius = np.sqrt(square), self.radius[which] + reach

@@ -23,7 +23,7 @@ class Suns:
     radius: np.ndarray  # (k,) tangent of the half angle
 
     def sample(
-        self, which, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
+        self, which: int | np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
     ) -> Sample:
         """Sample a direction in the disc."""
         toward = columns(np.broadcast_to(self.toward[which], position.shape))
@@ -46,10 +46,12 @@ class Suns:
         mean = 2 / (np.sqrt(1 + radius**2) + 1)
         axes = [radius * axis for axis in tangents(toward)]
 
-        def segments(owners, position, s, t):
+        def segments(
+            owners: np.ndarray | slice, position: np.ndarray, s: np.ndarray, t: np.ndarray
+        ):
             return combined(toward, axes, in_disc(s, t))
 
-        def value(owners, segments, s, t):
+        def value(owners: np.ndarray | slice, segments: np.ndarray, s: np.ndarray, t: np.ndarray):
             along = np.einsum("pkj,jk->pk", segments, middles.normal[:, owners])
             return np.maximum(along, 0) / np.linalg.norm(segments, axis=2)
 
@@ -58,8 +60,10 @@ class Suns:
             segments, value, np.inf,
         )
 
-    def strength(self, which, place: np.ndarray, normal: np.ndarray, reach) -> np.ndarray:
-        """See ``lights``."""
+    def strength(
+        self, which: np.ndarray, place: np.ndarray, normal: np.ndarray, reach: np.ndarray
+    ) -> np.ndarray:
+        """See ``LightBatch``."""
         toward = self.toward.T.astype(place.dtype)[:, which]
         cosine = dot(toward, normal) + self.radius[which] + 1e-3
         return self.color.mean(axis=1)[which] * np.maximum(cosine, 0)
