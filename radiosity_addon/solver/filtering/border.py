@@ -16,6 +16,7 @@ LEVELS = 2  # neighbours up to two texels away
 PLANE = 0.1  # height of a neighbour over a texel's plane, of its distance, at most
 FACING = 0.99  # cosine between their normals, at least
 STRETCH = 2.0  # times the distance of the nearest neighbour, for each texel between
+Missing = tuple[int, float, float, np.ndarray]  # a direction: see ``find_border``
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,10 @@ class Border:
         return Border(self.cell[kept], self.other[kept], self.weight[kept])
 
 
-def find_border(cell, number, missing, position, normal, level: int) -> Border:
+def find_border(
+    cell: np.ndarray, number: np.ndarray, missing: list[Missing], position: np.ndarray,
+    normal: np.ndarray, level: int,
+) -> Border:
     """Neighbours to one side of texels in ``cell`` (n,), whose ``position`` and ``normal`` are
     (n, 3). ``number`` is the picture of the texels' places in these arrays, −1 where there is none;
     ``missing`` has for each direction its offset in the picture, its length, its weight, and (n,)
@@ -63,7 +67,10 @@ def find_border(cell, number, missing, position, normal, level: int) -> Border:
     return Border(cell[one[kept]], cell[other[kept]], weight[kept])
 
 
-def _plane_neighbors(some, cell, number, offset: int, position, normal):
+def _plane_neighbors(
+    some: np.ndarray, cell: np.ndarray, number: np.ndarray, offset: int, position: np.ndarray,
+    normal: np.ndarray,
+):
     """Of the texels ``some`` (k,) those with a neighbour at an ``offset`` in their plane, that
     neighbour, and its distance."""
     other = number[cell[some] + offset]

@@ -12,6 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix, diags_array
 
+from .neighborhood import Sees
+from .walls import Walls
+
 LEVELS = 5  # kernels are applied 1, 2, 4, 8, 16 times
 NEAREST = 9  # with the receiver itself
 LEAST = 512  # receivers; fewer agree by chance, and have rays enough of their own
@@ -21,7 +24,7 @@ SLOPE = 0.4  # height of a neighbour over the receiver's plane, of its distance,
 
 @dataclass(frozen=True)
 class Graph:
-    """``kernel`` (n, n) CSR float32: rows >= 0 that add up to 1. Same words as a Lattice's."""
+    """``kernel`` (n, n) CSR float32: rows >= 0 that add up to 1. A Neighborhood."""
 
     kernel: csr_matrix
     levels: int = LEVELS
@@ -31,7 +34,9 @@ class Graph:
         """All receivers."""
         return slice(None)
 
-    def spread(self, values: np.ndarray, chosen=None, factor: float = 1.0) -> np.ndarray:
+    def spread(
+        self, values: np.ndarray, chosen: list[int] | None = None, factor: float = 1.0
+    ) -> np.ndarray:
         """(c, n) float32."""
         values = values if chosen is None else values[:, chosen]
         return np.ascontiguousarray((values * factor).T, np.float32)
@@ -53,14 +58,16 @@ class Graph:
         """Of (n,) >= 0, above 0 at the receivers that have a neighbour above 0."""
         return self.step(picture, level=0)[0]
 
-    def step(self, *pictures: np.ndarray, level: int, into=None) -> list[np.ndarray]:
+    def step(
+        self, *pictures: np.ndarray, level: int, into: list[np.ndarray] | None = None
+    ) -> list[np.ndarray]:
         """The kernel of a level applied to pictures (n,); ``into`` is left alone."""
         values = np.stack(pictures, 1)
         for _ in range(1 << level):
             values = self.kernel @ values
         return list(np.ascontiguousarray(values.T))
 
-    def parted(self, dark: np.ndarray, sees) -> Graph:
+    def parted(self, dark: np.ndarray, sees: Sees) -> Graph:
         """Without the links by which receivers that are ``dark`` (n,) bool would get light from
         others that are not and that they do not see: ``sees(one, other)`` (k,) bool."""
         row = np.repeat(np.arange(len(dark)), np.diff(self.kernel.indptr))
@@ -73,7 +80,10 @@ class Graph:
         return Graph(kept + diags_array(lost))
 
 
-def build_graph(position, normal, area, threads: int, walls=None) -> list[Graph]:
+def build_graph(
+    position: np.ndarray, normal: np.ndarray, area: np.ndarray, threads: int,
+    walls: Walls | None = None,
+) -> list[Graph]:
     """One graph of all receivers: ``position``, ``normal`` (n, 3), ``area`` (n,); [] for a few.
     ``walls`` part neighbours (see ``walls``)."""
     if len(position) < LEAST:

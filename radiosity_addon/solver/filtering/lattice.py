@@ -17,6 +17,8 @@ from ..geometry.vectors import dot
 from ..workers.parallel import map_chunks, ranges
 from .border import LEVELS as BORDER_LEVELS
 from .border import Border, find_border
+from .neighborhood import Sees
+from .walls import Walls
 
 MANY = 400_000  # texels of an image: a fine one
 BAND = 1 << 16  # texels that are averaged together
@@ -29,7 +31,8 @@ STRETCH = 2.0  # and where it is not this much wider than the texels nearby say
 
 @dataclass(frozen=True)
 class Lattice:
-    """The texels of one image inside a padded rectangle, and which pairs are neighbours."""
+    """The texels of one image inside a padded rectangle, and which pairs are neighbours. A
+    Neighborhood."""
 
     index: slice  # of its n receivers, which follow each other
     cell: np.ndarray  # (n,) in the padded rectangle, row by row
@@ -38,7 +41,9 @@ class Lattice:
     weights: tuple  # [level][direction]: (height, width) float32 without the padding
     borders: tuple = ()  # [level] of Border, of the first levels
 
-    def spread(self, values: np.ndarray, chosen=None, factor: float = 1.0) -> np.ndarray:
+    def spread(
+        self, values: np.ndarray, chosen: list[int] | None = None, factor: float = 1.0
+    ) -> np.ndarray:
         """(c, height, width) float32 pictures of ``factor`` times receivers' values (count, c), or
         of the ``chosen`` channels (c,) of them."""
         chosen = range(values.shape[1]) if chosen is None else chosen
@@ -103,7 +108,7 @@ class Lattice:
 
         return maximum_filter(picture, 3)
 
-    def parted(self, dark: np.ndarray, sees) -> Lattice:
+    def parted(self, dark: np.ndarray, sees: Sees) -> Lattice:
         """Without the pairs by which receivers that are ``dark`` (count,) bool would get light from
         others that are not and that they do not see: ``sees(one, other)`` (k,) bool."""
         number = np.full(self.shape[0] * self.shape[1], -1)
@@ -142,7 +147,8 @@ class Lattice:
 
 
 def build_lattices(
-    grid, position, normal, threads: int = 1, levels: int = LEVELS, walls=None, rounded=None
+    grid: np.ndarray, position: np.ndarray, normal: np.ndarray, threads: int = 1,
+    levels: int = LEVELS, walls: Walls | None = None, rounded: np.ndarray | None = None,
 ) -> list[Lattice]:
     """One lattice an image. ``grid`` (count, 3) image, row, column, image by image; ``position``
     (count, 3); ``normal`` (count, 3) unit, by which light counts; ``walls`` that part neighbours
@@ -169,7 +175,7 @@ def build_lattices(
     return lattices
 
 
-def _blocked(lattice: Lattice, walls, levels: int) -> list[list] | None:
+def _blocked(lattice: Lattice, walls: Walls | None, levels: int) -> list[list] | None:
     """[level][direction]: (height · width,) bool, something stands between the texel and that one
     in the direction, 1, 2, 4, ... texels away; None where nothing stands anywhere.
 
@@ -193,7 +199,7 @@ def _blocked(lattice: Lattice, walls, levels: int) -> list[list] | None:
     return result
 
 
-def _cut_pairs(lattice: Lattice, weights: tuple, blocked) -> None:
+def _cut_pairs(lattice: Lattice, weights: tuple, blocked: list[list] | None) -> None:
     """Take the pairs out of ``weights`` of which one is ``blocked``."""
     for level in range(len(weights) if blocked else 0):
         for weight, found, (dy, dx, _) in zip(weights[level], blocked[level], DIRECTIONS):
@@ -201,7 +207,9 @@ def _cut_pairs(lattice: Lattice, weights: tuple, blocked) -> None:
             weight[lattice.inner(either.reshape(lattice.shape), 0, 0)] = 0
 
 
-def _borders(lattice: Lattice, position, normal, blocked) -> tuple[Border, ...]:
+def _borders(
+    lattice: Lattice, position: np.ndarray, normal: np.ndarray, blocked: list[list] | None
+) -> tuple[Border, ...]:
     position, normal = position[lattice.index], normal[lattice.index]
     number = np.full(lattice.shape[0] * lattice.shape[1], -1)
     number[lattice.cell] = np.arange(len(lattice.cell))
@@ -229,7 +237,7 @@ def _is_blocked(border: Border, missing: list, blocked: list, level: int) -> np.
     return result
 
 
-def _parted_border(border: Border, number, dark: np.ndarray, sees) -> Border:
+def _parted_border(border: Border, number: np.ndarray, dark: np.ndarray, sees: Sees) -> Border:
     one, other = number[border.cell], number[border.other]
     kept = ~dark[one] | dark[other]
     some = np.flatnonzero(~kept)
@@ -237,7 +245,10 @@ def _parted_border(border: Border, number, dark: np.ndarray, sees) -> Border:
     return border.take(kept)
 
 
-def _weights(lattice: Lattice, position, normal, flat, levels: int, threads: int) -> tuple:
+def _weights(
+    lattice: Lattice, position: np.ndarray, normal: np.ndarray, flat: np.ndarray, levels: int,
+    threads: int,
+) -> tuple:
     place, facing = lattice.spread(position), lattice.spread(normal)
     flat = lattice.spread(flat[:, None])[0]
     covered = lattice.spread(np.ones((len(position), 1), bool))[0] > 0
@@ -261,11 +272,14 @@ def _weights(lattice: Lattice, position, normal, flat, levels: int, threads: int
     return tuple(list(level) for level in weights)
 
 
-def _pairs(lattice: Lattice, place, facing, flat, covered, dy: int, dx: int, rows: slice):
+def _pairs(
+    lattice: Lattice, place: np.ndarray, facing: np.ndarray, flat: np.ndarray, covered: np.ndarray,
+    dy: int, dx: int, rows: slice,
+):
     """Where the texels (dy, dx) to both sides lie in one plane with this one, (rows, width) bool,
     and the square of how wide a step between them is; without the padding."""
 
-    def three(picture):
+    def three(picture: np.ndarray):
         sides = (0, 0), (dy, dx), (-dy, -dx)
         return (lattice.inner(picture, *side)[..., rows, :] for side in sides)
 

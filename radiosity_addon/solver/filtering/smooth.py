@@ -9,12 +9,14 @@ level of least error shows, and so does the error that is left.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Sequence
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from ..geometry.vectors import row_squares
 from ..workers.parallel import map_chunks, ranges
+from .neighborhood import Neighborhood
 
 WINDOW = 33  # receivers
 BAND = 1 << 16  # numbers that are looked at together
@@ -33,7 +35,10 @@ class Smoothed:
     touched: np.ndarray  # (count,) bool: neighbours had a share
 
 
-def smooth(lattices: list, a: np.ndarray, b: np.ndarray, weight: np.ndarray, threads=1) -> Smoothed:
+def smooth(
+    lattices: Sequence[Neighborhood], a: np.ndarray, b: np.ndarray, weight: np.ndarray,
+    threads: int = 1,
+) -> Smoothed:
     """Smooth two independent halves a, b (count, c) alike.
 
     ``weight`` (count, c) takes them to relative errors, by which levels are chosen. Columns
@@ -48,7 +53,7 @@ def smooth(lattices: list, a: np.ndarray, b: np.ndarray, weight: np.ndarray, thr
     peak = float(max(a.max(), -a.min(), b.max(), -b.min()))
     scale = min(float(weight[:, lit].max()) or 1.0, LARGEST / peak)
 
-    def pictures(lattice):
+    def pictures(lattice: Neighborhood):
         halves = [lattice.spread(half, lit, scale) for half in (a, b)]
         relative = lattice.spread(weight, lit, 1 / scale)
         np.minimum(relative, LARGEST, out=relative)
@@ -66,7 +71,7 @@ def smooth(lattices: list, a: np.ndarray, b: np.ndarray, weight: np.ndarray, thr
     return Smoothed(out_a, out_b, square, touched)
 
 
-def smooth_map(lattices: list, values: np.ndarray, levels: int = 3) -> np.ndarray:
+def smooth_map(lattices: Sequence[Neighborhood], values: np.ndarray, levels: int = 3) -> np.ndarray:
     """(count,) values averaged over the texels around, or, where there is no lattice, over
     receivers of near numbers: those of a face and its neighbours."""
     if not lattices:
@@ -80,7 +85,7 @@ def smooth_map(lattices: list, values: np.ndarray, levels: int = 3) -> np.ndarra
     return result
 
 
-def dilate(lattices: list, chosen: np.ndarray) -> np.ndarray:
+def dilate(lattices: Sequence[Neighborhood], chosen: np.ndarray) -> np.ndarray:
     """(count,) bool: ``chosen`` (count,) bool and those beside them."""
     result = chosen.copy()
     for lattice in lattices:
@@ -89,7 +94,7 @@ def dilate(lattices: list, chosen: np.ndarray) -> np.ndarray:
     return result
 
 
-def widest(lattices: list, values: np.ndarray) -> np.ndarray:
+def widest(lattices: Sequence[Neighborhood], values: np.ndarray) -> np.ndarray:
     """(count, c) values averaged as widely as the kernels reach; their mean without neighbours."""
     if not lattices:
         return np.broadcast_to(values.mean(axis=0), values.shape)
@@ -103,7 +108,9 @@ def widest(lattices: list, values: np.ndarray) -> np.ndarray:
     return result
 
 
-def _smooth_picture(lattice, raw_a, raw_b, square):
+def _smooth_picture(
+    lattice: Neighborhood, raw_a: np.ndarray, raw_b: np.ndarray, square: np.ndarray
+):
     """Pictures (c, ...) of the halves smoothed, how the squared relative error changed by that
     (...), summed, and (...) bool where neighbours had a share. ``square`` (c, ...) makes errors
     relative.

@@ -60,7 +60,10 @@ def find_walls(context: Context, footprints: Footprints, receivers: Receivers) -
     return Walls(context, position, normal, near, divided, crossed)
 
 
-def _divides(context: Context, footprints, receivers: Receivers, line, owner) -> np.ndarray:
+def _divides(
+    context: Context, footprints: Footprints, receivers: Receivers, line: np.ndarray,
+    owner: np.ndarray,
+) -> np.ndarray:
     """(k,) bool: whether parts of the receivers ``owner`` (k,) lie on both sides of lines (k,)."""
     start, number = footprints.start[owner], np.diff(footprints.start)[owner]
     pair = np.repeat(np.arange(len(owner)), number)
