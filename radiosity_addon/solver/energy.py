@@ -23,6 +23,7 @@ from .materials.region_means import triangle_regions
 from .materials.texture_cells import WHOLE, join_cells, whole_triangles
 from .sampling.points import points_on
 from .sampling.sobol import cosine_directions, sobol, tangent_frames, uniform
+from .tracing.embree import Hits
 
 PARTICLES = 2048
 MAX_BOUNCES = 64
@@ -79,7 +80,7 @@ def _follow(context: Context, particles: Particles) -> tuple[np.ndarray, np.ndar
     return absorbed, escaped
 
 
-def _go_on(context: Context, particles: Particles, hits, met, xi):
+def _go_on(context: Context, particles: Particles, hits: Hits, met: np.ndarray, xi: np.ndarray):
     """The particles after they ``met`` (n,) the surface, reflected or let through by chance in
     proportion to either share, and the power (channels,) that stayed there."""
     triangle, front = hits.triangle[met], hits.front[met]
@@ -164,7 +165,7 @@ def _choose(power: np.ndarray, *key: int):
     return chosen, PARTICLES * power.mean(axis=1)[chosen] / level[-1], xi
 
 
-def _leave_polygon(kind: Polygons, which, xi):
+def _leave_polygon(kind: Polygons, which: np.ndarray, xi: np.ndarray):
     """Origins, directions and relative brightness of particles that leave flat lights."""
     s, t = kind.place(which, xi[:, 1], xi[:, 2])
     side = np.where(kind.two_sided[which] & (xi[:, 3] < 0.5), -1.0, 1.0)
@@ -194,7 +195,7 @@ def _unsampled_faces(context: Context) -> Polygons:
     return as_polygons(geometry, join_cells(parts))
 
 
-def _particles(origin, direction, weight) -> Particles:
+def _particles(origin: np.ndarray, direction: np.ndarray, weight: np.ndarray) -> Particles:
     return Particles(
         np.ascontiguousarray(origin, np.float32),
         np.ascontiguousarray(direction, np.float32),

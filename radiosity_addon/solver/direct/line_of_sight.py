@@ -14,7 +14,9 @@ LIFT = 4 * OFFSET  # lines of sight run above the surface
 RISE = 0.5  # of their distance: how far above two places the way may lead
 
 
-def is_way_free(context: Context, start, start_up, end, end_up) -> np.ndarray:
+def is_way_free(
+    context: Context, start: np.ndarray, start_up: np.ndarray, end: np.ndarray, end_up: np.ndarray
+) -> np.ndarray:
     """(k,) bool: from ``start`` (k, 3) there is a free way to ``end`` (k, 3): straight, or, as a
     surface may be curved, through places above the two; ``_up`` (k, 3) are their unit normals, on
     the side that is asked about."""

@@ -11,7 +11,7 @@ from ..sampling.sobol import sobol
 from .transmission import visible_samples
 
 
-def chosen_light(context: Context, points: Points, middles: Middles, key):
+def chosen_light(context: Context, points: Points, middles: Middles, key: tuple[int, ...]):
     """(R, channels) irradiance from the lights in pools, and the variance (R,) of its channels' mean
     that the choice leaves. Owners that are flat choose for all of their points at once; points of
     others each for themselves."""
@@ -31,7 +31,7 @@ def chosen_light(context: Context, points: Points, middles: Middles, key):
     return irradiance, variance
 
 
-def _from_chosen(context: Context, points: Points, middles: Middles, key):
+def _from_chosen(context: Context, points: Points, middles: Middles, key: tuple[int, ...]):
     """The same for owners that are flat."""
     per, count = points.shape
     position, normal = (array.reshape(-1, 3) for array in (points.position, points.normal))
@@ -71,7 +71,7 @@ def _variance(total: np.ndarray, square: np.ndarray, choices: int, per: int) -> 
     return np.maximum(square - total**2 / many, 0) / (many - 1) * choices / per
 
 
-def _choices(context: Context, points: Points, middles: Middles, key):
+def _choices(context: Context, points: Points, middles: Middles, key: tuple[int, ...]):
     """Yield (light, factor) pairs (n,): what was chosen for each point, and one over its
     probability and the number of choices."""
     per, count = points.shape
@@ -87,7 +87,9 @@ def _choices(context: Context, points: Points, middles: Middles, key):
             yield pair
 
 
-def _samples(context: Context, light: np.ndarray, position, normal, xi):
+def _samples(
+    context: Context, light: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
+):
     """Yield (sample, colour, rows): of each kind at the points, (k,) or a slice of all, whose
     ``light`` (n,) is of that kind."""
     sources = context.sources

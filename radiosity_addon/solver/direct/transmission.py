@@ -9,6 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry.triangles import OFFSET
+from ..lights.context import Context
+from ..lights.light_batch import Sample
 from ..sampling.shade import Shade
 from ..tracing.blockers import Blockers
 from ..tracing.embree import Hits
@@ -17,7 +19,7 @@ MAX_LAYERS = 64  # surfaces that a ray is followed through
 FAINT = 1e-3  # of a ray's light: less is not followed
 
 
-def followed(context, origins: np.ndarray, directions: np.ndarray, hits: Hits):
+def followed(context: Context, origins: np.ndarray, directions: np.ndarray, hits: Hits):
     """Yield (rays, hits, weight) for what unit-direction rays meet behind their first ``hits``.
 
     ``rays`` (k,) int numbers the rays that still go on, ``hits`` what they meet next (triangle -1
@@ -43,7 +45,7 @@ def followed(context, origins: np.ndarray, directions: np.ndarray, hits: Hits):
 
 
 def visibility(
-    context, blockers: Blockers, origins: np.ndarray, segments: np.ndarray, length: float,
+    context: Context, blockers: Blockers, origins: np.ndarray, segments: np.ndarray, length: float,
     shade: Shade | None = None,
 ) -> np.ndarray:
     """(n,) bool, or (n, channels) where blockers transmit: share of light along segments.
@@ -81,7 +83,10 @@ def visibility(
     return share
 
 
-def _shaded_visibility(context, blockers, origins, segments, length, shade: Shade) -> np.ndarray:
+def _shaded_visibility(
+    context: Context, blockers: Blockers, origins: np.ndarray, segments: np.ndarray, length: float,
+    shade: Shade,
+) -> np.ndarray:
     start, way = shade.lifted(origins, segments), segments
     if start is not origins and np.isfinite(length):
         way = segments - (start - origins)
@@ -91,7 +96,8 @@ def _shaded_visibility(context, blockers, origins, segments, length, shade: Shad
 
 
 def visible_samples(
-    context, blockers: Blockers, origins: np.ndarray, sample, shade: Shade | None = None
+    context: Context, blockers: Blockers, origins: np.ndarray, sample: Sample,
+    shade: Shade | None = None,
 ) -> np.ndarray:
     """(n, 1 or channels) float64 share of a light's ``sample`` that comes through to ``origins``
     (n, 3); 0 where it carries nothing: no ray is traced there."""
@@ -105,7 +111,7 @@ def visible_samples(
     return share
 
 
-def _transmittance(context, hits: Hits, index: np.ndarray) -> np.ndarray:
+def _transmittance(context: Context, hits: Hits, index: np.ndarray) -> np.ndarray:
     """(k, channels) float32 of the chosen hits."""
     uv = np.stack([hits.u[index], hits.v[index]], 1).astype(float)
     found = context.transmittance(hits.triangle[index], uv, hits.front[index])

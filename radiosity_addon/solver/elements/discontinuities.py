@@ -14,6 +14,7 @@ import numpy as np
 from ..direct.line_of_sight import LIFT, is_clear, is_way_free
 from ..geometry.grids import grid_cells
 from ..lights.context import Context
+from ..tracing.crossings import Crossings
 from .elements import INSIDE, Elements, cut_cells, refine
 
 MAX_GROWTH = 4  # times the elements at the start
@@ -91,7 +92,7 @@ def _weights(uv: np.ndarray) -> np.ndarray:
     return np.concatenate([1 - uv.sum(axis=-1, keepdims=True), uv], axis=-1)
 
 
-def _local(crossings, elements: Elements, line: np.ndarray, cell: np.ndarray):
+def _local(crossings: Crossings, elements: Elements, line: np.ndarray, cell: np.ndarray):
     """Of lines (k,) in cells (k,): (k, 3) heights at the cells' corners, and (k, 2, 2) their ends
     in the cells' own coordinates, clipped to the cell; equal ends where they pass it by."""
     corners = elements.corners[cell].astype(float)
@@ -111,7 +112,7 @@ def _local(crossings, elements: Elements, line: np.ndarray, cell: np.ndarray):
     return height, ends[:, :1] + part * (ends[:, 1:] - ends[:, :1])
 
 
-def _crossed(crossings, elements: Elements, line: np.ndarray, cell: np.ndarray):
+def _crossed(crossings: Crossings, elements: Elements, line: np.ndarray, cell: np.ndarray):
     """Those of the pairs line (k,) and cell (k,) where the line runs across the cell."""
     height, ends = _local(crossings, elements, line, cell)
     runs = np.abs(ends[:, 1] - ends[:, 0]).max(axis=1) > 1e-6
@@ -161,7 +162,9 @@ def _inside(elements: Elements, cell: np.ndarray) -> np.ndarray:
     return uv[np.arange(len(cell)), distance.argmin(axis=1)], own.any(axis=(1, 2))
 
 
-def _sees(context: Context, position, normal, label: np.ndarray) -> np.ndarray:
+def _sees(
+    context: Context, position: np.ndarray, normal: np.ndarray, label: np.ndarray
+) -> np.ndarray:
     """(k,) bool: from the place there is a free way, above the surface and below, to that one of
     the places with its ``label`` (k,) that is nearest to their mean: straight, or, as a surface may
     be curved, through places above the two."""

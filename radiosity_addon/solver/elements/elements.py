@@ -91,7 +91,10 @@ class Elements:
             some, inner, u, v = some[below], inner[below], x[below], y[below]
         return cells
 
-    def _choose_side(self, finer, u, v, found, x, y) -> None:
+    def _choose_side(
+        self, finer: np.ndarray, u: np.ndarray, v: np.ndarray, found: np.ndarray, x: np.ndarray,
+        y: np.ndarray,
+    ) -> None:
         """Where grids are cuts, set ``found`` to the cell on the side of (u, v), which are also
         its own (x, y)."""
         some = np.flatnonzero(np.take(self.grid, finer) == 0)
@@ -102,7 +105,7 @@ class Elements:
         found[some[np.abs(height) < BAND]] = len(self.element)
         x[some], y[some] = u, v
 
-    def values_of_cells(self, values: np.ndarray, nothing) -> np.ndarray:
+    def values_of_cells(self, values: np.ndarray, nothing: bool | float) -> np.ndarray:
         """(2 n_cells, ...) from values of element sides (2 n_elements, ...), for lookups by cell
         side; ``nothing`` for divided cells."""
         owner = np.where(self.element >= 0, self.element, 0)
@@ -159,7 +162,9 @@ def _centers(geometry: Geometry, triangle: np.ndarray, corners: np.ndarray) -> n
     return geometry.at(triangle, corners.mean(axis=1, dtype=float))
 
 
-def _clusters(geometry: Geometry, triangle, centroid, group: np.ndarray, size: float):
+def _clusters(
+    geometry: Geometry, triangle: np.ndarray, centroid: np.ndarray, group: np.ndarray, size: float
+):
     """Labels (n,) int and their number for cells of triangles (n,): by group (n,), cube of
     ``centroid`` (n, 3), and normal."""
     if len(triangle) == 0:

@@ -7,7 +7,7 @@ import numpy as np
 from ..geometry.footprints import Footprints
 from ..lights.context import Context
 from ..lights.emissive_faces import emits_apart
-from ..materials.region_means import footprint_regions, triangle_regions
+from ..materials.region_means import Regions, footprint_regions, triangle_regions
 from .patches import Patches
 
 
@@ -38,7 +38,9 @@ def emission_to_find(context: Context, patches: Patches):
     return emission if emission.any() else None, length if length.any() else None
 
 
-def _add_receivers_emission(context: Context, footprints: Footprints, emission, length) -> None:
+def _add_receivers_emission(
+    context: Context, footprints: Footprints, emission: np.ndarray, length: np.ndarray
+) -> None:
     """Set the first entries, which are the patches of receivers, to what their cells send out."""
     apart = emits_apart(context.scene)[footprints.triangle]
     glows = ~context.explicit[footprints.triangle]
@@ -55,7 +57,7 @@ def _add_receivers_emission(context: Context, footprints: Footprints, emission, 
         length[side] = np.maximum.reduceat(longest, footprints.start[:-1])
 
 
-def _lengths(context: Context, regions) -> np.ndarray:
+def _lengths(context: Context, regions: Regions) -> np.ndarray:
     """(n,) the longest edges of triangular regions."""
     e1, e2 = context.geometry.e1[regions.triangle], context.geometry.e2[regions.triangle]
     u, v = (step[:, :1] * e1 + step[:, 1:] * e2 for step in (regions.u, regions.v))

@@ -50,7 +50,7 @@ def patch_form_factors(
     count = len(patches)
     labels = np.append(patch, count)  # a miss has the triangle -1
 
-    def work(chunk):
+    def work(chunk: tuple[int, int]):
         number, replicate = chunk
         found = np.zeros(count + 1)
         for xi in _blocks(rays, (seed, 40, number, replicate)):
@@ -109,7 +109,9 @@ def _first_met(geometry: Geometry, tracer: Tracer, patch: _Patch, xi: np.ndarray
     return np.where(crossed, below.triangle, met)
 
 
-def _between(geometry: Geometry, other, surface: np.ndarray, lifted: np.ndarray) -> np.ndarray:
+def _between(
+    geometry: Geometry, other: np.ndarray, surface: np.ndarray, lifted: np.ndarray
+) -> np.ndarray:
     """(n,) bool: the plane of triangle ``other`` passes between the surface and where its ray
     starts, above it: in a narrow wedge or gap that triangle is all the point sees."""
     normal, corner = geometry.normal[other], geometry.p0[other]

@@ -35,7 +35,9 @@ class LitPatches:
         )
 
 
-def light_patches(context: Context, places: Places, patch: np.ndarray, per: int, key) -> LitPatches:
+def light_patches(
+    context: Context, places: Places, patch: np.ndarray, per: int, key: tuple[int, ...]
+) -> LitPatches:
     """The patches that places lie on, lit directly at ``per`` of these places each.
 
     ``patch`` (n,) are the places' patches.
@@ -54,7 +56,9 @@ def light_patches(context: Context, places: Places, patch: np.ndarray, per: int,
     )
 
 
-def light_receivers(context: Context, footprints: Footprints, per: int, key) -> LitPatches:
+def light_receivers(
+    context: Context, footprints: Footprints, per: int, key: tuple[int, ...]
+) -> LitPatches:
     """The patches of receivers, lit directly at ``per`` points on each of their ``footprints``."""
     everyone = np.arange(footprints.count)
     turn = uniform((footprints.count, 3), *key, 7)
@@ -67,7 +71,7 @@ def light_receivers(context: Context, footprints: Footprints, per: int, key) -> 
     )
 
 
-def light_points(context: Context, points: Points, key):
+def light_points(context: Context, points: Points, key: tuple[int, ...]):
     """Reflectance (per, R, channels) at points (per, R), the mean (R, channels) of reflectance ×
     direct irradiance, and its standard deviation (R,) over the points, mean of channels, less what
     the choice among many lights adds."""

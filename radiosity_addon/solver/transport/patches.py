@@ -134,7 +134,9 @@ class Patches:
         entry[rest] = self._sides(triangle[rest], u[rest], v[rest], front[rest])
         return entry
 
-    def _sides(self, triangle, u, v, front) -> np.ndarray:
+    def _sides(
+        self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray
+    ) -> np.ndarray:
         cell = self.elements.cells_at(triangle, u, v)
         entry = self.cells + 2 * cell
         entry += ~front
@@ -158,7 +160,7 @@ class Patches:
         """(n,) int elements of patches; below 0 for those of receivers."""
         return (patch - self.first) // 2
 
-    def table(self, values: np.ndarray, nothing) -> np.ndarray:
+    def table(self, values: np.ndarray, nothing: bool | float) -> np.ndarray:
         """(entries, ...) from values of patches (count, ...); ``nothing`` where there is no
         patch."""
         shape = values.shape[1:]

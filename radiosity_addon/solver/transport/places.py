@@ -23,7 +23,7 @@ class Places:
     v: np.ndarray
     front: np.ndarray
 
-    def __getitem__(self, index) -> Places:
+    def __getitem__(self, index: np.ndarray) -> Places:
         return Places(*(getattr(self, name)[index] for name in _PLACE_ARRAYS))
 
     @property

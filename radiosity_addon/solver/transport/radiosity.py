@@ -8,12 +8,16 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from ..elements.discontinuities import MAX_GROWTH, set_apart
 from ..elements.elements import build_elements, refine
 from ..lights.context import Context
+from ..sampling.points import PlacePoints
+from ..scene import Scene
 from ..workers.parallel import map_chunks, ranges
 from .emission import emission_to_find
 from .lit_patches import join_patches, light_patches, light_receivers
@@ -34,6 +38,30 @@ SEEDS_PER_ELEMENT = 40  # rays from receivers that look for elements
 SEED_RAYS = 16  # from each receiver that takes part in that
 MAX_REFINEMENTS = 6
 HALVINGS = 2  # of an element's edges, where it is divided because it brings a bias
+
+
+class SolvePlan(Protocol):
+    """How fine a solve is."""
+
+    @property
+    def elements(self) -> int:
+        """About how many there are at the start."""
+
+    @property
+    def row_rays(self) -> int:
+        """Rays of each element's row."""
+
+    @property
+    def row_points(self) -> int:
+        """Points on each element that these start from, and that are lit."""
+
+    @property
+    def patch_rays(self) -> int:
+        """The same of each patch of a receiver,"""
+
+    @property
+    def patch_points(self) -> int:
+        """and its points."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +87,9 @@ class Radiosity:
         met = sum(int((each != self.patches.miss).sum()) for each in hits)
         return sum(int((each >= self.patches.cells).sum()) for each in hits) / max(met, 1)
 
-    def with_gathered(self, solved: np.ndarray, receiver: np.ndarray, light, rays) -> Radiosity:
+    def with_gathered(
+        self, solved: np.ndarray, receiver: np.ndarray, light: np.ndarray, rays: np.ndarray
+    ) -> Radiosity:
         """What the patches of ``receiver`` (k,) int reflect is the mean of what their rows' rays
         brought, ``solved`` (n_patches, channels), and of ``light`` (k, channels), which ``rays``
         (k,) rays brought; of receivers that are one patch."""
@@ -74,13 +104,12 @@ class Radiosity:
 
 
 def solve_radiosity(
-    context: Context, receivers: int, place, own: ReceiverPatches | None,
-    plan, tolerance: float, key,
+    context: Context, receivers: int, place: PlacePoints, own: ReceiverPatches | None,
+    plan: SolvePlan, tolerance: float, key: tuple[int, ...],
 ) -> Radiosity:
     """Solve with the patches ``own`` of receivers, and on about ``plan.elements`` elements elsewhere.
 
-    ``place(chosen, group)`` gives Points of the ``receivers``, whose rays find the elements; ``plan``
-    has ``row_rays`` and ``row_points`` of elements, and ``patch_rays`` and ``patch_points``.
+    ``place`` gives Points of the ``receivers``, whose rays find the elements.
     """
     target, per = plan.elements, plan.row_points
     elements = build_elements(context.geometry, _groups(context.scene), target)
@@ -103,7 +132,9 @@ def solve_radiosity(
     return solve_rows(context, patches, transport, tolerance)
 
 
-def extended(context: Context, radiosity: Radiosity, places: Places, key) -> Radiosity:
+def extended(
+    context: Context, radiosity: Radiosity, places: Places, key: tuple[int, ...]
+) -> Radiosity:
     """With rows for the patches that ``places`` lie on, and for what their rays meet.
 
     Rays of the rows before met none of these, so that what is known stays as it is.
@@ -127,7 +158,10 @@ def extended(context: Context, radiosity: Radiosity, places: Places, key) -> Rad
     )
 
 
-def divided(context: Context, radiosity: Radiosity, chosen, places: Places, key) -> Radiosity:
+def divided(
+    context: Context, radiosity: Radiosity, chosen: np.ndarray, places: Places,
+    key: tuple[int, ...],
+) -> Radiosity:
     """Solved anew with the elements ``chosen`` (k,) int divided, which are lit where ``places`` lie
     on their parts."""
     before, patches = radiosity.transport, radiosity.patches
@@ -158,7 +192,10 @@ def without_reflection(context: Context, target: int) -> Radiosity:
     return Radiosity(patches, nothing, *emitted, known, None, nothing[:0], 0, 0.0, 0.0, 1.0)
 
 
-def _seeds(context, patches: Patches, receivers: int, place, target: int, key):
+def _seeds(
+    context: Context, patches: Patches, receivers: int, place: PlacePoints, target: int,
+    key: tuple[int, ...],
+):
     """Where rays from a sample of the receivers meet elements, and how many met the surface."""
     wanted = int(np.ceil(SEEDS_PER_ELEMENT * target / SEED_RAYS))
     some = np.unique((np.arange(wanted) * (receivers / wanted)).astype(int))
@@ -173,7 +210,10 @@ def _seeds(context, patches: Patches, receivers: int, place, target: int, key):
     return places[places.entry >= patches.cells], len(places.entry)
 
 
-def _refined(context, patches: Patches, places: Places, part, per, target, tolerance, key):
+def _refined(
+    context: Context, patches: Patches, places: Places, part: float, per: int, target: int,
+    tolerance: float, key: tuple[int, ...],
+):
     """Patches with the elements divided where direct light varies, and their sides that receivers
     see, lit. The ``places`` are that ``part`` of all."""
     known = light_patches(context, places, patches.of(places.entry), per, (*key, 11))
@@ -232,7 +272,7 @@ def solve_rows(
     )
 
 
-def _check_steady(reflectance: np.ndarray, transport: Transport, matrix) -> None:
+def _check_steady(reflectance: np.ndarray, transport: Transport, matrix: csr_matrix) -> None:
     """Raise ValueError where light is only ever reflected: then none of it ever leaves."""
     lossless = (reflectance.min(axis=1) > 1 - 1e-9).all()
     if lossless and matrix.nnz == sum(block.hits.size for block in transport.blocks):
@@ -252,7 +292,7 @@ def _brought_by(transport: Transport, table: np.ndarray) -> np.ndarray:
     return np.concatenate(parts)
 
 
-def _groups(scene) -> np.ndarray:
+def _groups(scene: Scene) -> np.ndarray:
     """(n_triangles,) int64: the same number for the same object and material, without gaps: ten
     thousand of either would make a table of all pairs too large."""
     pair = scene.object.astype(np.int64) * len(scene.materials) + scene.material

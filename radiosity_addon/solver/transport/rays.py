@@ -48,7 +48,9 @@ def shoot_apart(context: Context, points: Points, rays: int, *key: int):
     return _trace(context, points, _own_directions(points, *_own_places(points, rays, *key)))
 
 
-def shoot_guided(context: Context, points: Points, rays: int, guide: Guide, owners, *key: int):
+def shoot_guided(
+    context: Context, points: Points, rays: int, guide: Guide, owners: np.ndarray, *key: int
+):
     """The same as ``guide`` aims them for ``owners`` (R,), and the cells (rays, R) they are in."""
     *place, cells = guide.aim(owners, *_own_places(points, rays, *key))
     return *_trace(context, points, _own_directions(points, *place)), cells
@@ -105,7 +107,9 @@ def find_lost(entries: np.ndarray, patches: Patches, count: int) -> None:
         entries[lost] = entries[(lost + count) % len(entries)]
 
 
-def mean_of_rays(values: np.ndarray, met: Met, rays: int, count: int, weight=None) -> np.ndarray:
+def mean_of_rays(
+    values: np.ndarray, met: Met, rays: int, count: int, weight: np.ndarray | None = None
+) -> np.ndarray:
     """(R, c) mean over each owner's ``rays`` of values (k, c) at what they met, of which the share
     ``met.weight`` comes through, of rays with ``weight`` (rays · R, 1), 1 where None."""
     if met.weight is not None:

@@ -92,7 +92,7 @@ class Transport:
 
 def trace_transport(
     context: Context, patches: Patches, known: list[tuple[LitPatches, int]], samples: RowSamples,
-    key, row: np.ndarray | None = None,
+    key: tuple[int, ...], row: np.ndarray | None = None,
 ) -> Transport:
     """Trace rows for the ``known`` patches, with so many rays each, and for whatever their rays meet
     that reflects, with as many as ``samples`` tells, except those that have one by ``row``
@@ -123,7 +123,7 @@ def trace_transport(
 
 
 def light_patches_met(
-    context: Context, patches: Patches, places: Places, samples: RowSamples, key
+    context: Context, patches: Patches, places: Places, samples: RowSamples, key: tuple[int, ...]
 ) -> list[tuple[LitPatches, int]]:
     """[(LitPatches, rays of each row)] of the patches that places lie on: receivers', and sides of
     elements."""
@@ -146,13 +146,16 @@ def _no_rows(context: Context, samples: RowSamples) -> Rows:
     return Rows(lit, np.zeros((0, samples.rays), np.int32), later, light, light, None)
 
 
-def join_later(parts) -> Later:
+def join_later(parts: list[Later]) -> Later:
     """All of all parts."""
     names = ("row", "entry", "weight")
     return Later(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
-def _trace_rows(context: Context, patches: Patches, lit: LitPatches, row, rays: int, key):
+def _trace_rows(
+    context: Context, patches: Patches, lit: LitPatches, row: np.ndarray, rays: int,
+    key: tuple[int, ...],
+):
     """The rows of ``lit``, and the places that they meet on patches whose ``row`` is -1."""
     count = len(lit.patch)
     hits = np.empty((count, rays), np.int32)
@@ -161,7 +164,7 @@ def _trace_rows(context: Context, patches: Patches, lit: LitPatches, row, rays: 
     places = [no_places()]
     later = [Later(nothing, nothing, np.zeros((0, context.channels), np.float32))]
 
-    def work(chunk):
+    def work(chunk: tuple[int, slice]):
         group, chosen = chunk
         owners = np.arange(count)[chosen]
         met, directions = shoot(context, lit.points.take(chosen), rays, *key, group, 3)
@@ -231,7 +234,9 @@ def form_factors(transport: Transport, patches: Patches):
     ]
 
 
-def transported(matrix, through, values: np.ndarray) -> np.ndarray:
+def transported(
+    matrix: csr_matrix, through: list[csr_matrix] | None, values: np.ndarray
+) -> np.ndarray:
     """F times radiosities (n_rows, channels): irradiances."""
     result = matrix @ values
     if through is not None:
