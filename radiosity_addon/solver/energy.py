@@ -23,6 +23,7 @@ from .materials.region_means import triangle_regions
 from .materials.texture_cells import WHOLE, join_cells, whole_triangles
 from .sampling.points import points_on
 from .sampling.sobol import cosine_directions, sobol, tangent_frames, uniform
+from .sampling.streams import Stream
 from .tracing.embree import Hits
 
 PARTICLES = 2048
@@ -74,7 +75,7 @@ def _follow(context: Context, particles: Particles) -> tuple[np.ndarray, np.ndar
         hits = context.tracer.intersect(particles.origin, particles.direction)
         escaped += particles.weight[hits.triangle < 0].sum(axis=0)
         met = np.flatnonzero(hits.triangle >= 0)
-        xi = uniform((len(met), 3), context.seed, 61, bounce)
+        xi = uniform((len(met), 3), context.seed, Stream.PARTICLE_BOUNCES, bounce)
         particles, lost = _go_on(context, particles.take(met), hits, met, xi)
         absorbed += lost
     return absorbed, escaped
@@ -107,7 +108,7 @@ def _from_lights(context: Context) -> Particles:
     kinds = [kind for kind in context.sources.kinds if not isinstance(kind, Suns)]
     kinds.append(_unsampled_faces(context))
     powers = [kind.power for kind in kinds]
-    chosen, share, xi = _choose(np.concatenate(powers), context.seed, 62)
+    chosen, share, xi = _choose(np.concatenate(powers), context.seed, Stream.PARTICLES_OF_LIGHTS)
     first, parts = 0, []
     for kind, power in zip(kinds, powers):
         mine = (chosen >= first) & (chosen < first + len(power))
@@ -140,7 +141,7 @@ def _from_afar(context: Context) -> Particles:
     if not light:
         return _join([], context.channels)
     power = np.pi * AROUND**2 * np.concatenate(light)
-    chosen, share, xi = _choose(power, context.seed, 63)
+    chosen, share, xi = _choose(power, context.seed, Stream.PARTICLES_FROM_AFAR)
     toward = np.concatenate(toward)[chosen]
     if context.sky is not None and context.sky.constant:
         z = 2 * xi[:, 3] - 1

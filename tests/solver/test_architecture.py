@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from pathlib import Path
 
 SOLVER = Path(__file__).resolve().parents[2] / "radiosity_addon" / "solver"
@@ -54,3 +55,28 @@ def test_module_names_are_used_once():
     package = SOLVER.parent
     names = [p.stem for p in package.rglob("*.py") if p.stem not in ("__init__", "__main__")]
     assert sorted({name for name in names if names.count(name) > 1}) == []
+
+
+def test_no_parameter_lacks_a_type():
+    """Ruff's ANN001 to ANN003 hold the same; here for those who run the tests only."""
+    bare = []
+    for path in SOLVER.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if not isinstance(node, ast.FunctionDef):
+                continue
+            words = node.args
+            every = [*words.posonlyargs, *words.args, *words.kwonlyargs, words.vararg, words.kwarg]
+            bare += [
+                f"{path.relative_to(SOLVER)}:{node.lineno} {node.name}({word.arg})"
+                for word in every
+                if word and word.annotation is None and word.arg not in ("self", "cls")
+            ]
+    assert bare == []
+
+
+def test_keys_name_their_stream():
+    """A number after the seed could be another stage's stream; ``sampling.streams`` has each once."""
+    plain = re.compile(r"\bseed, *\d")
+    found = [str(path.relative_to(SOLVER)) for path in SOLVER.rglob("*.py")
+             if plain.search(path.read_text(encoding="utf-8"))]  # fmt: skip
+    assert found == []

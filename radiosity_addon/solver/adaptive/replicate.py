@@ -22,6 +22,7 @@ from ..materials.region_means import footprint_means
 from ..progress import silent
 from ..receivers import Receivers
 from ..sampling.guide import Guide, Learning, clusters_of, start_learning
+from ..sampling.streams import Stream
 from ..transport.patches import ReceiverPatches, build_receiver_patches
 from ..transport.radiosity import Radiosity, divided, solve_radiosity, without_reflection
 from .correction import (
@@ -114,7 +115,7 @@ class Replicate:
         rays = int(plan.row_rays * SHARE_OF_ROW_RAYS[self.number])
         if not self.needs.reflected:
             return self.take(without_reflection(context, size))
-        key = (context.seed, 10, self.number, plan.elements)
+        key = (context.seed, Stream.SOLVE, self.number, plan.elements)
         everyone = np.arange(self.footprints.count)
         place = place_on(self.footprints, everyone, plan.row_points, *key)
         own = replace(plan, elements=size, row_rays=rays)
@@ -166,7 +167,8 @@ class Replicate:
 
     def _more_paths(self, radiosity: Radiosity, paths: int, batch: int) -> Residuals:
         return follow_residual(
-            self.split.reflected, self.footprints, radiosity, paths, self.context.seed, 11, self.number, batch,
+            self.split.reflected, self.footprints, radiosity, paths,
+            self.context.seed, Stream.RESIDUAL, self.number, batch,
         )
 
     def take(self, radiosity: Radiosity) -> SolveFigures:

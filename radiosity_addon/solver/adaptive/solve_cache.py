@@ -16,6 +16,7 @@ import numpy as np
 from ..lights.context import Context
 from ..materials.channels import channels_of
 from ..receivers import Receivers
+from ..sampling.streams import Stream
 from ..scene import LAMP_COLOR, Scene, lamp_color, sides
 from ..transport.lit_patches import light_points
 from ..transport.radiosity import Radiosity, solve_rows
@@ -94,7 +95,7 @@ class SolveCache:
 
     def _lit_anew(self, context: Context, solve: Solve, tolerance: float) -> Solve:
         halves = tuple(
-            lit_anew(context, half, self.unit, tolerance, (context.seed, 40, number))
+            lit_anew(context, half, self.unit, tolerance, (context.seed, Stream.RELIGHT, number))
             for number, half in enumerate(solve.halves)
         )
         self.solves = [replace(solve, halves=halves)]

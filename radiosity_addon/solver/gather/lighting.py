@@ -13,6 +13,7 @@ from ..geometry.footprints import Footprints
 from ..sampling.guide import Guide
 from ..sampling.points import footprint_points
 from ..sampling.sobol import uniform
+from ..sampling.streams import Stream
 from ..transport.onward import join_ends
 from ..transport.radiosity import Radiosity
 from .gather import gather
@@ -88,7 +89,7 @@ def _add(sums: np.ndarray, owners: np.ndarray, values: np.ndarray) -> None:
 
 def add_direct(split: Split, footprints, lighting: Lighting, owners, per: int, *key) -> None:
     """Add ``per`` points of explicit light to each of ``owners`` (k,) int."""
-    key = (split.rest.seed, 20, *key)
+    key = (split.rest.seed, Stream.DIRECT, *key)
     owners = _simple_first(footprints, owners)
     place = place_on(footprints, owners, per, *key)
     irradiance, _ = direct_light(split.rest, len(owners), per, place, key, "gather")
@@ -108,7 +109,7 @@ def add_gathered(
     counts as many as it is worth. Returns the radiosity, with that of all that the rays met, and
     lessons where somebody ``learns``. What beams' spots bring is added point by point."""
     context = split.reflected
-    key, lessons, unseen = (context.seed, 21, *key), [], []
+    key, lessons, unseen = (context.seed, Stream.GATHER, *key), [], []
     for owners, rays in parts:
         own_key, owners = (*key, rays), _simple_first(footprints, owners)
         per = gcd(rays, int(np.clip(rays // 4, 4, MOST_POINTS)))  # every point has as many rays

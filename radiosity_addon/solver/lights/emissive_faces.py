@@ -16,6 +16,7 @@ from ..geometry.triangles import OFFSET, Geometry
 from ..materials.evaluate import evaluate_material
 from ..materials.texture_cells import Cells, cut, join_cells, whole_triangles
 from ..sampling.sobol import cosine_directions, sobol, tangent_frames
+from ..sampling.streams import Stream
 from ..scene import Scene
 from ..tracing.coincident import uncovered
 from ..tracing.embree import Tracer
@@ -169,7 +170,7 @@ def _with_open_sides(tracer: Tracer, lights: Polygons, explicit: np.ndarray) -> 
     rays = int(min(PROBES // max(2 * count, 1), MOST_PROBES))
     if rays < 2:
         return lights
-    xi = np.tile(sobol(rays, 4, 50), (count, 1))
+    xi = np.tile(sobol(rays, 4, Stream.EMISSIVE_FACES), (count, 1))
     which = np.repeat(np.arange(count), rays)
     s, t = lights.place(which, xi[:, 0], xi[:, 1])
     target = lights.origin[which] + s[:, None] * lights.u[which] + t[:, None] * lights.v[which]

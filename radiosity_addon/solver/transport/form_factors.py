@@ -12,6 +12,7 @@ from scipy.stats import qmc
 
 from ..geometry.triangles import OFFSET, Geometry, build_geometry
 from ..sampling.sobol import cosine_directions, tangent_frames
+from ..sampling.streams import Stream
 from ..scene import Scene
 from ..tracing.embree import Tracer
 from ..workers.parallel import map_chunks
@@ -53,7 +54,7 @@ def patch_form_factors(
     def work(chunk: tuple[int, int]):
         number, replicate = chunk
         found = np.zeros(count + 1)
-        for xi in _blocks(rays, (seed, 40, number, replicate)):
+        for xi in _blocks(rays, (seed, Stream.FORM_FACTORS, number, replicate)):
             met = _first_met(geometry, tracer, patches[number], xi)
             found += np.bincount(labels[met], minlength=count + 1)
         return found[:count] / rays
