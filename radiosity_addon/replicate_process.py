@@ -17,10 +17,17 @@ import threading
 import traceback
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from . import memory
 from .libraries import environment
 from .solver.workers.parallel import thread_count
+
+if TYPE_CHECKING:  # these import NumPy, which takes its time
+    from .solver.adaptive.requests import OpenScene, Request
+    from .solver.adaptive.requirements import SolverSettings
+    from .solver.receivers import Receivers
+    from .solver.scene import Scene
 
 PROTOCOL = 5
 PIPE_SIZE = 1 << 20  # bytes: light is megabytes
@@ -28,8 +35,9 @@ ANSWER, FAILURE = "answer", "failure"
 
 
 class ReplicateProcess:
-    """The second half of bakes, one after the other, in a process of its own (see
-    ``solver.adaptive.replicate.Here``). ``close()`` ends it, and what it is doing."""
+    """The second replicate of bakes, one after the other, in a process of its own: a
+    ``solver.adaptive.second_replicate.RemoteReplicate``. ``close()`` ends it, and what it is
+    doing."""
 
     def __init__(self) -> None:
         """Start it; returns at once. Raises OSError or ImportError when it cannot be started."""
@@ -54,16 +62,27 @@ class ReplicateProcess:
     def __exit__(self, *_) -> None:
         self.close()
 
-    def ask(self, name: str, *words) -> None:
-        """Call a method of its half; "open" makes the half."""
+    def open(
+        self, scene: Scene, receivers: Receivers, settings: SolverSettings, threads: int
+    ) -> None:
+        """Ask for a new replicate, with so many threads."""
+        from .solver.adaptive.requests import OpenScene  # which imports NumPy
+
+        self._send(OpenScene(scene, receivers, settings, threads))
+
+    def ask(self, request: Request) -> None:
+        """Start what is asked for."""
+        self._send(request)
+
+    def _send(self, request: Request | OpenScene) -> None:
         self._asked += 1
         with suppress(OSError):  # it has ended: the answers tell
-            pickle.dump((name, words), self._process.stdin, PROTOCOL)
+            pickle.dump(request, self._process.stdin, PROTOCOL)
             self._process.stdin.flush()
 
     def answers(self) -> list:
-        """What the methods returned that were asked for since the last answers, when they do;
-        raises what one raised, Gone if the process has ended."""
+        """What came of all that was asked for since the last answers, when it is there; raises
+        what one of them raised, ReplicateLost if the process has ended."""
         asked, self._asked = self._asked, 0
         found = [self._answer() for _ in range(asked)]
         for kind, value in found:
@@ -88,7 +107,7 @@ class ReplicateProcess:
         self._process.wait()
 
     def _ended(self) -> Exception:
-        from .solver.adaptive.replicate import ReplicateLost  # which imports NumPy
+        from .solver.adaptive.second_replicate import ReplicateLost  # which imports NumPy
 
         status = self._process.wait()
         return ReplicateLost(
@@ -119,18 +138,18 @@ def serve() -> None:
     asked: queue.SimpleQueue = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(asked,), daemon=True).start()
     from .solver import sequence  # noqa: F401  all a bake needs, before it is asked for
-    from .solver.adaptive.replicate import build_replicate
+    from .solver.adaptive.requests import OpenScene
 
     half, before = None, (0, 0.0)
     while True:
-        name, words = asked.get()
+        request = asked.get()
         try:
-            if name == "open":
+            if isinstance(request, OpenScene):
                 half = None  # frees the one before
-                half, value = build_replicate(*words), None
+                half, value = request.replicate(), None
                 before = half.context.rays, half.context.embree_seconds  # as many as the first took
             else:
-                value = getattr(half, name)(*words)
+                value = request.answer(half)
             kind = ANSWER
         except Exception as error:  # noqa: BLE001  raised again where it was asked
             kind, value = FAILURE, _portable(error)
@@ -138,7 +157,7 @@ def serve() -> None:
         figures = (now[0] - before[0], now[1] - before[1], memory.peak_memory())
         pickle.dump((kind, value, *figures), answers, PROTOCOL)
         answers.flush()
-        del value, words
+        del value, request
 
 
 def _portable(error: Exception) -> Exception:

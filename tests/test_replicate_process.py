@@ -15,7 +15,8 @@ import pytest
 
 from radiosity_addon.replicate_process import ReplicateProcess, peak_memory, start_twin
 from radiosity_addon.settings import Settings
-from radiosity_addon.solver.adaptive.replicate import ReplicateLost
+from radiosity_addon.solver.adaptive.requests import FollowMorePaths
+from radiosity_addon.solver.adaptive.second_replicate import ReplicateLost
 from radiosity_addon.solver.adaptive.solve_cache import SolveCache
 from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.progress import Cancelled
@@ -70,9 +71,9 @@ def test_solves_that_were_kept_reach_the_other_process(twin):
 def test_its_fault_is_raised_here(twin):
     """Energy that grows without end, told by either half."""
     scene, receivers = lit_box(reflectance=1.0)
-    twin.ask("open", scene, receivers, SETTINGS, 1)
-    twin.ask("no_such_thing")
-    with pytest.raises(AttributeError, match="no_such_thing"):
+    twin.open(scene, receivers, SETTINGS, 1)
+    twin.ask(FollowMorePaths(2.0))  # nothing is solved yet: there are no paths to follow on
+    with pytest.raises(AttributeError, match="owner"):
         twin.answers()
     white = replace(scene, materials=tuple(
         replace(material, emission=Constant(np.zeros(3)), reflectance=Constant(np.ones(3)))

@@ -12,10 +12,16 @@ import numpy as np
 
 from .adaptive.error_estimator import ErrorEstimator, Estimate, Surface
 from .adaptive.plan import make_plan
-from .adaptive.replicate import LocalReplicate, Replicate, ReplicateLost, SolveFigures
-from .adaptive.requirements import requirements_of
+from .adaptive.replicate import Replicate, SolveFigures
+from .adaptive.requirements import SolverSettings, requirements_of
 from .adaptive.rounds import MAX_ROUNDS, Clock, Rounds
-from .adaptive.solve_cache import SolveCache
+from .adaptive.second_replicate import (
+    LocalReplicate,
+    RemoteReplicate,
+    ReplicateLost,
+    SecondReplicate,
+)
+from .adaptive.solve_cache import SolveCache, scene_key
 from .check import check_scene
 from .direct.beams import split_beams
 from .direct.line_of_sight import LineOfSight
@@ -27,7 +33,7 @@ from .geometry.triangles import rounding_warning
 from .lights.context import Context, build_context
 from .materials.region_means import footprint_means
 from .progress import Progress, silent
-from .receivers import Receivers
+from .receivers import Projection, Receivers
 from .scene import Scene
 from .solution import Solution, Statistics
 from .workers.parallel import thread_count
@@ -35,18 +41,17 @@ from .workers.parallel import thread_count
 
 @np.errstate(under="ignore")  # light that vanishes beside the brightest is nothing
 def solve(
-    scene: Scene, receivers: Receivers, settings, progress: Progress | None = None, project=None,
-    kept: SolveCache | None = None, beside=None, context: Context | None = None,
+    scene: Scene, receivers: Receivers, settings: SolverSettings, progress: Progress | None = None,
+    project: Projection | None = None, kept: SolveCache | None = None,
+    beside: RemoteReplicate | None = None, context: Context | None = None,
 ) -> Solution:
     """Light at the receivers, to the relative error ``settings.target_error``.
 
-    ``project`` is a Projection to where the error is judged, for colours that are means over
-    receivers; None judges the receivers themselves. ``progress``
-    may raise to stop. ``kept`` has solves to use again and takes those made. ``beside`` does the
-    second replicate in another process (see ``replicate.LocalReplicate`` for how it is spoken to);
-    None does both here.
-    The result is the same. ``context`` is the scene's where it is open already. Raises ValueError
-    for a scene that cannot be solved.
+    ``project`` tells where the error is judged, for colours that are means over receivers; None
+    judges the receivers themselves. ``progress`` may raise to stop. ``kept`` has solves to use
+    again and takes those made. ``beside`` does the second replicate in another process; None does
+    both here. The result is the same. ``context`` is the scene's where it is open already. Raises
+    ValueError for a scene that cannot be solved.
     """
     clock = Clock()
     context = context or open_scene(scene, receivers, settings, progress, beside)
@@ -54,7 +59,7 @@ def solve(
     if threads == 1:
         beside = None
     if beside is not None:
-        beside.ask("open", scene, receivers, settings, threads - context.threads)
+        beside.open(scene, receivers, settings, threads - context.threads)
     footprints = build_footprints(context.geometry, receivers)
     needs = requirements_of(context, settings.passes)
     first = Replicate(
@@ -64,11 +69,11 @@ def solve(
     corners = project is not None
     plan = make_plan(settings.target_error, receivers.count, bool(judge.lattices), corners)
     if kept is not None:
-        kept.expect(scene, receivers, settings.seed)
+        kept.begin(scene_key(scene, receivers, settings.seed))
     clock.lap("elements")
     deadline = None if settings.time_limit is None else clock.start + settings.time_limit
-    beside, lost = _opened(beside, first)
-    rounds = Rounds(first, beside, judge, deadline, clock, kept)
+    second, lost = _opened(beside, first)
+    rounds = Rounds(first, second, judge, deadline, clock, kept)
     verdict, solved = rounds.run(plan)
     energy, unit = energy_balance(context), context.unit * verdict.unit
     clock.lap("solve")
@@ -79,7 +84,7 @@ def solve(
         reflectance=_three(judge.surface.reflectance),
         statistics=Statistics(
             elements=sum(half.unknowns for half in solved) // 2,
-            rays=context.rays + beside.rays,
+            rays=context.rays + second.rays,
             iterations=max(half.iterations for half in solved),
             residual=max(half.residual for half in solved),
             target_error=settings.target_error,
@@ -87,13 +92,14 @@ def solve(
             error_95=verdict.error_95,
             energy=energy,
             warnings=(*lost, *_warnings(context, verdict, settings, solved)),
-            seconds={**clock.laps, "embree": context.embree_seconds + beside.embree_seconds},
+            seconds={**clock.laps, "embree": context.embree_seconds + second.embree_seconds},
         ),
     )
 
 
 def open_scene(
-    scene: Scene, receivers: Receivers, settings, progress: Progress | None = None, beside=None
+    scene: Scene, receivers: Receivers, settings: SolverSettings, progress: Progress | None = None,
+    beside: RemoteReplicate | None = None,
 ) -> Context:
     """The scene made ready for rays, checked, with the threads that are left where ``beside`` does
     the second half. Raises ValueError for a scene that cannot be solved."""
@@ -104,8 +110,10 @@ def open_scene(
     return build_context(scene, settings.seed, threads, progress or silent)
 
 
-def _opened(beside, first: Replicate):
-    """What does the second half, and warnings: this process where the other is not there."""
+def _opened(
+    beside: RemoteReplicate | None, first: Replicate
+) -> tuple[SecondReplicate, tuple[str, ...]]:
+    """The second replicate, and warnings: this process where the other is not there."""
     lost = ()
     if beside is not None:
         try:
@@ -121,7 +129,9 @@ def _three(values: np.ndarray) -> np.ndarray:
     return np.repeat(values, 3 // values.shape[1], axis=1)
 
 
-def _judge(first: Replicate, passes, project, threads: int) -> ErrorEstimator:
+def _judge(
+    first: Replicate, passes: tuple[str, ...], project: Projection | None, threads: int
+) -> ErrorEstimator:
     context, footprints, receivers = first.context, first.footprints, first.receivers
     position, normal = footprints.middle()
     walls = first.walls
@@ -138,7 +148,9 @@ def _judge(first: Replicate, passes, project, threads: int) -> ErrorEstimator:
     return ErrorEstimator(surface, lattices, passes, threads, sees, project)
 
 
-def _warnings(context: Context, verdict: Estimate, settings, solved: list[SolveFigures]):
+def _warnings(
+    context: Context, verdict: Estimate, settings: SolverSettings, solved: list[SolveFigures]
+):
     """What the user should know of the numbers."""
     rounded = rounding_warning(context.scene.vertices, context.geometry)
     if rounded:

@@ -13,6 +13,7 @@ from radiosity_addon.solver.sampling.guide import (
     clusters_of,
     make_guide,
     start_learning,
+    sums_by_cell,
 )
 from radiosity_addon.solver.sequence import solve
 from verification import exact, meshes
@@ -23,7 +24,7 @@ def learnt_from(light):
     learning = start_learning(np.zeros(1, int))
     x, y = np.random.default_rng(0).random((2, 200_000))
     row, column = (x * ROWS).astype(int), (y * COLUMNS).astype(int)
-    learning.add(learning.sums((row * COLUMNS + column)[:, None], light(x, y)))
+    learning.add(sums_by_cell((row * COLUMNS + column)[:, None], light(x, y)))
     return make_guide(learning)
 
 
@@ -51,10 +52,11 @@ def test_a_chunk_of_receivers_keeps_sums_of_its_own_clusters_only():
     learning = start_learning(np.arange(1000))
     cells = cluster * CELLS + random.integers(0, CELLS, (64, 4))
     light = random.random(cells.size)
-    clusters, sums = learning.sums(cells, light)
-    assert clusters.tolist() == [20, 700] and all(each.shape == (2, CELLS) for each in sums)
-    learning.add((clusters, sums))
-    learning.add((clusters, sums))
+    found = sums_by_cell(cells, light)
+    assert found.clusters.tolist() == [20, 700]
+    assert all(each.shape == (2, CELLS) for each in found.sums)
+    learning.add(found)
+    learning.add(found)
     for found, weight in zip((learning.number, learning.light, learning.square),
                              (None, light, light**2)):  # fmt: skip
         expected = 2 * np.bincount(cells.ravel(), weight, 1000 * CELLS)

@@ -13,7 +13,15 @@ import numpy as np
 import pytest
 
 from radiosity_addon.settings import Settings
-from radiosity_addon.solver.adaptive.solve_cache import SOLUTION, TRANSPORT, SolveCache, size
+from radiosity_addon.solver.adaptive.plan import make_plan
+from radiosity_addon.solver.adaptive.solve_cache import (
+    SOLUTION,
+    TRANSPORT,
+    Solve,
+    SolveCache,
+    scene_key,
+    size,
+)
 from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.scene import Material, PointLamp, Sky
 from radiosity_addon.solver.sequence import solve
@@ -128,6 +136,15 @@ def test_strength_of_glowing_faces_is_light():
     assert kept.reused == TRANSPORT
 
 
+PLAN = make_plan(ASKED, 100, True)
+
+
+def put_one(kept, scene, receivers, seed):
+    """Begin a bake and put a solve of PLAN."""
+    kept.begin(scene_key(scene, receivers, seed))
+    kept.put(kept.key(PLAN), Solve(PLAN, ("one", "other"), 1.0))
+
+
 def moved(scene):
     lamp = replace(scene.lamps[0], position=np.array([0.5, 1, 1.4]))
     return replace(scene, lamps=(lamp, *scene.lamps[1:]))
@@ -149,12 +166,11 @@ CHANGES = {
 def test_changed_scene_is_solved_again(change):
     scene, kept = room(), SolveCache()
     receivers = triangle_receivers(scene, 1)
-    kept.expect(scene, receivers, 0)
-    kept.shape, kept.solves = kept._now[0], ["a solve"]
-    kept.expect(replace(scene), receivers, 0)
-    assert kept.solves
-    kept.expect(CHANGES[change](scene), receivers, 0)
-    assert not kept.solves
+    put_one(kept, scene, receivers, 0)
+    kept.begin(scene_key(replace(scene), receivers, 0))
+    assert kept.get(kept.key(PLAN))
+    kept.begin(scene_key(CHANGES[change](scene), receivers, 0))
+    assert kept.get(kept.key(PLAN)) is None and not kept.solves
 
 
 def test_other_seed_and_other_objects_are_solved_again():
@@ -162,10 +178,9 @@ def test_other_seed_and_other_objects_are_solved_again():
     receivers = triangle_receivers(scene, 1)
     floor = replace(receivers, triangle=np.zeros_like(receivers.triangle))
     for other in ((scene, receivers, 1), (scene, floor, 0)):
-        kept.expect(scene, receivers, 0)
-        kept.shape, kept.solves = kept._now[0], ["a solve"]
-        kept.expect(*other)
-        assert not kept.solves
+        put_one(kept, scene, receivers, 0)
+        kept.begin(scene_key(*other))
+        assert kept.get(kept.key(PLAN)) is None and not kept.solves
 
 
 def test_less_error_is_solved_anew_and_more_is_not():
@@ -180,8 +195,28 @@ def test_less_error_is_solved_anew_and_more_is_not():
 def test_only_the_finest_is_kept_where_there_is_little_room():
     kept = SolveCache()
     bake(room(), kept)
-    kept.solves = [*kept.solves[:1], *kept.solves]
-    one = size(kept.solves[-1:])
+    (key, solve), = kept.solves.items()
+    finer = replace(key, plan=replace(key.plan, elements=2 * key.plan.elements))
+    kept.put(finer, solve)
+    assert list(kept.solves) == [key, finer]
+    one = size(solve)
     assert one > 1e5  # bytes: hundreds of rows of 64 rays
-    assert kept.shrunk(one).solves == kept.solves[-1:]
-    assert kept.shrunk(one - 1).solves == []
+    assert list(kept.shrunk(one).solves) == [finer]
+    assert kept.shrunk(one - 1).solves == {}
+
+
+def test_the_very_solve_is_preferred_else_the_finest():
+    """Four times the elements are as fine for any plan; a plan that was solved gets its own. Under
+    other lamps its own light would have to be found anew all the same, so that the finest is best."""
+    scene, kept = room(), SolveCache()
+    receivers = triangle_receivers(scene, 1)
+    put_one(kept, scene, receivers, 0)
+    fine = replace(PLAN, elements=4 * PLAN.elements)
+    kept.put(kept.key(fine), Solve(fine, ("fine", "fine"), 1.0))
+    assert kept.get(kept.key(PLAN))[1].plan == PLAN
+    assert kept.get(kept.key(replace(PLAN, elements=PLAN.elements + 1)))[1].plan == fine
+    assert kept.get(kept.key(replace(fine, row_rays=2 * fine.row_rays))) is None
+    kept.begin(scene_key(room(10, 100), receivers, 0))
+    assert kept.get(kept.key(PLAN))[1].plan == fine
+    kept.put(kept.key(PLAN), Solve(PLAN, ("lit", "lit"), 1.0))
+    assert list(kept.solves) == [kept.key(PLAN)]  # those under the other lamps are forgotten

@@ -87,8 +87,8 @@ def test_unreadable_file_is_ignored(tmp_path, content):
     from radiosity_addon.ui import keep_file
 
     (tmp_path / "kept").write_bytes(content)
-    assert keep_file.read_kept(tmp_path / "kept").solves == []
-    assert keep_file.read_kept(tmp_path / "none").solves == []
+    assert keep_file.read_kept(tmp_path / "kept").solves == {}
+    assert keep_file.read_kept(tmp_path / "none").solves == {}
 
 
 def test_nothing_is_kept_beyond_the_limit_or_on_a_full_disk(tmp_path, monkeypatch):
@@ -96,11 +96,11 @@ def test_nothing_is_kept_beyond_the_limit_or_on_a_full_disk(tmp_path, monkeypatc
     from radiosity_addon.ui import keep_file
 
     path = tmp_path / "kept"
-    kept = SolveCache([np.zeros(100)], changed=True)  # 800 bytes
+    kept = SolveCache({"key": np.zeros(100)}, changed=True)  # 800 bytes
     keep_file.write_kept(path, kept, most=800)
     assert len(keep_file.read_kept(path).solves) == 1
     keep_file.write_kept(path, kept, most=799)
-    assert keep_file.read_kept(path).solves == []
+    assert keep_file.read_kept(path).solves == {}
 
     def full(path, content):
         path.write_bytes(b"half")

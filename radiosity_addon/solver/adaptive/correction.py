@@ -115,7 +115,10 @@ def irradiance_scale(residuals: Residuals, levels: list[np.ndarray]) -> np.ndarr
     return np.maximum(np.maximum(mean[mine], floor), 1e-300)
 
 
-def _level(relative, mine, number, count, parent, inside, scale):
+def _level(
+    relative: np.ndarray, mine: np.ndarray, number: np.ndarray, count: int, parent: np.ndarray,
+    inside: np.ndarray, scale: np.ndarray,
+):
     """Mean squared distance of the true means of regions from those around them, and the squared
     standard error (count,) of each measured mean; relative."""
     mean = np.bincount(mine, relative, count) / np.maximum(number, 1)

@@ -6,13 +6,14 @@ by the area of its footprint, a colour by that of the faces it is fitted to.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 
 import numpy as np
 
+from ..filtering.neighborhood import Neighborhood, Sees
 from ..filtering.smooth import dilate, smooth, smooth_map, widest
 from ..gather.lighting import Lighting
 from ..geometry.vectors import row_squares
@@ -113,13 +114,15 @@ class ErrorEstimator:
     """What the error is measured on. ``project``: see ``sequence.solve``."""
 
     surface: Surface
-    lattices: list  # of Lattice or Graph: who is whose neighbour
+    lattices: Sequence[Neighborhood]
     passes: tuple[str, ...]
     threads: int
-    sees: Callable  # (k,) bool of receivers (k,), (k,): whether one sees all of the other
+    sees: Sees  # whether one receiver sees all of the other
     project: Projection | None = None
 
-    def weigh(self, halves: list[Lighting], left=(None, None)) -> Estimate:
+    def weigh(
+        self, halves: list[Lighting], left: Sequence[np.ndarray | None] = (None, None)
+    ) -> Estimate:
         """Combine the halves. ``left`` are the squared relative biases (count,) that each half
         knows of and could not correct; None: of none."""
         unit = self._typical(halves)
@@ -195,7 +198,9 @@ class ErrorEstimator:
         return points, rays
 
     @staticmethod
-    def _more(local, excess: float, number, share) -> np.ndarray:
+    def _more(
+        local: np.ndarray, excess: float, number: np.ndarray, share: np.ndarray
+    ) -> np.ndarray:
         """(count,) samples to add to ``number`` (count,), where the squared error (count,) is
         ``excess`` times what it may be."""
         if excess <= 1:
@@ -205,7 +210,7 @@ class ErrorEstimator:
         best = root * (root.sum() * excess / part.sum())
         return np.where(best > LEAST_MORE * number, best - number, 0.0)
 
-    def _neighbors(self, *light: np.ndarray) -> list:
+    def _neighbors(self, *light: np.ndarray) -> Sequence[Neighborhood]:
         """Who is whose neighbour, given all light (count, c) so far: what is dark, as a sealed room
         beside the sun, stays so behind a wall."""
         dark = np.ones(len(light[0]), bool)
@@ -229,7 +234,9 @@ class ErrorEstimator:
         )
         return float(np.sqrt(max(shared - 2 * np.mean(own), 0.0))) if shared > max(own) else 0.0
 
-    def _smoothed(self, lattices, a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> _Part:
+    def _smoothed(
+        self, lattices: Sequence[Neighborhood], a: np.ndarray, b: np.ndarray, weight: np.ndarray
+    ) -> _Part:
         """Halves (count, k · channels) of k parts smoothed alike. ``weight`` (count, k · channels):
         from light to relative error."""
         smoothed = smooth(lattices, a, b, weight, self.threads)
@@ -239,7 +246,7 @@ class ErrorEstimator:
         both = sum(apart[:, k : k + channels] for k in range(0, apart.shape[1], channels))
         return _Part(smoothed.a, smoothed.b, both, bias, smoothed.touched)  # parts share rays
 
-    def _pooled(self, lattices, square: np.ndarray) -> np.ndarray:
+    def _pooled(self, lattices: Sequence[Neighborhood], square: np.ndarray) -> np.ndarray:
         """(count,) squared errors averaged with those around, by area, as two halves of one
         receiver may agree by chance; their mean over the surface stays."""
         share = self.surface.share

@@ -1,8 +1,7 @@
 """Replicate: one of two, independent in all that is random, so that everything is done twice.
 
 Their mean is the result, their difference tells the error. Neither looks at the other, so the
-second may live in another process: it is *asked*, works beside the first, and gives its *answers*
-later.
+second may live in another process (``second_replicate``).
 """
 
 from __future__ import annotations
@@ -14,15 +13,16 @@ import numpy as np
 
 from ..direct.beams import Split, split_beams
 from ..filtering.walls import Walls, find_walls
-from ..gather.lighting import Lighting, add_direct, add_gathered, no_light, place_on
+from ..gather.lighting import Lighting, Samples, add_direct, add_gathered, no_light, place_on
 from ..gather.residual import Residuals, follow_residual, join_residuals
 from ..geometry.footprints import Footprints, build_footprints
 from ..lights.context import Context, build_context
 from ..materials.region_means import footprint_means
 from ..progress import silent
 from ..receivers import Receivers
-from ..sampling.guide import Guide, Learning, clusters_of, start_learning
+from ..sampling.guide import Guide, Learning, Lesson, clusters_of, start_learning
 from ..sampling.streams import Stream
+from ..scene import Scene
 from ..transport.patches import ReceiverPatches, build_receiver_patches
 from ..transport.radiosity import Radiosity, divided, solve_radiosity, without_reflection
 from .correction import (
@@ -33,7 +33,7 @@ from .correction import (
     regions_of,
 )
 from .plan import Plan
-from .requirements import Requirements, requirements_of
+from .requirements import Requirements, SolverSettings, requirements_of
 
 # Edges of elements differ by half between the halves, so that few coincide: what the elements'
 # size does to the light then shows in the difference of the halves.
@@ -85,9 +85,9 @@ class Replicate:
     light: Lighting = field(init=False)
     residuals: Residuals | None = None  # of paths with these radiosities
     correction: Correction | None = None
-    lessons: list = field(default_factory=list)  # of the last round
+    lessons: list[Lesson] = field(default_factory=list)  # of the last round
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         self.light = no_light(self.footprints.count, self.context.channels)
 
     @cached_property
@@ -124,7 +124,7 @@ class Replicate:
         )
         return self.take(self._without_bias(radiosity, size, key))
 
-    def _without_bias(self, radiosity: Radiosity, size: int, key) -> Radiosity:
+    def _without_bias(self, radiosity: Radiosity, size: int, key: tuple[int, ...]) -> Radiosity:
         """Radiosities with the elements divided that bring a bias to the receivers."""
         many = radiosity.patches.elements.count > MANY_ELEMENTS
         if many or radiosity.share_of_elements() < FEW_ON_ELEMENTS:
@@ -195,7 +195,9 @@ class Replicate:
         """The radiosities of now."""
         return self.radiosity
 
-    def add(self, direct, gathered, step: int, guide: Guide | None, learn: bool) -> RoundResult:
+    def add(
+        self, direct: Samples, gathered: Samples, step: int, guide: Guide | None, learn: bool
+    ) -> RoundResult:
         """Add light of the round ``step``: [(owners, points of each)] of explicit light, and
         [(owners, rays of each)], aimed by ``guide``."""
         self.lessons = []
@@ -255,7 +257,7 @@ class Replicate:
         """What the rays of the last round teach."""
         learning = start_learning(self.clusters)
         for lesson in self.lessons:
-            learning.add(lesson(learning) if callable(lesson) else lesson)
+            learning.add(lesson)
         return learning
 
     def _solved(self) -> SolveFigures:
@@ -263,7 +265,9 @@ class Replicate:
         return SolveFigures(len(found.solution), found.iterations, found.residual, found.seconds)
 
 
-def build_replicate(scene, receivers, settings, threads: int) -> Replicate:
+def build_replicate(
+    scene: Scene, receivers: Receivers, settings: SolverSettings, threads: int
+) -> Replicate:
     """The second half, from what ``sequence.solve`` is given."""
     context = build_context(scene, settings.seed, threads, silent)
     footprints = build_footprints(context.geometry, receivers)
@@ -272,26 +276,3 @@ def build_replicate(scene, receivers, settings, threads: int) -> Replicate:
         context.crossings  # found now: the first half counts the rays for both
     split = split_beams(context)
     return Replicate(1, context, split, receivers, footprints, needs, settings.target_error)
-
-
-class ReplicateLost(RuntimeError):
-    """The process of the second half has ended; the message says how and what to do."""
-
-
-class LocalReplicate:
-    """The second half in this process: it works when its answers are wanted."""
-
-    rays, embree_seconds = 0, 0.0  # counted by the context that it shares with the first
-
-    def __init__(self, half: Replicate):
-        self._half = half
-        self._asked: list[tuple] = []
-
-    def ask(self, name: str, *words) -> None:
-        """Call a method of the half."""
-        self._asked.append((name, words))
-
-    def answers(self) -> list:
-        """What the methods returned that were asked for since the last answers."""
-        asked, self._asked = self._asked, []
-        return [getattr(self._half, name)(*words) for name, words in asked]

@@ -3,10 +3,35 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 from ..fields import is_black
 from ..lights.context import Context
 from ..scene import used_sides
+
+
+class SolverSettings(Protocol):
+    """What of the user's settings the solver looks at."""
+
+    @property
+    def passes(self) -> tuple[str, ...]:
+        """Some of "emit", "direct", "indirect", "color"."""
+
+    @property
+    def target_error(self) -> float:
+        """Relative, local and over the surface."""
+
+    @property
+    def time_limit(self) -> float | None:
+        """Seconds of solving; None: no limit."""
+
+    @property
+    def seed(self) -> int:
+        """Of all random numbers."""
+
+    @property
+    def threads(self) -> int:
+        """Of all processes together; 0: all cores."""
 
 
 @dataclass(frozen=True)

@@ -7,16 +7,27 @@ is theirs.
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..gather.lighting import Lighting
+from ..gather.lighting import Lighting, Samples
 from ..sampling.guide import Guide, joined, make_guide
 from .error_estimator import DIRECT_SHARE, ErrorEstimator, Estimate
 from .plan import Plan, round_up
-from .replicate import MOST_PATHS, LocalReplicate, Replicate, SolveFigures
-from .solve_cache import SolveCache
+from .replicate import MOST_PATHS, Replicate, SolveFigures
+from .requests import (
+    AddLight,
+    Answer_co,
+    FollowMorePaths,
+    GiveRadiosity,
+    Learn,
+    Request,
+    SolveFor,
+    TakeRadiosity,
+)
+from .second_replicate import SecondReplicate
+from .solve_cache import Solve, SolveCache, solved_before
 
 MAX_ROUNDS = 20
 MAX_SAMPLES = 1 << 14  # rays or points of a receiver in one round
@@ -56,7 +67,7 @@ class Rounds:
     """The rounds of solving and gathering for one set of receivers."""
 
     first: Replicate
-    second: LocalReplicate  # or another process that is spoken to alike
+    second: SecondReplicate
     estimator: ErrorEstimator
     deadline: float | None  # perf_counter seconds after which no round may end
     clock: Clock
@@ -73,14 +84,14 @@ class Rounds:
         told = []  # since the last solve: rays of a receiver, and what is squared error of theirs
         for step in range(MAX_ROUNDS):
             began, work = time.perf_counter(), _samples(direct, gathered)
-            halves = self._both("add", direct, gathered, step, guide, learns)
+            halves = self._both(AddLight(direct, gathered, step, guide, learns))
             light = [half.light for half in halves]
             estimate = self.estimator.weigh(light, [half.left for half in halves])
             self.clock.lap("gather")
             if estimate.error <= plan.enough:
                 break
             if learns:
-                learning = joined(learning, *self._both("learn"))
+                learning = joined(learning, *self._both(Learn()))
                 guide = make_guide(learning)
                 learns = guide is not None  # the first rays tell well enough whether one pays
             shadows, dim = estimate.squares()
@@ -110,29 +121,31 @@ class Rounds:
     def _time_for(self, seconds: float) -> bool:
         return self.deadline is None or time.perf_counter() + seconds <= self.deadline
 
-    def _both(self, name: str, *words) -> tuple:
-        """What both halves answer."""
-        self.second.ask(name, *words)
-        return getattr(self.first, name)(*words), self.second.answers()[-1]
+    def _both(self, request: Request[Answer_co]) -> tuple[Answer_co, Answer_co]:
+        """What both replicates answer."""
+        self.second.ask(request)
+        return request.answer(self.first), self.second.answers()[-1]
 
     def _solve(self, plan: Plan) -> Plan:
         """Two independent solves, of which the second may still be under way. The plan they were
         made for is finer than ``plan`` where such solves were kept."""
         keeps = self.kept is not None and self.first.needs.reflected
-        found = self.kept.find(self.first.split.reflected, plan, self.first.error) if keeps else None
+        context, error = self.first.split.reflected, self.first.error
+        found = solved_before(self.kept, plan, context, error) if keeps else None
         if found:
-            plan, (one, other) = found
-            self.second.ask("take", other)
+            one, other = found.replicates
+            self.second.ask(TakeRadiosity(other))
             self.first.take(one)
             self.clock.lap("solve")
-            return plan
-        self.second.ask("solve", plan)
+            return replace(plan, elements=found.plan.elements, row_rays=found.plan.row_rays)
+        self.second.ask(SolveFor(plan))
         solved = self.first.solve(plan)
         if self.first.needs.reflected:
             self.clock.lap("transport")
             self.clock.move("transport", "solve", solved.seconds)
         if keeps:
-            self.kept.add(self.first.context, plan, list(self._both("give")))
+            solved = Solve(plan, self._both(GiveRadiosity()), self.first.context.unit)
+            self.kept.put(self.kept.key(plan), solved)
         return plan
 
     def _audited(self, estimate: Estimate, plan: Plan) -> bool:
@@ -144,7 +157,7 @@ class Rounds:
         excess = known / (AUDIT_SHARE * plan.goal)
         if excess <= 1:
             return False
-        self._both("audit", float(np.clip(excess**2, 2, MOST_MORE_PATHS)))
+        self._both(FollowMorePaths(float(np.clip(excess**2, 2, MOST_MORE_PATHS))))
         self.clock.lap("transport")
         return True
 
@@ -184,6 +197,6 @@ def _floor(told: list[tuple[float, float]], shadows: float, enough: float) -> fl
     return floor if floor > CLOSE * enough else 0.0
 
 
-def _samples(*rounds) -> int:
+def _samples(*rounds: Samples) -> int:
     """Points and rays of rounds of [(owners, samples of each)]."""
     return sum(len(owners) * samples for parts in rounds for owners, samples in parts)

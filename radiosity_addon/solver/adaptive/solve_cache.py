@@ -13,11 +13,12 @@ from hashlib import blake2b
 
 import numpy as np
 
+from ..fields import Field
 from ..lights.context import Context
 from ..materials.channels import channels_of
 from ..receivers import Receivers
 from ..sampling.streams import Stream
-from ..scene import LAMP_COLOR, Scene, lamp_color, sides
+from ..scene import LAMP_COLOR, Lamp, Scene, lamp_color, sides
 from ..transport.lit_patches import light_points
 from ..transport.radiosity import Radiosity, solve_rows
 from .plan import Plan
@@ -26,85 +27,110 @@ SOLUTION, TRANSPORT = "solution", "transport"  # what of an earlier bake was use
 
 
 @dataclass(frozen=True)
+class SceneKey:
+    """Digests of what is solved: the shape, the light, and the receivers that were looked from."""
+
+    shape: str
+    light: str
+    receivers: str
+
+
+@dataclass(frozen=True)
+class SolveKey:
+    """What a solve depends on, and how fine it is."""
+
+    scene: SceneKey
+    plan: Plan
+
+
+@dataclass(frozen=True)
 class Solve:
-    """What ``plan`` gave: a Radiosity for each half."""
+    """What ``plan`` gave: a Radiosity for each replicate, its light divided by ``unit``."""
 
     plan: Plan
-    halves: tuple[Radiosity, ...]
+    replicates: tuple[Radiosity, Radiosity]
+    unit: float
 
 
 @dataclass
 class SolveCache:
     """The solves of the last bake, coarse to fine. Can be pickled.
 
-    Call ``expect`` for the scene to be baked, then ``find`` before each solve and ``add`` after it.
-    ``reused`` then tells what ``find`` gave: "", SOLUTION or TRANSPORT.
+    Call ``begin`` for the scene to be baked, then ``get`` before each solve and ``put`` after it
+    (``solved_before`` also lights anew what it gets). ``reused`` then tells what was got:
+    "", SOLUTION or TRANSPORT.
     """
 
-    solves: list[Solve] = field(default_factory=list)
-    shape: str = ""  # digests of what the solves were made for
-    light: str = ""
-    receivers: str = ""
-    unit: float = 1.0  # what their light is divided by
+    solves: dict[SolveKey, Solve] = field(default_factory=dict)
+    scene: SceneKey | None = None  # what is baked now
     reused: str = ""
-    changed: bool = False  # since ``expect``
-    _now: tuple[str, str, str] = ("", "", "")  # digests of what is baked now
+    changed: bool = False  # since ``begin``
 
-    def expect(self, scene: Scene, receivers: Receivers, seed: int) -> None:
-        """Forget what does not fit this scene, its baked objects, or the seed."""
-        shape, light = shape_digest(scene, receivers, seed), light_digest(scene)
-        if shape != self.shape:
-            self.solves = []
-        cells = (receivers.receiver, receivers.triangle, receivers.corners, receivers.square)
-        if receivers.shading is not None:
-            cells += (receivers.shading,)
-        self._now, self.reused, self.changed = (shape, light, digest(cells)), "", False
+    def begin(self, scene: SceneKey) -> None:
+        """Forget the solves of other shapes."""
+        self.solves = {k: v for k, v in self.solves.items() if k.scene.shape == scene.shape}
+        self.scene, self.reused, self.changed = scene, "", False
 
-    def find(self, context: Context, plan: Plan, tolerance: float):
-        """(plan, radiosities) of a solve at least as fine as ``plan``, or None.
+    def key(self, plan: Plan) -> SolveKey:
+        """Of a solve of what is baked now."""
+        return SolveKey(self.scene, plan)
 
-        For the same receivers and light the very solve that ``plan`` asks for is preferred, so
-        that the result is what a bake from scratch gives; else the finest one.
+    def get(self, key: SolveKey) -> tuple[SolveKey, Solve] | None:
+        """A solve of this shape, at least as fine as the key's plan, and its own key; or None.
+
+        For the same receivers and light the very solve that is asked for is preferred, so that the
+        result is what a bake from scratch gives; else the finest one.
         """
-        fine = [solve for solve in self.solves if _as_fine(solve.plan, plan)]
-        if not fine:
-            return None
-        chosen = fine[-1]
-        if self._now[1] != self.light:
-            chosen = self._lit_anew(context, chosen, tolerance)
-        elif self._now[2] == self.receivers:
-            chosen = next((solve for solve in fine if _same(solve.plan, plan)), chosen)
-        self.reused = self.reused or SOLUTION
-        made = chosen.plan
-        return replace(plan, elements=made.elements, row_rays=made.row_rays), list(chosen.halves)
+        fine = [
+            (kept, solve) for kept, solve in self.solves.items()
+            if kept.scene.shape == key.scene.shape and _as_fine(kept.plan, key.plan)
+        ]  # fmt: skip
+        same = [(kept, solve) for kept, solve in fine
+                if kept.scene == key.scene and _same(kept.plan, key.plan)]  # fmt: skip
+        return (same[:1] or fine[-1:] or [None])[0]
 
-    def add(self, context: Context, plan: Plan, radiosities: list[Radiosity]) -> None:
-        """Keep a solve of the scene that is expected."""
-        if self._now != (self.shape, self.light, self.receivers):
-            self.solves = []
-            self.shape, self.light, self.receivers = self._now
-        self.solves.append(Solve(plan, tuple(radiosities)))
-        self.unit, self.reused, self.changed = context.unit, "", True
+    def put(self, key: SolveKey, solve: Solve) -> None:
+        """Keep a solve, and of the others those of the same scene."""
+        self.solves = {k: v for k, v in self.solves.items() if k.scene == key.scene}
+        self.solves[key] = solve
+        self.reused, self.changed = "", True
 
     def shrunk(self, most: int) -> SolveCache:
         """With the coarsest solves left out until the arrays take at most ``most`` bytes."""
-        solves = list(self.solves)
-        while solves and size(solves) > most:
-            solves.pop(0)
+        solves = dict(self.solves)
+        while solves and size(list(solves.values())) > most:
+            del solves[next(iter(solves))]
         return replace(self, solves=solves)
 
-    def _lit_anew(self, context: Context, solve: Solve, tolerance: float) -> Solve:
-        halves = tuple(
-            lit_anew(context, half, self.unit, tolerance, (context.seed, Stream.RELIGHT, number))
-            for number, half in enumerate(solve.halves)
-        )
-        self.solves = [replace(solve, halves=halves)]
-        self.light, self.unit, self.reused = self._now[1], context.unit, TRANSPORT
-        self.changed = True
-        return self.solves[0]
+
+def solved_before(
+    cache: SolveCache, plan: Plan, context: Context, tolerance: float
+) -> Solve | None:
+    """A kept solve of what is baked now that is at least as fine as ``plan``, under the context's
+    lamps; None where there is none."""
+    found = cache.get(cache.key(plan))
+    if found is None:
+        return None
+    key, solve = found
+    if key.scene.light != cache.scene.light:
+        solve = _lit_anew(context, solve, tolerance)
+        cache.put(replace(key, scene=replace(key.scene, light=cache.scene.light)), solve)
+        cache.reused = TRANSPORT
+    cache.reused = cache.reused or SOLUTION
+    return solve
 
 
-def lit_anew(context: Context, half: Radiosity, unit: float, tolerance: float, key) -> Radiosity:
+def _lit_anew(context: Context, solve: Solve, tolerance: float) -> Solve:
+    replicates = tuple(
+        lit_anew(context, each, solve.unit, tolerance, (context.seed, Stream.RELIGHT, number))
+        for number, each in enumerate(solve.replicates)
+    )
+    return replace(solve, replicates=replicates, unit=context.unit)
+
+
+def lit_anew(
+    context: Context, half: Radiosity, unit: float, tolerance: float, key: tuple[int, ...]
+) -> Radiosity:
     """The same elements and rows under the context's lamps: direct light at the points that the
     rows start from, and the linear system. ``unit`` is what the rows' sky was divided by."""
     blocks = []
@@ -134,6 +160,15 @@ def _same(kept: Plan, asked: Plan) -> bool:
     return kept == replace(asked, enough=kept.enough, points=kept.points, rays=kept.rays)
 
 
+def scene_key(scene: Scene, receivers: Receivers, seed: int) -> SceneKey:
+    """The key of a scene, its baked objects, and the seed."""
+    cells = (receivers.receiver, receivers.triangle, receivers.corners, receivers.square)
+    if receivers.shading is not None:
+        cells += (receivers.shading,)
+    shape, light = shape_digest(scene, receivers, seed), light_digest(scene)
+    return SceneKey(shape, light, digest(cells))
+
+
 def shape_digest(scene: Scene, receivers: Receivers, seed: int) -> str:
     """Of everything that rays between surfaces depend on, whether anything is coloured, and
     whether each light shines at all: elements are small where the shadows of those that do have
@@ -156,21 +191,21 @@ def light_digest(scene: Scene) -> str:
     return digest(lamps, [material.emission for material in sides(scene.materials)])
 
 
-def _shines(thing) -> tuple[str, bool]:
+def _shines(thing: Lamp | Field) -> tuple[str, bool]:
     """The kind of a lamp or an emission field, and whether it gives any light."""
     names = (*LAMP_COLOR.values(), "value", "factor", "values")
     values = [getattr(thing, name, 1.0) for name in names]
     return type(thing).__name__, all(np.any(np.asarray(v) > 0) for v in values)
 
 
-def digest(*things) -> str:
+def digest(*things: object) -> str:
     """A fingerprint of nested dataclasses, sequences, arrays and plain values."""
     state = blake2b(digest_size=16)
     _feed(state, things)
     return state.hexdigest()
 
 
-def _feed(state, thing) -> None:
+def _feed(state: blake2b, thing: object) -> None:
     if isinstance(thing, np.ndarray):
         state.update(f"{thing.dtype.str}{thing.shape}".encode() + thing.tobytes())
     elif is_dataclass(thing):
@@ -183,7 +218,7 @@ def _feed(state, thing) -> None:
         state.update(f"{thing!r};".encode())
 
 
-def size(thing) -> int:
+def size(thing: object) -> int:
     """Bytes of all arrays in nested dataclasses and sequences."""
     if isinstance(thing, np.ndarray):
         return thing.nbytes

@@ -12,7 +12,16 @@ from __future__ import annotations
 import numpy as np
 
 from ..lights.context import Context
-from ..sampling.points import Middles, Points, grouped_chunks, light_places, masked, owned
+from ..lights.light_batch import Sample, Unoccluded
+from ..sampling.points import (
+    Middles,
+    PlacePoints,
+    Points,
+    grouped_chunks,
+    light_places,
+    masked,
+    owned,
+)
 from ..sampling.shade import Shade
 from ..sampling.sobol import GROUPS
 from ..tracing.blockers import Blockers
@@ -23,7 +32,9 @@ from .transmission import visibility, visible_samples
 POINTS_PER_CHUNK = 1 << 14
 
 
-def direct_light(context: Context, count: int, per: int, place, key, stage: str):
+def direct_light(
+    context: Context, count: int, per: int, place: PlacePoints, key: tuple[int, ...], stage: str
+):
     """Explicit light at ``count`` owners, irradiance (count, channels) float64, and the variance
     (count,) of its channels' mean that the choice among many lights leaves; ``place(chosen, group)``
     gives their ``per`` Points."""
@@ -31,7 +42,7 @@ def direct_light(context: Context, count: int, per: int, place, key, stage: str)
     if count == 0 or not (context.sources.always or context.sources.pools):
         return irradiance, variance
 
-    def work(chunk):
+    def work(chunk: tuple[int, slice]):
         group, some = chunk
         return some, *_light_points(context, place(some, group), (*key, group))
 
@@ -42,7 +53,7 @@ def direct_light(context: Context, count: int, per: int, place, key, stage: str)
     return irradiance, variance
 
 
-def direct_at(context: Context, points: Points, key, stage: str):
+def direct_at(context: Context, points: Points, key: tuple[int, ...], stage: str):
     """The same at each of points (1, n), owners of their own: their numbers are independent."""
     numbers = np.arange(points.shape[1])  # Embree wants copies, not views by slices
     return direct_light(
@@ -50,7 +61,7 @@ def direct_at(context: Context, points: Points, key, stage: str):
     )
 
 
-def _light_points(context: Context, points: Points, key):
+def _light_points(context: Context, points: Points, key: tuple[int, ...]):
     """(R, channels) irradiance and (R,) variance."""
     middles = points.middles()
     irradiance = _from_each(context, points, middles, key)
@@ -60,7 +71,9 @@ def _light_points(context: Context, points: Points, key):
     return irradiance + light, variance
 
 
-def _from_each(context: Context, points: Points, middles: Middles, key) -> np.ndarray:
+def _from_each(
+    context: Context, points: Points, middles: Middles, key: tuple[int, ...]
+) -> np.ndarray:
     """(R, channels) irradiance from the lights that are sampled at every point."""
     per, count = points.shape
     irradiance, everyone = np.zeros((count, context.channels)), np.arange(count)
@@ -89,7 +102,10 @@ def _from_each(context: Context, points: Points, middles: Middles, key) -> np.nd
     return irradiance
 
 
-def _visible_share(context: Context, blockers: Blockers, whole, points: Points, some, xi):
+def _visible_share(
+    context: Context, blockers: Blockers, whole: Unoccluded, points: Points,
+    some: np.ndarray | slice, xi: tuple[np.ndarray, np.ndarray],
+):
     """(k, 1 or channels) share of a light's irradiance that arrives at the owners ``some``, (k,) or
     a slice, at which it is known."""
     position, s, t = (owned(array, some) for array in (points.position, *xi))
@@ -111,7 +127,10 @@ def _visible_share(context: Context, blockers: Blockers, whole, points: Points, 
     return share
 
 
-def _from_points(context: Context, light: int, points: Points, some, xi, dark) -> np.ndarray:
+def _from_points(
+    context: Context, light: int, points: Points, some: np.ndarray,
+    xi: tuple[np.ndarray, np.ndarray], dark: np.ndarray | None,
+) -> np.ndarray:
     """(k, channels) irradiance of a light at the owners ``some`` (k,), looked at from each of
     their points. Single points' samples may differ more: there is no mean of them that would not."""
     kind, place = context.sources.named(light)
@@ -138,7 +157,8 @@ def _from_points(context: Context, light: int, points: Points, some, xi, dark) -
 
 
 def _visible_mean(
-    context: Context, blockers: Blockers, origins, sample, per: int, color, shade: Shade | None
+    context: Context, blockers: Blockers, origins: np.ndarray, sample: Sample, per: int,
+    color: np.ndarray, shade: Shade | None,
 ) -> np.ndarray:
     """(R, channels) irradiance of a light of this ``color``, (channels,) or (per, R, channels):
     the mean of what is visible of the samples, or of the whole light that share. Rays are traced

@@ -8,8 +8,8 @@ level of least error shows, and so does the error that is left.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Sequence
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d

@@ -7,16 +7,16 @@ whatever the geometry.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
 from ..lights.context import Context
 from ..lights.polygons import NEAR
-from ..sampling.guide import Guide, Learning
-from ..sampling.points import grouped_chunks
+from ..sampling.guide import Guide, Lesson, PlainRays, sums_by_cell
+from ..sampling.points import PlacePoints, grouped_chunks
 from ..sampling.sobol import sobol
 from ..transport.onward import Ends, ends_of, go_on, join_ends
+from ..transport.radiosity import Radiosity
 from ..transport.rays import (
     RAYS_PER_CHUNK,
     Met,
@@ -34,17 +34,18 @@ from ..workers.parallel import map_chunks
 class Gathered:
     """Mean over each owner's rays, (count, channels) float64: reflected light, and light
     first-hand, from the sky and from emission that is not sampled explicitly. ``lessons`` are what
-    ``Learning.add`` takes, or make it of the Learning."""
+    ``Learning.add`` takes."""
 
     bounced: np.ndarray
     first: np.ndarray
     unseen: Ends  # where nothing is known; the weight is the share in the owner's mean
-    lessons: list
+    lessons: list[Lesson]
 
 
 def gather(
-    context: Context, radiosity, count: int, rays: int, place, key, stage: str,
-    owners: np.ndarray, learns: bool = False, guide: Guide | None = None,
+    context: Context, radiosity: Radiosity, count: int, rays: int, place: PlacePoints,
+    key: tuple[int, ...], stage: str, owners: np.ndarray, learns: bool = False,
+    guide: Guide | None = None,
 ) -> Gathered:
     """Light that ``rays`` from each of ``count`` owners bring; ``place(chosen, group)`` gives the
     owners' Points. ``radiosity`` is a Radiosity. ``owners`` (count,) are the receivers' numbers; where
@@ -53,7 +54,7 @@ def gather(
     patches = radiosity.patches
     emitted = first_hand_table(context, radiosity)
 
-    def work(chunk):
+    def work(chunk: tuple[int, slice]):
         group, chosen = chunk
         whose = owners[chosen]
         points = place(chosen, group)
@@ -90,10 +91,10 @@ def gather(
                 brought = _brought(seen, part, brought)
         if not learns:
             lesson = None
-        elif guide is None:  # most bakes end with their first round: nobody asks
-            lesson = partial(_lesson, sobol(rays, 2, *key_), points.turn[:, 2], whose, brought)
+        elif guide is None:
+            lesson = PlainRays(sobol(rays, 2, *key_), points.turn[:, 2], whose, brought)
         else:
-            lesson = Learning.sums(cells, brought)
+            lesson = sums_by_cell(cells, brought)
         return chosen, bounced, first, unseen, lesson
 
     chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // rays))
@@ -108,7 +109,9 @@ def gather(
     return Gathered(*totals, join_ends(unseen, context.channels), lessons)
 
 
-def _unknown(radiosity, met: Met, entries: np.ndarray, share: np.ndarray | None) -> np.ndarray:
+def _unknown(
+    radiosity: Radiosity, met: Met, entries: np.ndarray, share: np.ndarray | None
+) -> np.ndarray:
     """(k,) int: hits with ``entries`` (n,) of which nothing is known, of rays that count at all."""
     unknown = np.take(radiosity.unknown, entries) | (entries == radiosity.patches.onward)
     unknown = np.flatnonzero(unknown)
@@ -120,7 +123,9 @@ def light_at(table: np.ndarray, ends: Ends, count: int) -> np.ndarray:
     return sums_of(ends.owner, ends.weight * table[ends.places.entry], count)
 
 
-def follow_onward(context: Context, radiosity, rays: Ends, count: int, key):
+def follow_onward(
+    context: Context, radiosity: Radiosity, rays: Ends, count: int, key: tuple[int, ...]
+):
     """What owners' ``rays`` that ended on no patch bring in the end, (count, channels): light that was
     reflected, but by the patches that they end on; light first-hand; and these Ends."""
     onward = go_on(context, radiosity.patches, rays, count, (*key, 1))
@@ -129,11 +134,6 @@ def follow_onward(context: Context, radiosity, rays: Ends, count: int, key):
     if radiosity.emitted is not None:
         light += light_at(radiosity.emitted, onward.ends, count)
     return light, first, onward.ends
-
-
-def _lesson(xi, turn, owners, brought, learning: Learning):
-    """What ``learning`` adds of rays at ``xi`` (rays, 2) with azimuths turned by ``turn`` (R,)."""
-    return learning.sums(learning.cells(xi, turn, owners), brought)
 
 
 def _brought(light: np.ndarray, met: Met, before: np.ndarray | None) -> np.ndarray:
@@ -148,7 +148,7 @@ def _brought(light: np.ndarray, met: Met, before: np.ndarray | None) -> np.ndarr
     return before
 
 
-def first_hand_table(context: Context, radiosity) -> np.ndarray | None:
+def first_hand_table(context: Context, radiosity: Radiosity) -> np.ndarray | None:
     """(n_entries, channels) float32 light first-hand from what rays meet, by entry: emission
     that is not sampled explicitly, and of the miss a constant sky's; None where there is neither."""
     emitted, sky = radiosity.emitted, context.sky
@@ -159,7 +159,10 @@ def first_hand_table(context: Context, radiosity) -> np.ndarray | None:
     return table
 
 
-def first_hand(context: Context, radiosity, emitted, entries, met: Met, directions: np.ndarray):
+def first_hand(
+    context: Context, radiosity: Radiosity, emitted: np.ndarray | None, entries: np.ndarray,
+    met: Met, directions: np.ndarray,
+):
     """(k, channels) float32 light from the sky, and emission met; None where there is neither. What
     a near ray meets of a picture is its value there, of a far one the mean over the cell."""
     light = None if emitted is None else np.take(emitted, entries, axis=0)

@@ -15,7 +15,9 @@ from ..transport.radiosity import Radiosity, extended
 from .gather import follow_onward, light_at
 
 
-def light_unseen(context: Context, radiosity: Radiosity, unseen: Ends, count: int, key):
+def light_unseen(
+    context: Context, radiosity: Radiosity, unseen: Ends, count: int, key: tuple[int, ...]
+):
     """Light (count, channels) of owners' rays that ended where nothing is known: reflected, and
     first-hand; and the radiosity, with rows for what they met."""
     onward = unseen.places.entry == radiosity.patches.onward

@@ -10,8 +10,8 @@ import numpy as np
 from ..direct.beams import Split
 from ..direct.irradiance import direct_light
 from ..geometry.footprints import Footprints
-from ..sampling.guide import Guide
-from ..sampling.points import footprint_points
+from ..sampling.guide import Guide, Lesson
+from ..sampling.points import PlacePoints, Points, footprint_points
 from ..sampling.sobol import uniform
 from ..sampling.streams import Stream
 from ..transport.onward import join_ends
@@ -20,9 +20,10 @@ from .gather import gather
 from .late_rows import light_unseen
 
 MOST_POINTS = 256  # of a receiver that share its rays in one round
+Samples = list[tuple[np.ndarray, int]]  # [(owners (k,) int, samples of each)]
 
 
-@dataclass(frozen=True)
+@dataclass
 class Lighting:
     """Sums (count, channels) and their numbers of samples (count, 1), filled in place."""
 
@@ -66,11 +67,13 @@ def no_light(count: int, channels: int) -> Lighting:
     return Lighting(*sums, np.zeros((count, channels), np.float32))
 
 
-def place_on(footprints: Footprints, owners: np.ndarray, per: int, *key: int):
+def place_on(
+    footprints: Footprints, owners: np.ndarray, per: int, *key: int
+) -> PlacePoints:
     """``place(chosen, group)``: ``per`` points on ``owners[chosen]``."""
     turn = uniform((len(owners), 3), *key)
 
-    def place(chosen, group):
+    def place(chosen: np.ndarray | slice, group: int) -> Points:
         return footprint_points(footprints, owners[chosen], turn[chosen], per, *key, group)
 
     return place
@@ -87,7 +90,10 @@ def _add(sums: np.ndarray, owners: np.ndarray, values: np.ndarray) -> None:
         sums[owners, channel] += values[:, channel]
 
 
-def add_direct(split: Split, footprints, lighting: Lighting, owners, per: int, *key) -> None:
+def add_direct(
+    split: Split, footprints: Footprints, lighting: Lighting, owners: np.ndarray, per: int,
+    *key: int,
+) -> None:
     """Add ``per`` points of explicit light to each of ``owners`` (k,) int."""
     key = (split.rest.seed, Stream.DIRECT, *key)
     owners = _simple_first(footprints, owners)
@@ -102,9 +108,9 @@ def add_direct(split: Split, footprints, lighting: Lighting, owners, per: int, *
 
 
 def add_gathered(
-    split: Split, footprints, lighting: Lighting, radiosity: Radiosity, parts, *key,
-    learns: bool = False, guide: Guide | None = None,
-) -> tuple[Radiosity, list]:
+    split: Split, footprints: Footprints, lighting: Lighting, radiosity: Radiosity, parts: Samples,
+    *key: int, learns: bool = False, guide: Guide | None = None,
+) -> tuple[Radiosity, list[Lesson]]:
     """Add gathered rays: ``parts`` are [(owners (k,) int, rays of each)]. A ray that a guide aimed
     counts as many as it is worth. Returns the radiosity, with that of all that the rays met, and
     lessons where somebody ``learns``. What beams' spots bring is added point by point."""

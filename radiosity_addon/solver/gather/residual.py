@@ -50,7 +50,7 @@ class Residuals:
 
 
 def follow_residual(
-    context: Context, footprints: Footprints, radiosity: Radiosity, paths: int, *key
+    context: Context, footprints: Footprints, radiosity: Radiosity, paths: int, *key: int
 ) -> Residuals:
     """``paths`` paths from receivers, as many from a receiver as its share of the area makes."""
     level = (np.arange(paths) + uniform((paths,), *key, 1)) / paths * footprints.cumulative[-1]
@@ -77,7 +77,10 @@ def join_residuals(parts: list[Residuals]) -> Residuals:
     return Residuals(places=join_places([part.places for part in parts]), visit=visit, **arrays)
 
 
-def _follow(context, footprints, radiosity, table, owners, key) -> Residuals:
+def _follow(
+    context: Context, footprints: Footprints, radiosity: Radiosity, table: np.ndarray | None,
+    owners: np.ndarray, key: tuple[int, ...],
+) -> Residuals:
     """Paths from ``owners`` (n,)."""
     count = len(owners)
     points = footprint_points(footprints, owners, uniform((count, 3), *key, 2), 1, *key)
@@ -110,7 +113,10 @@ def _follow(context, footprints, radiosity, table, owners, key) -> Residuals:
     )
 
 
-def _arrived(context, radiosity, table, met: list[Met], directions, count: int, key):
+def _arrived(
+    context: Context, radiosity: Radiosity, table: np.ndarray | None, met: list[Met],
+    directions: np.ndarray, count: int, key: tuple[int, ...],
+):
     """(R, channels) irradiance that rays (rays, R) bring by the table, and where the first of each
     owner's rays ended, with all that it met on its way."""
     arriving, rays, patches = 0.0, len(directions), radiosity.patches
@@ -138,7 +144,10 @@ def _arrived(context, radiosity, table, met: list[Met], directions, count: int, 
     return arriving, join_ends(ends, context.channels)
 
 
-def _step(context, radiosity, table, ends: Ends, key):
+def _step(
+    context: Context, radiosity: Radiosity, table: np.ndarray | None, ends: Ends,
+    key: tuple[int, ...],
+):
     """The weighted residual (k, channels) where paths are, and where they go on to."""
     places = ends.places
     front = places.front
@@ -164,7 +173,7 @@ def _surviving(ends: Ends, xi: np.ndarray) -> Ends:
     return ends.surviving(np.minimum(ends.weight.max(axis=1, initial=0), 1), xi)
 
 
-def _direct(context: Context, points: Points, key) -> np.ndarray:
+def _direct(context: Context, points: Points, key: tuple[int, ...]) -> np.ndarray:
     """(R, channels) irradiance from explicit lights at one point of each owner."""
     shape = (LIGHT_SAMPLES, points.shape[1])
     repeated = Points(

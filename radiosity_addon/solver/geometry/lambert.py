@@ -6,7 +6,7 @@ Lambert 1760, Photometria; in this vector form Baum, Rushmeier & Winget
 
 from __future__ import annotations
 
-from typing import Sequence
+from collections.abc import Sequence
 
 import numpy as np
 

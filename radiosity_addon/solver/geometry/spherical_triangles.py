@@ -38,7 +38,9 @@ def _solid_angle(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
     return 2 * np.arctan2(volume, 1 + dot(a, b) + dot(b, c) + dot(c, a))
 
 
-def _toward(a, b, c, part: np.ndarray, xi: np.ndarray) -> np.ndarray:
+def _toward(
+    a: np.ndarray, b: np.ndarray, c: np.ndarray, part: np.ndarray, xi: np.ndarray
+) -> np.ndarray:
     """(3, n) directions in spherical triangles: the triangle a, b, d, with d on the side from a to
     c, has the solid angle ``part`` (n,); on the arc from b to d the place follows from ``xi`` (n,)."""
     along, across = _axes(a, c)

@@ -69,7 +69,9 @@ def by_cosine(
     return _met(lights, which, position, total, direction)
 
 
-def by_solid_angle(lights, which, position, normal, xi):
+def by_solid_angle(
+    lights: Polygons, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
+):
     """Uniform in the solid angle, for triangles and rectangles: a tenth of the work of
     ``by_cosine``, for samples that differ by their cosines."""
     _, rays, xi = _rays(lights, which, position, normal, xi)
@@ -78,7 +80,10 @@ def by_solid_angle(lights, which, position, normal, xi):
     return _met(lights, which, position, total * cosine, direction)
 
 
-def _met(lights, which, position, total: np.ndarray, direction: np.ndarray):
+def _met(
+    lights: Polygons, which: np.ndarray, position: np.ndarray, total: np.ndarray,
+    direction: np.ndarray,
+):
     """Irradiance and segments of samples in ``direction`` (3, n) that stand for ``total`` (n,) if the
     light shines alike to all sides."""
     up = each(lights.normal, which)

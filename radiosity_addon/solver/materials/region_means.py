@@ -6,9 +6,9 @@ means: exact ones, so that nothing in a picture falls between places that are lo
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Callable
 
 import numpy as np
 

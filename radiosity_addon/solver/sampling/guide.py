@@ -42,6 +42,40 @@ def clusters_of(position: np.ndarray, normal: np.ndarray, area: np.ndarray) -> n
     return np.unique(key, return_inverse=True)[1].reshape(-1)
 
 
+@dataclass(frozen=True)
+class PlainRays:
+    """Rays that nobody aimed, and what they brought. Their cells are looked up only if somebody
+    learns from them: most bakes end before that."""
+
+    xi: np.ndarray  # (rays, 2) places in the unit square
+    turn: np.ndarray  # (R,) what an owner's azimuths are turned by
+    owners: np.ndarray  # (R,) int: receivers
+    light: np.ndarray  # (rays · R,) float32
+
+
+@dataclass(frozen=True)
+class CellSums:
+    """What rays add to the three sums of ``clusters`` (k,): [(k, CELLS)]. No more is kept of a
+    chunk of receivers."""
+
+    clusters: np.ndarray
+    sums: list[np.ndarray]
+
+
+Lesson = PlainRays | CellSums
+
+
+def sums_by_cell(cells: np.ndarray, light: np.ndarray) -> CellSums:
+    """Of rays in ``cells`` (rays, R) that brought ``light`` (rays · R,)."""
+    clusters, column = np.unique(cells[0] // CELLS, return_inverse=True)
+    shift = (column - clusters[column]) * CELLS
+    cells = (cells + shift.astype(cells.dtype)).ravel()
+    weights = (None, light, light * light)
+    size = len(clusters) * CELLS
+    found = [np.bincount(cells, weight, size).reshape(-1, CELLS) for weight in weights]
+    return CellSums(clusters, found)
+
+
 @dataclass
 class Learning:
     """Sums over rays by cell, (n_clusters · CELLS,) each, filled in place. Rays spread evenly
@@ -59,23 +93,13 @@ class Learning:
         column = (((xi[:, 1:] + turn) % 1) * COLUMNS).astype(np.int32) % COLUMNS
         return (self.cluster[owners] * CELLS + row * COLUMNS) + column
 
-    @staticmethod
-    def sums(cells: np.ndarray, light: np.ndarray) -> tuple[np.ndarray, list]:
-        """Clusters (k,) of rays in ``cells`` (rays, R) that brought ``light`` (rays · R,), and what
-        these add to the three sums (k, CELLS): no more is kept of a chunk of receivers."""
-        clusters, column = np.unique(cells[0] // CELLS, return_inverse=True)
-        shift = (column - clusters[column]) * CELLS
-        cells = (cells + shift.astype(cells.dtype)).ravel()
-        weights = (None, light, light * light)
-        size = len(clusters) * CELLS
-        found = [np.bincount(cells, weight, size).reshape(-1, CELLS) for weight in weights]
-        return clusters, found
-
-    def add(self, sums: tuple[np.ndarray, list]) -> None:
-        """Add what ``sums`` gave."""
-        clusters, found = sums
-        for mine, more in zip((self.number, self.light, self.square), found):
-            mine.reshape(-1, CELLS)[clusters] += more
+    def add(self, lesson: Lesson) -> None:
+        """Add what rays brought."""
+        if isinstance(lesson, PlainRays):
+            cells = self.cells(lesson.xi, lesson.turn, lesson.owners)
+            lesson = sums_by_cell(cells, lesson.light)
+        for mine, more in zip((self.number, self.light, self.square), lesson.sums):
+            mine.reshape(-1, CELLS)[lesson.clusters] += more
 
 
 def joined(before: Learning | None, *more: Learning) -> Learning:

@@ -10,8 +10,8 @@ Stein 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
-from typing import Callable
 
 import numpy as np
 

@@ -54,7 +54,10 @@ class Ends:
         return replace(ends, weight=ends.weight / chance[kept, None])
 
 
-def ends_of(met: Met, directions, entry: np.ndarray, chosen: np.ndarray, owner, weight) -> Ends:
+def ends_of(
+    met: Met, directions: np.ndarray, entry: np.ndarray, chosen: np.ndarray, owner: np.ndarray,
+    weight: np.ndarray,
+) -> Ends:
     """Of the hits ``chosen`` (k,) of a part with ``entry`` (n,), as ``owner`` (k,) has them;
     ``weight`` (k, channels) beside what came through surfaces. Rays started in ``directions``
     (rays, R, 3)."""
@@ -89,7 +92,7 @@ class Onward:
     sky: np.ndarray
     first_ones: int  # of ``passed``, at its start: no surface has reflected these before
 
-    def light(self, context: Context, key) -> tuple[np.ndarray, np.ndarray]:
+    def light(self, context: Context, key: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
         """(count, channels) direct light that rays found on their way, which was reflected, and
         emission of where they ended first."""
         count = len(self.sky)
@@ -107,7 +110,9 @@ class Onward:
         return light, sums_of(owner[:first], glow[:first], count)
 
 
-def go_on(context: Context, patches: Patches, rays: Ends, count: int, key) -> Onward:
+def go_on(
+    context: Context, patches: Patches, rays: Ends, count: int, key: tuple[int, ...]
+) -> Onward:
     """Follow ``rays`` that ended on no patch; their owners are below ``count``."""
     sky, passed, lit, ended, first = np.zeros((count, context.channels)), [], [], [], len(rays.owner)
     for bounce in range(MOST_BOUNCES):
@@ -137,7 +142,7 @@ def go_on(context: Context, patches: Patches, rays: Ends, count: int, key) -> On
     return Onward(passed, lit, ended, sky, first)
 
 
-def _surviving(context: Context, rays: Ends, bounce: int, key) -> Ends:
+def _surviving(context: Context, rays: Ends, bounce: int, key: tuple[int, ...]) -> Ends:
     """Reflected rays; chance ends some."""
     places, before = rays.places, rays.weight.max(axis=1, initial=0)
     rays = replace(

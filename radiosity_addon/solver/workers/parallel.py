@@ -7,23 +7,24 @@ from __future__ import annotations
 
 import os
 from collections import deque
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
-from typing import Iterable, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 # To be set before NumPy is imported: BLAS's own threads would spin beside the ones here, and the
 # rounding of its sums would depend on how many cores a machine has.
 BLAS_ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1"}
 
 
-Chunk = TypeVar("Chunk", contravariant=True)
-Result = TypeVar("Result", covariant=True)
+Chunk_contra = TypeVar("Chunk_contra", contravariant=True)
+Result_co = TypeVar("Result_co", covariant=True)
 
 
-class Work(Protocol[Chunk, Result]):
+class Work(Protocol[Chunk_contra, Result_co]):
     """What a worker does with a chunk: any chunk, at any time, on any thread. What it gives follows
     from the chunk alone, so that any number of workers agrees."""
 
-    def __call__(self, chunk: Chunk, /) -> Result: ...
+    def __call__(self, chunk: Chunk_contra, /) -> Result_co: ...
 
 
 class Tick(Protocol):
@@ -41,8 +42,8 @@ def thread_count(threads: int) -> int:
 
 
 def map_chunks(
-    function: Work[Chunk, Result], chunks: Iterable[Chunk], threads: int, tick: Tick
-) -> list[Result]:
+    function: Work[Chunk_contra, Result_co], chunks: Iterable[Chunk_contra], threads: int, tick: Tick
+) -> list[Result_co]:
     """``[function(chunk) for chunk in chunks]``; ``tick(fraction)`` after each, may raise to stop.
 
     At most two chunks a thread are in flight, so that stopping is quick.
@@ -70,7 +71,7 @@ def map_chunks(
     return results
 
 
-def _ticked(result: Result, tick: Tick, index: int, total: int) -> Result:
+def _ticked(result: Result_co, tick: Tick, index: int, total: int) -> Result_co:
     tick((index + 1) / total)
     return result
 

@@ -1,0 +1,108 @@
+"""Requests: what a replicate can be asked for, as data, so that they reach another process.
+
+``request.answer(replicate)`` does what is asked, wherever the replicate is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+from ..gather.lighting import Samples
+from ..receivers import Receivers
+from ..sampling.guide import Guide, Learning
+from ..scene import Scene
+from ..transport.radiosity import Radiosity
+from .plan import Plan
+from .replicate import Replicate, RoundResult, SolveFigures, build_replicate
+from .requirements import SolverSettings
+
+Answer_co = TypeVar("Answer_co", covariant=True)
+
+
+class Request(Protocol[Answer_co]):
+    """Something to ask a replicate for. Can be pickled."""
+
+    def answer(self, replicate: Replicate) -> Answer_co:
+        """Do it."""
+
+
+@dataclass(frozen=True)
+class OpenScene:
+    """The first request to another process: make the second replicate, of what ``sequence.solve``
+    is given. It is answered by None."""
+
+    scene: Scene
+    receivers: Receivers
+    settings: SolverSettings
+    threads: int
+
+    def replicate(self) -> Replicate:
+        """A new one."""
+        return build_replicate(self.scene, self.receivers, self.settings, self.threads)
+
+
+@dataclass(frozen=True)
+class SolveFor:
+    """Radiosities for a plan."""
+
+    plan: Plan
+
+    def answer(self, replicate: Replicate) -> SolveFigures:
+        """See ``Replicate.solve``."""
+        return replicate.solve(self.plan)
+
+
+@dataclass(frozen=True)
+class TakeRadiosity:
+    """Gather with these radiosities from now on."""
+
+    radiosity: Radiosity
+
+    def answer(self, replicate: Replicate) -> SolveFigures:
+        """See ``Replicate.take``."""
+        return replicate.take(self.radiosity)
+
+
+@dataclass(frozen=True)
+class GiveRadiosity:
+    """The radiosities of now."""
+
+    def answer(self, replicate: Replicate) -> Radiosity:
+        """See ``Replicate.give``."""
+        return replicate.give()
+
+
+@dataclass(frozen=True)
+class AddLight:
+    """Light of the round ``step``."""
+
+    direct: Samples
+    gathered: Samples
+    step: int
+    guide: Guide | None
+    learns: bool
+
+    def answer(self, replicate: Replicate) -> RoundResult:
+        """See ``Replicate.add``."""
+        return replicate.add(self.direct, self.gathered, self.step, self.guide, self.learns)
+
+
+@dataclass(frozen=True)
+class FollowMorePaths:
+    """``factor`` times as many along the residual as so far."""
+
+    factor: float
+
+    def answer(self, replicate: Replicate) -> None:
+        """See ``Replicate.audit``."""
+        replicate.audit(self.factor)
+
+
+@dataclass(frozen=True)
+class Learn:
+    """What the rays of the last round teach."""
+
+    def answer(self, replicate: Replicate) -> Learning:
+        """See ``Replicate.learn``."""
+        return replicate.learn()
