@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from .solver.passes import Pass
+
 QUALITY_ERROR = {"draft": 0.1, "medium": 0.03, "high": 0.01}
-PASSES = ("emit", "direct", "indirect", "color")
+PASSES = tuple(each.value for each in Pass)
 TARGETS = ("vertex", "image")
 DOMAINS = ("corner", "point")
 FORMATS = ("exr", "png", "png16", "hdr", "rgbm", "rgbe")

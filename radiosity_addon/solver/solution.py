@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .passes import Pass
+
 
 @dataclass(frozen=True)
 class Statistics:
@@ -41,13 +43,13 @@ def compose(solution: Solution, passes: tuple[str, ...]) -> np.ndarray:
     Light is irradiance/π times the reflectance when ``color`` is asked; ``color`` without any
     light is the reflectance itself.
     """
-    lighting = [name for name in ("direct", "indirect") if name in passes]
+    lighting = [name for name in (Pass.DIRECT, Pass.INDIRECT) if name in passes]
     if lighting:
         result = sum(getattr(solution, name) for name in lighting) / np.pi
-        if "color" in passes:
+        if Pass.COLOR in passes:
             result = result * solution.reflectance
-    elif "color" in passes:
+    elif Pass.COLOR in passes:
         result = solution.reflectance.copy()
     else:
         result = np.zeros_like(solution.reflectance)
-    return result + solution.emission if "emit" in passes else result
+    return result + solution.emission if Pass.EMIT in passes else result

@@ -9,7 +9,7 @@ from pathlib import Path
 SOLVER = Path(__file__).resolve().parents[2] / "radiosity_addon" / "solver"
 # From the lowest to the highest. A module imports its own layer's package or lower ones only.
 LAYERS = (
-    "workers", "progress", "fields", "scene", "receivers", "solution", "check", "geometry",
+    "workers", "progress", "passes", "fields", "scene", "receivers", "solution", "check", "geometry",
     "materials", "sampling", "tracing", "lights", "direct", "elements", "transport", "gather",
     "filtering", "adaptive", "energy", "sequence",
 )

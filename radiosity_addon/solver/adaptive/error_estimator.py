@@ -17,6 +17,7 @@ from ..filtering.neighborhood import Neighborhood, Sees
 from ..filtering.smooth import dilate, smooth, smooth_map, widest
 from ..gather.lighting import Lighting
 from ..geometry.vectors import row_squares
+from ..passes import Pass
 from ..receivers import Projection
 from ..sampling.sobol import uniform
 from ..workers.parallel import map_chunks
@@ -134,7 +135,7 @@ class ErrorEstimator:
         rough = self._radiance(direct / 2, indirect / 2, unit)
         level = level_of(rough, self.surface.share)
         weight = self._gain / level  # from irradiance to relative error
-        lit, bounced = (weight * np.float32(name in self.passes) for name in ("direct", "indirect"))
+        lit, bounced = (weight * np.float32(name in self.passes) for name in (Pass.DIRECT, Pass.INDIRECT))
         lattices = self._neighbors(direct, indirect)
         gathered = [np.hstack(half) for half in ((first_a, bounced_a), (first_b, bounced_b))]
         shadows, gathered = map_chunks(
@@ -273,15 +274,15 @@ class ErrorEstimator:
     def _gain(self) -> np.ndarray:
         """(count, channels) float32 radiance per irradiance."""
         color = self.surface.reflectance
-        color = color if "color" in self.passes else np.ones_like(color)
+        color = color if Pass.COLOR in self.passes else np.ones_like(color)
         return (color / np.pi).astype(np.float32)
 
     def _radiance(self, direct: np.ndarray, indirect: np.ndarray, unit: float) -> np.ndarray:
         """(count, channels) float32 what is baked, in ``unit``."""
-        light = direct * np.float32("direct" in self.passes)
-        light += indirect * np.float32("indirect" in self.passes)
+        light = direct * np.float32(Pass.DIRECT in self.passes)
+        light += indirect * np.float32(Pass.INDIRECT in self.passes)
         light *= self._gain
-        if "emit" in self.passes and self.surface.emission.any():
+        if Pass.EMIT in self.passes and self.surface.emission.any():
             light += (self.surface.emission / unit).astype(np.float32)
         return light
 

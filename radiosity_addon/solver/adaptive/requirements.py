@@ -7,6 +7,7 @@ from typing import Protocol
 
 from ..fields import is_black
 from ..lights.context import Context
+from ..passes import Pass
 from ..scene import used_sides
 
 
@@ -15,7 +16,7 @@ class SolverSettings(Protocol):
 
     @property
     def passes(self) -> tuple[str, ...]:
-        """Some of "emit", "direct", "indirect", "color"."""
+        """Some of the words of ``Pass``."""
 
     @property
     def target_error(self) -> float:
@@ -58,7 +59,7 @@ def requirements_of(context: Context, passes: tuple[str, ...]) -> Requirements:
     """What the ``passes`` ask for and the scene can give."""
     reflects = not all(is_black(side.reflectance) for side in used_sides(context.scene))
     return Requirements(
-        explicit="direct" in passes,
-        first="direct" in passes and (context.glows or context.sky is not None),
-        reflected="indirect" in passes and reflects,
+        explicit=Pass.DIRECT in passes,
+        first=Pass.DIRECT in passes and (context.glows or context.sky is not None),
+        reflected=Pass.INDIRECT in passes and reflects,
     )
