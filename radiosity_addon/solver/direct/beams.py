@@ -16,6 +16,7 @@ from ..lights.facing_discs import FacingDiscs
 from ..lights.flat_shapes import ELLIPSE
 from ..lights.polygons import Polygons
 from ..sampling.sobol import sobol
+from ..sampling.streams import Stream
 from .transmission import followed
 
 TRIAL = 64  # particles of each spot that find how much of the surface it lights
@@ -76,7 +77,7 @@ def _beams_of(context: Context, kind: FacingDiscs, lights: np.ndarray) -> np.nda
     if len(spots) == 0:
         return spots
     which = np.repeat(place[spots], TRIAL)
-    origin, direction, _ = kind.leave(which, np.tile(sobol(TRIAL, 2, 64), (len(spots), 1)))
+    origin, direction, _ = kind.leave(which, np.tile(sobol(TRIAL, 2, Stream.BEAM_TRIALS), (len(spots), 1)))
     origin, direction = (np.ascontiguousarray(a, np.float32) for a in (origin, direction))
     hits = context.tracer.intersect(origin, direction)
     met = hits.triangle >= 0
@@ -138,7 +139,7 @@ def _landed(context: Context, light: int):
     """Places (n, 3) where particles of a beam landed, normals of the sides (n, 3), and the power
     (n, channels) that is reflected there."""
     kind, place = context.sources.named(light)
-    xi = sobol(PARTICLES, 4, context.seed, 65, light)
+    xi = sobol(PARTICLES, 4, context.seed, Stream.BEAMS, light)
     origin, direction, beam = kind.leave(np.full(PARTICLES, place), xi)
     power = kind.color[place] * (2 * np.pi * (1 - kind.edge[place]) / PARTICLES * beam)[:, None]
     origin, direction = (np.ascontiguousarray(a, np.float32) for a in (origin, direction))

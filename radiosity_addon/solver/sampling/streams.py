@@ -24,3 +24,5 @@ class Stream(IntEnum):
     PARTICLE_BOUNCES = 61  # of the energy figures
     PARTICLES_OF_LIGHTS = 62
     PARTICLES_FROM_AFAR = 63
+    BEAM_TRIALS = 64  # particles that find which spots are beams; alike for all seeds
+    BEAMS = 65  # particles of a beam
