@@ -77,7 +77,8 @@ def _beams_of(context: Context, kind: FacingDiscs, lights: np.ndarray) -> np.nda
     if len(spots) == 0:
         return spots
     which = np.repeat(place[spots], TRIAL)
-    origin, direction, _ = kind.leave(which, np.tile(sobol(TRIAL, 2, Stream.BEAM_TRIALS), (len(spots), 1)))
+    xi = sobol(TRIAL, 2, Stream.BEAM_TRIALS)
+    origin, direction, _ = kind.leave(which, np.tile(xi, (len(spots), 1)))
     origin, direction = (np.ascontiguousarray(a, np.float32) for a in (origin, direction))
     hits = context.tracer.intersect(origin, direction)
     met = hits.triangle >= 0
