@@ -94,3 +94,16 @@ def test_noise_alone_is_not_corrected_and_what_it_hides_is_told():
     )
     assert np.abs(correction.lack).max() < 0.05
     assert np.sqrt(correction.left.mean()) == pytest.approx(2 / np.sqrt(2000), rel=0.5)
+
+
+def test_a_bias_that_all_places_share_is_corrected():
+    """All lack 0.02, 40,000 paths deviate by 0.5: their mean is off by 0.0025, an eighth of that. There
+    is one region of all receivers: what it lacks is told from noise by what the paths' spread makes
+    of two halves, not by other regions. What is corrected is drawn toward nothing by 1/64 of it."""
+    footprints = floor_of_receivers()
+    random = np.random.default_rng(2)
+    owner = random.integers(0, footprints.count, 40_000)
+    lack = 0.02 + 0.5 * random.normal(size=len(owner))
+    correction = find_correction(paths(lack, owner), [np.zeros(footprints.count, np.int64)])
+    assert correction.lack[0, 0] == pytest.approx(0.02, abs=3 * 0.0025)
+    assert correction.found == pytest.approx(0.02, abs=4 * 0.0025)

@@ -132,11 +132,12 @@ def _level(
         / np.maximum(np.bincount(mine[half::2], minlength=count), 1)
         for half in (0, 1)
     ]
-    product = weight * halves[0] * halves[1]  # two independent means: no noise in the mean of it
-    surplus, chance = product.sum(), np.sqrt((product**2).sum())
-    spread = surplus if surplus > SIGNIFICANT * chance else 0.0
+    surplus = (weight * halves[0] * halves[1]).sum()  # two independent means: no noise in the mean of it
     variance = (square + POOLED * pooled) / np.maximum(number + POOLED - 1, 1)
     error = np.where(some, variance / np.maximum(number, 1), np.inf)
+    # Where nothing is lacked, a product of two means of half the paths scatters by twice the error.
+    chance = np.sqrt(((2 * weight * np.where(some, error, 0)) ** 2).sum())
+    spread = surplus if surplus > SIGNIFICANT * chance else 0.0
     return float(spread), error
 
 
