@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from math import radians
+from math import cos, radians, sin
 
 from .parity_stage import Case, add_node, area_lamp, empty_tree, lamp, stage
 
@@ -61,6 +61,39 @@ def several():
     return thing
 
 
+def luminaire(across, polar=range(0, 181, 15), kind="POINT", rotation=(0.3, 0.2, 0.5), scale=None,
+              wheel=None, **values):  # fmt: skip
+    """A lamp with the IES text of a luminaire that was measured at the angles ``across`` and
+    ``polar`` [degrees]; ``wheel`` tints it by direction."""
+    import bpy
+
+    thing = stage()
+    placed = lamp(kind, HIGH, rotation, energy=1.0, **{"shadow_soft_size": 0.0} | values)
+    placed.scale = scale or (1.0, 1.0, 1.0)
+    tree = empty_tree(placed.data)
+    node = add_node(tree, "TexIES", Strength=1.0)
+    node.mode, node.ies = "INTERNAL", bpy.data.texts.new("Luminaire")
+    node.ies.write(photometry(across, polar))
+    emission = add_node(tree, "Emission", Strength=node.outputs[0])
+    if wheel:
+        inside = add_node(tree, "TexCoord").outputs["Normal"]
+        tree.links.new(inside, emission.inputs["Color"])
+    tree.links.new(emission.outputs[0], add_node(tree, "OutputLight").inputs["Surface"])
+    return thing
+
+
+def photometry(across, polar) -> str:
+    """IESNA LM-63 text, type C: candela rise with the angle across and swing with the polar one."""
+    rows = [
+        [12000 * (1.2 + cos(radians(2 * v))) * (1 + 0.5 * sin(radians(h))) for v in polar]
+        for h in across
+    ]
+    head = f"1 1000 1.0 {len(polar)} {len(across)} 1 2 0 0 0\n1.0 1.0 100"
+    lines = [" ".join(f"{x:g}" for x in row) for row in (polar, across, *rows)]
+    return "\n".join(["IESNA:LM-63-1995", "[TEST] Parity", "TILT=NONE", head, *lines, ""])
+
+
+DOWN, ROUND = range(0, 91, 5), range(0, 361, 30)
 SPOT = partial(lit_by, "SPOT", energy=400.0, spot_size=radians(65))
 CASES = (
     Case("point", partial(lit_by, "POINT", energy=150.0, shadow_soft_size=0.0)),
@@ -89,4 +122,15 @@ CASES = (
                                   temperature=3000.0)),
     Case("point, node tree", node_lamp),
     Case("sun, spot and point", several),
+    Case("IES, alike all around", partial(luminaire, (0,)), effort=2),
+    Case("IES, downward only, radius 0.2", partial(luminaire, (0,), DOWN, shadow_soft_size=0.2),
+         effort=2),
+    Case("IES, a quarter measured", partial(luminaire, range(0, 91, 15)), effort=2),
+    Case("IES, a half measured", partial(luminaire, range(0, 181, 30)), effort=2),
+    Case("IES, all around, scaled", partial(luminaire, ROUND, scale=(2.0, 1.0, 0.5)), effort=2),
+    Case("IES, spot, blend 0.5", partial(luminaire, ROUND, kind="SPOT", spot_size=radians(80),
+                                         spot_blend=0.5), effort=4),
+    Case("IES, radius 0.3, no soft falloff", partial(
+        luminaire, ROUND, shadow_soft_size=0.3, use_soft_falloff=False), effort=4),
+    Case("IES, colour by direction", partial(luminaire, (0,), wheel=True), effort=2),
 )  # fmt: skip

@@ -13,6 +13,7 @@ import numpy as np
 from ..solver.scene import AreaLamp, Lamp, PointLamp, SunLamp
 from .colors import NotSimple, multiply
 from .images import working_space_is_rec709
+from .lamp_shape import ShapeStage, split, tree_varies, unreadable
 from .lamps import read_lamp
 from .remarks import tree_remarks
 from .sockets import Reader, source, uses_nodes
@@ -28,6 +29,7 @@ class Light:
     object: str = ""
     data: str = ""
     shaded: bool = True  # whether anything blocks its light
+    matrix: np.ndarray | None = None  # (4, 4) local to world; None of a sky's sun
 
 
 def read_lights(depsgraph, warnings: list[str]) -> list[Light]:
@@ -39,48 +41,88 @@ def read_lights(depsgraph, warnings: list[str]) -> list[Light]:
             continue
         if thing.data.type == "AREA" and getattr(thing.data.cycles, "is_portal", False):
             continue
-        lamp = read_lamp(thing, np.array(entry.matrix_world, np.float64), warnings)
+        matrix = np.array(entry.matrix_world, np.float64)
+        lamp = read_lamp(thing, matrix, warnings)
         if lamp is not None:
             shaded = bool(getattr(thing.data, "use_shadow", True))
-            lights.append(Light(lamp, thing.name, thing.data.name, shaded))
+            lights.append(Light(lamp, thing.name, thing.data.name, shaded, matrix))
     return lights
 
 
-def with_node_colors(lights: list[Light], warnings: list[str]) -> list[Light]:
+def with_node_colors(lights: list[Light], frame: int, warnings: list[str]) -> list[Light]:
     """The lamps times what their node trees make of them. Call inside ``traceless()``."""
     import bpy
 
     reader, result = Reader(working_space_is_rec709()), []
+    shapes = Shapes(frame)
     for light in lights:
         data = bpy.data.lights.get(light.data)
-        color = np.ones(3) if data is None else node_color(light.object, data, reader, warnings)
-        name = STRENGTH[type(light.lamp)]
-        strength = getattr(light.lamp, name) * color
-        if np.any(strength > 0.0):
-            result.append(replace(light, lamp=replace(light.lamp, **{name: strength})))
+        if data is None or not uses_nodes(data):
+            result.append(light)
+            continue
+        for color, distribution in _tree_light(light, data, reader, shapes, warnings):
+            result += _times(light, color, distribution)
     return result
 
 
-def node_color(name: str, data, reader: Reader, warnings: list[str]) -> np.ndarray:
-    """(3,) colour × strength of the light's Emission node; 1 without a node tree."""
-    if not uses_nodes(data):
-        return np.ones(3)
+def _times(light: Light, color: np.ndarray, distribution) -> list[Light]:
+    """The light with its lamp's strength times a ``color`` (3,), and shaped; none where dark."""
+    name = STRENGTH[type(light.lamp)]
+    values = {name: getattr(light.lamp, name) * color}
+    if distribution is not None:
+        values["distribution"] = distribution
+    return [replace(light, lamp=replace(light.lamp, **values))] * bool(np.any(values[name] > 0.0))
+
+
+def _tree_light(light: Light, data, reader: Reader, shapes: Shapes, warnings: list[str]) -> list:
+    """(colour (3,), distribution or None) pairs that the lamp's node tree multiplies it with."""
+    name = light.object
     warnings += tree_remarks(f'lamp "{name}"', data.node_tree)
     output = data.node_tree.get_output_node("CYCLES")
     origin = source(output.inputs["Surface"]) if output is not None else None
     if origin is None:
-        return np.zeros(3)
+        return []
     try:
         color = _emission(origin[0], reader)
     except NotSimple as reason:
+        if isinstance(light.lamp, PointLamp):
+            return shapes.of(light, data, warnings)
         warnings.append(
-            f'lamp "{name}": its node tree is more than constants ({reason}); '
-            "the lamp's own colour and energy are used"
+            f'lamp "{name}": its node tree is more than constants ({reason}), which only point and '
+            "spot lamps are baked with; the lamp's own colour and energy are used"
         )
-        return np.ones(3)
+        return [(np.ones(3), None)]
     if not np.all(np.isfinite(color)) or np.any(color < 0.0):
         warnings.append(f'lamp "{name}": its node tree gives negative light, which is taken as 0')
-    return np.maximum(np.nan_to_num(color, posinf=0.0, neginf=0.0), 0.0)
+    return [(np.maximum(np.nan_to_num(color, posinf=0.0, neginf=0.0), 0.0), None)]
+
+
+class Shapes:
+    """What node trees make of lamps, rendered once for all lamps of a tree that are turned alike."""
+
+    def __init__(self, frame: int):
+        self.frame, self.stage, self.known = frame, None, {}
+
+    def of(self, light: Light, data, warnings: list[str]) -> list:
+        """(colour (3,), distribution or None) pairs; none where it is dark in all directions."""
+        self.stage = self.stage or ShapeStage(self.frame)
+        owner = f'lamp "{light.object}"'
+        for text in unreadable(self.stage, data.node_tree):
+            warnings.append(
+                f"{owner}: {text} cannot be read; Cycles takes 100 in its place, so does the bake. "
+                "Find the file, or pick another"
+            )
+        for what in tree_varies(data.node_tree):
+            warnings.append(
+                f"{owner}: its light changes with distance in another way than the inverse square "
+                f"({what}); in the bake it falls with that"
+            )
+        key = data.name, light.matrix[:3, :3].round(6).tobytes()
+        if key not in self.known:
+            self.known[key] = split(self.stage.factor(data, light.matrix))
+        if not self.known[key]:
+            warnings.append(f"{owner}: its node tree is black in all directions; it gives no light")
+        return self.known[key]
 
 
 def _emission(node, reader: Reader) -> np.ndarray:

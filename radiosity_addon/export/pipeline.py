@@ -88,7 +88,8 @@ def steps(scene, view_layer, settings, progress):
     yield 0.5
     with traceless():
         palette = read_materials(read.parts)
-        lights = with_node_colors(read.lights, warnings)
+        frame = _find_scene(name).frame_current
+        lights = with_node_colors(read.lights, frame, warnings)
     yield 0.5
     for fraction in evaluate_steps(read.parts, palette, lambda: _find_scene(name)):
         yield 0.5 + 0.2 * fraction

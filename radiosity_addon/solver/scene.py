@@ -47,6 +47,10 @@ class PointLamp:
 
     A spot has ``axis`` (3,) unit, the direction it shines in; ``cone`` the full cone angle
     [rad] and ``blend`` in [0, 1]; for a point lamp ``axis`` is None.
+
+    ``distribution`` (height, width) float32 in [0, 1] multiplies the intensity, by the direction in
+    which light leaves (of a ball: by its normal there), laid out as a ``Sky``'s pixels and linear
+    between their middles; None: 1.
     """
 
     name: str
@@ -57,6 +61,7 @@ class PointLamp:
     cone: float = np.pi
     blend: float = 0.0
     ball: bool = False
+    distribution: np.ndarray | None = None
 
 
 @dataclass(frozen=True)

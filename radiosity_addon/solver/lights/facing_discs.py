@@ -10,7 +10,8 @@ from ..geometry.vectors import columns, dot, size, tangents
 from ..sampling.points import Middles
 from ..sampling.sobol import tangent_frames
 from .cones import ball_form_factor, cone_directions
-from .light_batch import Sample, Unoccluded, chord, combined, in_disc
+from .distributions import FINE, Distributions
+from .light_batch import Sample, Unoccluded, chord, combined, in_disc, unknown
 from .light_tree import Emitters
 
 NODES = 24  # of the quadrature across a soft spot
@@ -30,6 +31,7 @@ class FacingDiscs:
     axis: np.ndarray  # (k, 3) direction a spot shines in
     edge: np.ndarray  # (k,) cosine of the cone's half angle; -2 for a point lamp
     smooth: np.ndarray  # (k,) width of the spot's blend, in cosines
+    shapes: Distributions | None = None  # how intensity varies with direction; None: it does not
 
     def middle(self) -> tuple[np.ndarray, np.ndarray]:
         """Centres (k, 3) and radii (k,)."""
@@ -51,14 +53,14 @@ class FacingDiscs:
         slope = dot(unit, normal)
         square = distance**2 + radius**2
         if np.all(radius == 0):
-            value = np.maximum(slope, 0) / square * self.beam(which, unit)
+            value = np.maximum(slope, 0) / square * self.leaving(which, unit)
             return Sample(value, np.ascontiguousarray(toward.T, np.float32), 1.0)
         direction, ratio = cone_directions(unit, normal, slope, radius**2 / square, xi.T)
         segment = direction * (distance / np.maximum(dot(direction, unit), 1e-30))
         bright = ratio / square
-        value = bright * self.beam(which, direction)
+        value = bright * self.leaving(which, direction)
         segment = np.ascontiguousarray(segment.T, np.float32)
-        if np.ndim(which) > 0 or self.edge[which] < -1:
+        if np.ndim(which) > 0 or self.edge[which] < -1 or self.uneven(which):
             return Sample(value, segment, 1.0)
         whole = ball_form_factor(slope, radius**2 / square) / radius**2
         mean = self._mean_beam(which, toward, normal, distance)
@@ -67,7 +69,10 @@ class FacingDiscs:
 
     def whole(self, which: int, middles: Middles) -> Unoccluded:
         """One lamp from owners that are far from it for their size and its own, above or below
-        their horizon, and inside or outside of its beam with all of their points."""
+        their horizon, and inside or outside of its beam with all of their points; one that shines
+        unevenly is looked at from each."""
+        if self.uneven(which):
+            return unknown(middles)
         toward, radius = self.position[which][:, None] - middles.place, self.radius[which]
         distance, reach = size(toward), middles.reach
         unit = toward / distance
@@ -99,8 +104,13 @@ class FacingDiscs:
     @property
     def power(self) -> np.ndarray:
         """(k, channels): 4π·intensity, and of a spot the same with the integral of its beam, a
-        smoothstep, over the directions."""
+        smoothstep, over the directions; of uneven lamps their mean in directions all over it."""
         beam = np.where(self.edge < -1, 2.0, 1 - self.edge - self.smooth / 2)
+        places = np.stack([(axis.ravel() + 0.5) / FINE for axis in np.indices((FINE, FINE))], 1)
+        for light in range(len(beam)):
+            if self.uneven(light):
+                _, _, brightness = self.leave(np.full(len(places), light), places)
+                beam[light] = (1 - max(self.edge[light], -1)) * brightness.mean()
         return self.color * (2 * np.pi * beam)[:, None]
 
     def leave(self, which: np.ndarray, xi: np.ndarray):
@@ -117,7 +127,7 @@ class FacingDiscs:
             x, y = self.radius[which] * np.stack(in_disc(xi[:, 2], xi[:, 3]))
             across = tangents(np.ascontiguousarray(direction.T))
             origin = origin + (x * across[0] + y * across[1]).T
-        return origin, direction, self.beam(which, -direction.T)
+        return origin, direction, self.leaving(which, -direction.T)
 
     def _mean_beam(self, which: int, toward: np.ndarray, normal: np.ndarray, distance: np.ndarray):
         """(n,) a soft spot's beam averaged over its disc, all of it above the horizons of unit
@@ -159,6 +169,17 @@ class FacingDiscs:
         t = np.clip((cosine - edge) / np.maximum(self.smooth[which], 1e-9), 0, 1)
         return np.where(edge < -1, 1.0, t * t * (3 - 2 * t))
 
+    def uneven(self, which: int | np.ndarray) -> bool:
+        """Whether the intensity of any of the lights ``which`` varies with direction, but for a
+        spot's beam."""
+        return self.shapes is not None and self.shapes.uneven(which)
+
+    def leaving(self, which: int | np.ndarray, unit: np.ndarray) -> np.ndarray:
+        """(...) the share of the intensity that leaves against unit directions (3, ...), those to
+        the sampled point: of the beam and the distribution."""
+        beam = self.beam(which, unit)
+        return beam * self.shapes.at(which, -unit) if self.uneven(which) else beam
+
     def strength(
         self, which: np.ndarray, place: np.ndarray, normal: np.ndarray, reach: np.ndarray
     ) -> np.ndarray:
@@ -173,6 +194,8 @@ class FacingDiscs:
         rough = self.color.mean(axis=1).astype(kind)[which] * np.maximum(cosine, 0) / square
         if self.edge[which].max() > -1:
             rough *= self.beam(which, np.stack(toward) * inverse, slack)
+        if self.uneven(which):
+            rough *= self.shapes.most(which, -np.stack(toward) * inverse, slack)
         return rough
 
     def reaches(self, center: np.ndarray, half: np.ndarray) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 from ..geometry.triangles import Geometry
 from ..scene import Lamp, PointLamp, Scene, SunLamp, lamp_color
 from ..tracing.embree import Tracer
+from .distributions import make_distributions
 from .emissive_faces import emissive_faces
 from .facing_discs import FacingDiscs
 from .flat_shapes import ELLIPSE, RECTANGLE
@@ -116,6 +117,7 @@ def build_sources(
     faces, explicit = emissive_faces(scene, geometry, tracer)
     rows = {Polygons: [], FacingDiscs: [], SphereLights: [], Suns: [], SkySpots: []}
     linked = {kind: [(None, None)] * len(faces.color) * (kind is Polygons) for kind in rows}
+    shaped = {kind: [] for kind in rows}
     free = (None,) * len(scene.lamps)
     pairs = zip(scene.lamp_objects or free, scene.lamp_blockers or free)
     for lamp, pair in zip(scene.lamps, pairs):
@@ -123,10 +125,15 @@ def build_sources(
             kind, row = _lamp_row(lamp, geometry)
             rows[kind].append(row)
             linked[kind].append(pair)
+            shaped[kind].append(getattr(lamp, "distribution", None))
     made = {
         kind: kind(*(np.array(column) for column in zip(*mine)))
         for kind, mine in rows.items() if mine
     }
+    for kind in (FacingDiscs, SphereLights):
+        if kind in made:
+            shapes = make_distributions(shaped[kind])
+            made[kind] = replace(made[kind], shapes=shapes)
     if len(faces.color):
         made[Polygons] = join_polygons([faces, made[Polygons]]) if Polygons in made else faces
     if spots is not None:

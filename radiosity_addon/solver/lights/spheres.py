@@ -39,6 +39,8 @@ class SphereLights(FacingDiscs):
         half = np.sqrt(np.maximum(radius**2 - distance**2 + along**2, 0))
         segment = np.maximum(along + np.where(inside, half, -half), 0) * direction
         beam = np.where(inside, 1, self.beam(which, direction))
+        if self.uneven(which):  # by the sphere's normal, not by direction, as in Cycles
+            beam = beam * self.shapes.at(which, (segment - toward) / radius)
         value = np.where(inside, 1 / radius**2, ratio / distance**2) * beam
         return Sample(value, np.ascontiguousarray(segment.T, np.float32), 1.0)
 

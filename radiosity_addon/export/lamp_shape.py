@@ -1,0 +1,174 @@
+"""Lamp shape: how a lamp's light varies with direction, by its node tree (IES files and others).
+
+Cycles itself tells: it renders the inside of a white sphere around a copy of the lamp, once with its
+tree and once with a plain one. The quotient of both pictures is what the tree makes of the lamp, for
+every direction and whatever nodes it has. Call inside ``traceless()``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .panorama import as_diffuse_ray, panorama, set_up_cycles
+from .remarks import nodes_of
+from .traceless import temporary_camera
+
+WIDTH = 720  # of the picture [pixels]: half a degree each
+GLANCE = 16  # width of a picture that only tells whether anything varies [pixels]
+RINGS, SLICES = 32, 64  # of the sphere; its facets cancel out in the quotient
+ASKEW = (0.3, 0.5, 0.7)  # how it is turned [rad]: no pixel's middle lies on an edge, where rays slip through
+HUE = 1e-3  # of the brightest direction: channels that differ by less are of one hue
+ALIKE = 1e-4  # of the brightest direction: what float32 and facets leave
+UNREADABLE = 100.0  # what Cycles shows in place of an IES text that it cannot read
+IES, FALLOFF, PATH = "ShaderNodeTexIES", "ShaderNodeLightFalloff", "ShaderNodeLightPath"
+
+
+class ShapeStage:
+    """A temporary scene in which lamps' node trees are rendered one after the other."""
+
+    def __init__(self, frame: int):
+        import bpy
+
+        scene = bpy.data.scenes.new("Radiosity temporary")
+        scene.frame_current = frame
+        scene.world = bpy.data.worlds.new("Radiosity temporary")
+        scene.world.color = (0.0, 0.0, 0.0)
+        scene.camera = temporary_camera(scene)
+        set_up_cycles(scene)
+        scene.cycles.max_bounces = 0
+        scene.cycles.pixel_filter_type, scene.cycles.filter_width = "GAUSSIAN", 0.01  # middles
+        self.scene, self.pictures = scene, {}
+        self.sphere = bpy.data.objects.new("Radiosity temporary", _sphere())
+        self.lamp = bpy.data.objects.new("Radiosity temporary", plain_lamp())
+        self.sphere.rotation_euler = ASKEW
+        for thing in (self.sphere, self.lamp):
+            scene.collection.objects.link(thing)
+
+    def factor(self, data, matrix: np.ndarray, width: int = WIDTH) -> np.ndarray:
+        """(width / 2, width, 3) what the node tree of light ``data``, placed by ``matrix`` (4, 4),
+        multiplies its intensity with, in directions laid out as ``solver.scene.Sky``."""
+        if width not in self.pictures:
+            self.pictures[width] = self._render(plain_lamp(), np.eye(4), width)
+        picture = self._render(_as_point(data), matrix, width)
+        return np.maximum(np.nan_to_num(picture / self.pictures[width], posinf=0.0), 0.0)
+
+    def _render(self, data, matrix: np.ndarray, width: int) -> np.ndarray:
+        self.lamp.data = data
+        self.lamp.matrix_world = matrix.tolist()
+        for thing in (self.sphere, self.scene.camera):
+            thing.location = matrix[:3, 3]
+        return panorama(self.scene, width, 1).astype(np.float64)
+
+
+def _sphere():
+    """A mesh of radius 1, smooth, white where light comes from its middle."""
+    import bpy
+
+    polar = np.pi * np.arange(1, RINGS) / RINGS
+    turn = 2 * np.pi * np.arange(SLICES) / SLICES
+    ring = np.stack([np.outer(np.sin(polar), f(turn)) for f in (np.cos, np.sin)]
+                    + [np.repeat(np.cos(polar)[:, None], SLICES, 1)], -1).reshape(-1, 3)  # fmt: skip
+    points = [*ring.tolist(), (0, 0, 1), (0, 0, -1)]
+    top, last, after = len(ring), (RINGS - 2) * SLICES, [*range(1, SLICES), 0]
+    faces = [(r * SLICES + s, (r + 1) * SLICES + s, (r + 1) * SLICES + t, r * SLICES + t)
+             for r in range(RINGS - 2) for s, t in enumerate(after)]  # fmt: skip
+    faces += [(top, s, t) for s, t in enumerate(after)]
+    faces += [(top + 1, last + t, last + s) for s, t in enumerate(after)]
+    mesh = bpy.data.meshes.new("Radiosity temporary")
+    mesh.from_pydata(points, [], faces)
+    mesh.polygons.foreach_set("use_smooth", np.ones(len(faces), bool))
+    return mesh
+
+
+def plain_lamp():
+    """A point lamp of intensity 1 that shines alike in all directions."""
+    import bpy
+
+    return _set_plain(bpy.data.lights.new("Radiosity temporary", "POINT"))
+
+
+def _set_plain(data):
+    plain = {"energy": 4.0 * np.pi, "shadow_soft_size": 0.0, "color": (1.0, 1.0, 1.0),
+             "exposure": 0.0, "use_temperature": False, "normalize": True}  # fmt: skip
+    for name, value in plain.items():
+        if hasattr(data, name):
+            setattr(data, name, value)
+    return data
+
+
+def _as_point(data):
+    """A point lamp of intensity 1 with a copy of the node tree of ``data``."""
+    import bpy
+
+    copy = data.copy()
+    copy.type = "POINT"
+    copy = _set_plain(bpy.data.lights[copy.name])  # looked up anew: of its new type
+    as_diffuse_ray(copy.node_tree)
+    return copy
+
+
+def split(factor: np.ndarray) -> list[tuple[np.ndarray, np.ndarray | None]]:
+    """(colour (3,), distribution) pairs whose products add up to a ``factor`` (h, w, 3): one where
+    it is of one hue, else one a channel. Distributions (h, w) float32 have the maximum 1; None:
+    alike in all directions."""
+    peak = factor.max(axis=(0, 1))
+    level = factor / np.where(peak > 0, peak, 1)
+    lit = np.flatnonzero(peak > 0)
+    if len(lit) == 0:
+        return []
+    first = level[..., lit[0]]
+    if np.abs(level[..., lit] - first[..., None]).max() < HUE:
+        return [(peak, None if first.min() > 1 - ALIKE else first.astype(np.float32))]
+    return [part for c in lit for part in split(factor * (np.arange(3) == c))]
+
+
+def tree_varies(tree) -> list[str]:
+    """What of a lamp's node tree changes with distance, which the bake does not follow."""
+    found = []
+    for node in nodes_of(tree):
+        used = {output.name for output in node.outputs if output.is_linked}
+        smooth = FALLOFF == node.bl_idname and (
+            node.inputs["Smooth"].is_linked or node.inputs["Smooth"].default_value > 0.0
+        )
+        if node.bl_idname == FALLOFF and used & {"Linear", "Constant"} or used and smooth:
+            found.append(f"node {node.name}")
+        elif node.bl_idname == PATH and "Ray Length" in used:
+            found.append(f"the ray length of node {node.name}")
+    return found
+
+
+def unreadable(stage: ShapeStage, tree) -> list[str]:
+    """The IES files and texts of a lamp's node tree that Cycles cannot read."""
+    found = []
+    for node in nodes_of(tree):
+        if node.bl_idname != IES or node.mute or not node.outputs[0].is_linked:
+            continue
+        glance = stage.factor(_ies_alone(node), np.eye(4), GLANCE)
+        if np.allclose(glance, UNREADABLE, rtol=1e-5):
+            found.append(_ies_name(node))
+    return list(dict.fromkeys(found))
+
+
+def _ies_alone(node):
+    """A lamp of nothing but the IES text of this node."""
+    import bpy
+
+    data = bpy.data.lights.new("Radiosity temporary", "POINT")
+    if not data.node_tree:
+        data.use_nodes = True
+    tree = data.node_tree
+    tree.nodes.clear()
+    emission, output, copy = (
+        tree.nodes.new(kind) for kind in ("ShaderNodeEmission", "ShaderNodeOutputLight", IES)
+    )
+    copy.mode, copy.ies = node.mode, node.ies
+    copy.filepath = bpy.path.abspath(node.filepath, library=node.id_data.library)
+    tree.links.new(copy.outputs[0], emission.inputs["Strength"])
+    tree.links.new(emission.outputs[0], output.inputs["Surface"])
+    return data
+
+
+def _ies_name(node) -> str:
+    if node.mode == "EXTERNAL":
+        return f'IES file "{node.filepath}"' if node.filepath else "an IES node without a file"
+    return f'IES text "{node.ies.name}"' if node.ies else "an IES node without a text"
