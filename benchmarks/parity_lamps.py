@@ -76,8 +76,10 @@ def luminaire(across, polar=range(0, 181, 15), kind="POINT", rotation=(0.3, 0.2,
     node.ies.write(photometry(across, polar))
     emission = add_node(tree, "Emission", Strength=node.outputs[0])
     if wheel:
-        inside = add_node(tree, "TexCoord").outputs["Normal"]
-        tree.links.new(inside, emission.inputs["Color"])
+        wheel = add_node(tree, "VectorMath")  # Add is what it does
+        tree.links.new(add_node(tree, "TexCoord").outputs["Normal"], wheel.inputs[0])
+        wheel.inputs[1].default_value = (1.2, 1.2, 1.2)
+        tree.links.new(wheel.outputs[0], emission.inputs["Color"])
     tree.links.new(emission.outputs[0], add_node(tree, "OutputLight").inputs["Surface"])
     return thing
 

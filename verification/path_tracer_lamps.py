@@ -58,7 +58,7 @@ def sample(lamp: Lamp, place, normal, random) -> tuple[np.ndarray, np.ndarray]:
         value = _dot(segment, normal) / np.sqrt(square) * leaving / square * area
         return (value * _spread(leaving, lamp.spread))[:, None] * lamp.radiance, segment
     segment, value = _of_point(lamp, place, normal, s, t, x, y)
-    value *= _beam(lamp, segment) * _distribution(lamp, place, segment)
+    value *= _beam(lamp, segment) * _distribution(lamp, segment)
     return value[:, None] * lamp.intensity, segment
 
 
@@ -107,17 +107,16 @@ def leave(lamp: PointLamp, count: int, random) -> tuple[np.ndarray, np.ndarray]:
     one, other = across(axis)
     way = z[:, None] * axis + (flat * np.cos(turn))[:, None] * one
     way += (flat * np.sin(turn))[:, None] * other
-    power = 2 * np.pi * (1 - edge) * _beam(lamp, -way) * _distribution(lamp, place, -way)
+    power = 2 * np.pi * (1 - edge) * _beam(lamp, -way) * _distribution(lamp, -way)
     return way, power[:, None] * lamp.intensity
 
 
-def _distribution(lamp: PointLamp, place, segment) -> np.ndarray:
-    """The share of its intensity with which the lamp shines against the segments, of a ball at
-    their ends: the picture's columns go round the sphere, its rows stop at the poles."""
+def _distribution(lamp: PointLamp, segment) -> np.ndarray:
+    """The share of its intensity with which the lamp shines against the segments: the picture's
+    columns go round the sphere, its rows stop at the poles."""
     if lamp.distribution is None:
         return np.ones(len(segment))
-    away = place + segment - lamp.position if lamp.ball and lamp.radius > 0 else -segment
-    x, y, z = (away / np.linalg.norm(away, axis=1)[:, None]).T
+    x, y, z = (-segment / np.linalg.norm(segment, axis=1)[:, None]).T
     height, width = lamp.distribution.shape
     around = np.pad(np.pad(lamp.distribution, ((0, 0), (1, 1)), "wrap"), ((1, 1), (0, 0)), "edge")
     latitude = height * (0.5 + np.arctan2(z, np.hypot(x, y)) / np.pi) + 0.5

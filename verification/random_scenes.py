@@ -114,6 +114,22 @@ def many_lamps(random):
     return build, build.scene(lamps), None
 
 
+def luminaires(random):
+    """Two, or sixteen, lamps that shine unevenly: sharp, soft and round ones, spots among them."""
+    build, size, wood = _room(random)
+    _furnish(build, size, wood, random)
+    lamps = []
+    for k in range(random.choice([2, 16])):
+        place, shape = random.uniform((0.15, 0.15, 0.6), 0.9) * size, random.random((9, 18)) ** 4
+        shape[random.integers(3, 9) :] = 0  # dark above
+        shape = shape.astype(np.float32)
+        beam = {"axis": DOWN, "cone": 2.0, "blend": 0.5} if k % 4 == 3 else {}
+        radius = (0.0, 0.05, 0.1, 0.05)[k % 4]
+        lamps.append(PointLamp(f"{k}", place, np.ones(3), radius, ball=k % 4 == 2,
+                               distribution=shape, **beam))  # fmt: skip
+    return build, build.scene(lamps), None
+
+
 def tiny_lamps(random):
     """One glowing square of a millimeter to a centimeter."""
     build, size, wood = _room(random)
@@ -246,6 +262,6 @@ def panes(random):
 
 FAMILIES = {
     family.__name__: family
-    for family in (windows, slabs, thin_walls, mazes, many_lamps, tiny_lamps, pictures, panels,
-                   narrow_spots, panoramas, sun_through_slits, sheds, contacts, uneven, panes)
+    for family in (windows, slabs, thin_walls, mazes, many_lamps, luminaires, tiny_lamps, pictures,
+                   panels, narrow_spots, panoramas, sun_through_slits, sheds, contacts, uneven, panes)
 }  # fmt: skip

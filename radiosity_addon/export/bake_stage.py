@@ -30,6 +30,7 @@ def bake_stage(part: Part, chosen, keys, size: int, uv: np.ndarray, like):
     """A temporary scene, the chosen triangles (k,) in it with a slot for each key, and the image of
     ``size`` that a bake writes, where their corners lie at ``uv`` (k, 3, 2)."""
     import bpy
+    from mathutils import Matrix
 
     stage = bpy.data.scenes.new("Radiosity temporary")
     stage.frame_current = like.frame_current
@@ -42,7 +43,7 @@ def bake_stage(part: Part, chosen, keys, size: int, uv: np.ndarray, like):
     original = bpy.data.objects.get(part.name)
     if original is not None:
         thing.pass_index, thing.color = original.pass_index, original.color
-    thing.matrix_world = part.matrix.tolist()
+    thing.matrix_world = Matrix(part.matrix.tolist())  # nested lists would be taken for columns
     stage.collection.objects.link(thing)
     for _ in keys:
         mesh.materials.append(None)

@@ -53,8 +53,10 @@ class ShapeStage:
         return np.maximum(np.nan_to_num(picture / self.pictures[width], posinf=0.0), 0.0)
 
     def _render(self, data, matrix: np.ndarray, width: int) -> np.ndarray:
+        from mathutils import Matrix
+
         self.lamp.data = data
-        self.lamp.matrix_world = matrix.tolist()
+        self.lamp.matrix_world = Matrix(matrix.tolist())  # nested lists would be taken for columns
         for thing in (self.sphere, self.scene.camera):
             thing.location = matrix[:3, 3]
         return panorama(self.scene, width, 1).astype(np.float64)

@@ -49,8 +49,7 @@ class PointLamp:
     [rad] and ``blend`` in [0, 1]; for a point lamp ``axis`` is None.
 
     ``distribution`` (height, width) float32 in [0, 1] multiplies the intensity, by the direction in
-    which light leaves (of a ball: by its normal there), laid out as a ``Sky``'s pixels and linear
-    between their middles; None: 1.
+    which light leaves, laid out as a ``Sky``'s pixels and linear between their middles; None: 1.
     """
 
     name: str

@@ -103,3 +103,22 @@ def test_atlas_cells_do_not_overlap(count):
             for j in range(size) if size <= 8 else (0, size // 2, size - 1):
                 np.add.at(taken, (origin[:, 1] + i, origin[:, 0] + j), 1)
     assert taken.max() == 1
+
+
+def test_world_positions_are_the_objects_own(blender, export):
+    """Emission = world position, of a plane that is moved, turned and stretched: Cycles must see
+    the copy it bakes where the object is."""
+    material, nodes, link = add_material(blender, "Where")
+    glow, place = nodes.new("ShaderNodeEmission"), nodes.new("ShaderNodeNewGeometry")
+    link(place.outputs["Position"], glow.inputs["Color"])
+    surface(material, glow)
+    plane = add_plane(blender, material=material)
+    plane.location, plane.rotation_euler, plane.scale = (5, 6, 7), (0.2, 0.3, 1.0), (1, 2, 1)
+    scene = export().scene
+    field = scene.materials[scene.material[0]].emission
+    for triangle in (0, 1):
+        corners = scene.vertices[scene.triangles[triangle]]
+        for u, v in ((0.3, 0.3), (0.8, 0.1), (0.1, 0.8)):
+            expected = (1 - u - v) * corners[0] + u * corners[1] + v * corners[2]
+            # Half a texel of 1/256 of an edge of 4 m.
+            np.testing.assert_allclose(value_at(field, triangle, u, v), expected, atol=8e-3)

@@ -16,8 +16,9 @@ from verification import meshes
 from verification import stability_scenes as scenes
 
 
-def hall(count: int, seed: int = 0):
-    """Point lamps, spots and area lamps in the unit room, of powers over two decades."""
+def hall(count: int, seed: int = 0, uneven: bool = False):
+    """Point lamps, spots and area lamps in the unit room, of powers over two decades; ``uneven``
+    ones shine into a fifth of all directions, and not at all into the others."""
     random = np.random.default_rng(seed)
     lamps = []
     for i, place in enumerate(random.uniform(0.05, 0.95, (count, 3))):
@@ -25,8 +26,9 @@ def hall(count: int, seed: int = 0):
         axis = random.normal(size=3)
         axis /= np.linalg.norm(axis)
         across = np.linalg.svd(axis[None])[2][1:] * random.uniform(0.01, 0.1)
+        spots = np.where(random.random((6, 12)) < 0.2, 1, 0).astype(np.float32) if uneven else None
         lamps.append((
-            PointLamp("", place, power, 0.02),
+            PointLamp("", place, power, 0.02, distribution=spots),
             PointLamp("", place, power, 0.01, axis=axis, cone=1.5, blend=0.3),
             AreaLamp("", place, *across, axis, 30 * power),
         )[i % 3])  # fmt: skip
@@ -46,13 +48,14 @@ def all_together(sources, position, normal) -> np.ndarray:
     return total
 
 
+@pytest.mark.parametrize("uneven", [False, True])
 @pytest.mark.parametrize("reach", [0.0, 0.05])
 @pytest.mark.parametrize("count", [10, 150, 600])
-def test_choices_bring_the_sum(count, reach):
+def test_choices_bring_the_sum(count, reach, uneven):
     """With 2^14 numbers, evenly spread, a point's choices divided by their probability average to
     the sum over all lights, within four standard errors of the mean (as if they were independent,
     which is more), whether they are made for the point or for all within ``reach`` of it."""
-    sources = hall(count)
+    sources = hall(count, uneven=uneven)
     (pool,) = sources.pools
     random = np.random.default_rng(3)
     position = random.uniform(-0.45, 0.45, (3, 3))
@@ -72,8 +75,9 @@ def test_choices_bring_the_sum(count, reach):
             values[rows] = sample.irradiance * kind.color[place].mean(axis=1) * factor[rows]
         assert values.mean() == pytest.approx(expected, abs=4 * values.std() / np.sqrt(n))
         # Choosing by what they would bring leaves little to chance: even choice of one among
-        # ``count`` lights of such powers scatters by √count and more.
-        assert values.std() < 3 * values.mean()
+        # ``count`` lights of such powers scatters by √count and more. Light that is there in a
+        # fifth of the cases scatters by √5 times as much.
+        assert values.std() < 3 * (np.sqrt(5) if uneven else 1) * values.mean()
 
 
 def test_every_light_is_in_one_block():

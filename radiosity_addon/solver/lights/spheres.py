@@ -39,8 +39,8 @@ class SphereLights(FacingDiscs):
         half = np.sqrt(np.maximum(radius**2 - distance**2 + along**2, 0))
         segment = np.maximum(along + np.where(inside, half, -half), 0) * direction
         beam = np.where(inside, 1, self.beam(which, direction))
-        if self.uneven(which):  # by the sphere's normal, not by direction, as in Cycles
-            beam = beam * self.shapes.at(which, (segment - toward) / radius)
+        if self.uneven(which):
+            beam = beam * self.shapes.at(which, -direction)
         value = np.where(inside, 1 / radius**2, ratio / distance**2) * beam
         return Sample(value, np.ascontiguousarray(segment.T, np.float32), 1.0)
 
@@ -58,6 +58,8 @@ class SphereLights(FacingDiscs):
         slack = chord(np.minimum(radius / distance, 1)) + 1e-3
         facing = dot(toward, normal) / distance
         beam = self.beam(which, toward / distance, slack)
+        if self.uneven(which):
+            beam = beam * self.shapes.most(which, -toward / distance, slack)
         inside = square <= radius**2
         rough = np.where(inside, 1, partly_above(facing, slack) * beam)
         return self.color.mean(axis=1)[which] * rough / np.maximum(square, radius**2)
