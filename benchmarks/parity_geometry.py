@@ -8,7 +8,7 @@ import numpy as np
 
 from .materials import matte
 from .meshes import block, mesh_object
-from .parity_stage import Case, glow, lamp, panel, scratch, stage
+from .parity_stage import Case, ceiling, glow, lamp, panel, scratch, stage
 
 GREEN, BLUE = (0.1, 0.6, 0.2), (0.1, 0.3, 0.8)
 PLACES = ((-1.3, 1.0, 0.4), (1.2, 1.2, 0.7), (1.2, -1.2, 0.3))
@@ -249,6 +249,21 @@ def shadow_linking(state: str):
     return thing
 
 
+def glowing_link(which: str, state: str):
+    """A glowing panel linked by its collection ``which`` to the slab, or to all but it; a lamp
+    lights all."""
+    import bpy
+
+    thing = stage()
+    lamp("POINT", (-1.0, -1.5, 1.8), energy=50.0, shadow_soft_size=0.1)
+    linked = ceiling(glow(4.0))
+    collection = bpy.data.collections.new("Linked")
+    collection.objects.link(bpy.data.objects["Slab"])
+    setattr(linked.light_linking, which, collection)
+    collection.collection_objects[0].light_linking.link_state = state
+    return thing
+
+
 def shadowless():
     """A lamp for which nothing casts a shadow."""
     thing = stage()
@@ -306,6 +321,13 @@ CASES = (
     Case("shadow linking, only the slab", partial(shadow_linking, "INCLUDE")),
     Case("shadow linking, all but the slab", partial(shadow_linking, "EXCLUDE")),
     Case("lamp without shadow", shadowless),
+    Case("emission linked to the slab", partial(glowing_link, "receiver_collection", "INCLUDE")),
+    Case("emission linked to all but the slab", partial(
+        glowing_link, "receiver_collection", "EXCLUDE")),
+    Case("emission shaded by the slab only", partial(
+        glowing_link, "blocker_collection", "INCLUDE")),
+    Case("emission shaded by all but the slab", partial(
+        glowing_link, "blocker_collection", "EXCLUDE")),
     Case("smooth by angle, baked", smooth_by_angle),
     Case("smooth ball beside the stage", smooth_ball),
 )

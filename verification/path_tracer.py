@@ -68,7 +68,8 @@ class World:
 
     def __init__(self, scene: Scene):
         if any(x is not None for x in (scene.casts_shadow, scene.visible, scene.lamp_objects,
-                                       scene.lamp_blockers)):  # fmt: skip
+                                       scene.lamp_blockers, scene.emission_objects,
+                                       scene.emission_blockers)):  # fmt: skip
             raise ValueError(
                 "the path tracer's objects meet all rays; leave casts_shadow, visible, "
                 "lamp_objects and lamp_blockers of the scene None"

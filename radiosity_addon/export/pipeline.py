@@ -25,14 +25,8 @@ from .corner_weights import one_hot, traced
 from .evaluated import ATLAS, evaluate_steps
 from .exported import Exported, ExportedObject
 from .images import working_space_is_rec709
-from .lights import (
-    Light,
-    glow_remarks,
-    lit_objects,
-    read_lights,
-    shading_objects,
-    with_node_colors,  # fmt: skip
-)
+from .light_links import emission_links, lit_objects, shading_objects
+from .lights import Light, read_lights, with_node_colors
 from .materials import read_materials, scene_materials
 from .meshes import read_loop_vertices
 from .parts import Part, read_parts
@@ -103,8 +97,11 @@ def steps(scene, view_layer, settings, progress):
     with traceless():
         sky, suns = read_world(_find_scene(name), Reader(working_space_is_rec709()), warnings)
         lights += [Light(sun) for sun in suns]
-        linked = lit_objects(lights, read.parts), shading_objects(lights, read.parts)
-        warnings += glow_remarks(read.parts, palette)
+        linked = (
+            lit_objects(lights, read.parts),
+            shading_objects(lights, read.parts),
+            *emission_links(read.parts, palette),
+        )
     yield 0.8
     objects, skipped = [], list(read.skipped)
     for number, (receiver, placed) in enumerate(zip(read.receivers, geometry.placed)):
@@ -266,6 +263,8 @@ def _exported(
         visible=np.array([part.visible for part in parts]),
         lamp_objects=linked[0],
         lamp_blockers=linked[1],
+        emission_objects=linked[2],
+        emission_blockers=linked[3],
         warnings=tuple(warnings),
     )
     return Exported(scene, tuple(objects), tuple(skipped), tuple(dict.fromkeys(warnings)))

@@ -193,7 +193,7 @@ def _unsampled_faces(context: Context) -> Polygons:
         glowing = radiance.any(axis=1)
         cells = whole_triangles(triangles[glowing], radiance[glowing])
         parts.append(replace(cells, side=np.where(apart[cells.triangle], side, 0)))
-    return as_polygons(geometry, join_cells(parts))
+    return as_polygons(geometry, join_cells(parts), scene.object)
 
 
 def _particles(origin: np.ndarray, direction: np.ndarray, weight: np.ndarray) -> Particles:

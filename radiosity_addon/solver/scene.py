@@ -120,6 +120,7 @@ class Scene:
     emit, as their materials say; receivers are fronts. ``casts_shadow`` and ``visible`` (to diffuse
     rays) are per object. ``lamp_objects``: for each lamp the objects it lights (indices), or None
     for all of them; ``lamp_blockers``: the same of those that shade its light.
+    ``emission_objects`` and ``emission_blockers`` are the same of what each object emits.
     """
 
     vertices: np.ndarray  # (n_vertices, 3) float64
@@ -134,6 +135,8 @@ class Scene:
     visible: np.ndarray | None = None  # (n_objects,) bool; None: all are
     lamp_objects: tuple[np.ndarray | None, ...] | None = None
     lamp_blockers: tuple[np.ndarray | None, ...] | None = None
+    emission_objects: tuple[np.ndarray | None, ...] | None = None
+    emission_blockers: tuple[np.ndarray | None, ...] | None = None
     warnings: tuple[str, ...] = field(default=())
 
 

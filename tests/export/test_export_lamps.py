@@ -234,16 +234,31 @@ def test_lamp_whose_tree_has_no_shader_is_named(blender, export):
     assert any('lamp "Lamp" has no shader linked' in w for w in exported.warnings)
 
 
-@pytest.mark.parametrize("which", ["receiver_collection", "blocker_collection"])
-def test_linked_light_of_an_emitting_object_is_named(blender, export, which):
+@pytest.mark.parametrize("state, linked", [("INCLUDE", ["A"]), ("EXCLUDE", ["Dark", "Screen"])])
+@pytest.mark.parametrize(
+    "collects, tells, other",
+    [
+        ("receiver_collection", "emission_objects", "emission_blockers"),
+        ("blocker_collection", "emission_blockers", "emission_objects"),
+    ],
+)
+def test_links_of_an_emitting_object(blender, export, collects, tells, other, state, linked):
     """A dark object's links mean nothing."""
     material, nodes, _ = add_material(blender, "Glow")
     surface(material, nodes.new("ShaderNodeEmission"))
+    target = add_plane(blender, "A", material=diffuse(blender))
+    collection = blender.data.collections.new("Linked")
+    collection.objects.link(target)
     for name, own in (("Screen", material), ("Dark", diffuse(blender))):
-        setattr(add_plane(blender, name, material=own).light_linking, which,
-                blender.data.collections.new("Some"))  # fmt: skip
-    said = [w for w in export().warnings if "linked" in w]
-    assert len(said) == 1 and 'object "Screen" emits' in said[0]
+        thing = add_plane(blender, name, material=own)
+        setattr(thing.light_linking, collects, collection)
+    collection.collection_objects[0].light_linking.link_state = state
+    scene = export().scene
+    links = getattr(scene, tells)
+    mine = links[scene.objects.index("Screen")]
+    assert sorted(scene.objects[i] for i in mine) == linked
+    assert sum(link is not None for link in links) == 1
+    assert getattr(scene, other) is None and not any("linked" in w for w in scene.warnings)
 
 
 def add_ies(bpy, lamp, text, strength=1.0):

@@ -181,7 +181,7 @@ def shape_digest(scene: Scene, receivers: Receivers, seed: int) -> str:
     return digest(
         seed, channels_of(scene), baked, scene.vertices, scene.triangles, scene.material,
         scene.object, surfaces, places, scene.lamp_objects, scene.lamp_blockers, scene.sky,
-        scene.casts_shadow, scene.visible,
+        scene.casts_shadow, scene.visible, scene.emission_objects, scene.emission_blockers,
     )  # fmt: skip
 
 

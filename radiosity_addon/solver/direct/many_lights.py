@@ -39,7 +39,7 @@ def _from_chosen(context: Context, points: Points, middles: Middles, key: tuple[
     irradiance, choices = np.zeros((count, context.channels)), 0
     total, square = np.zeros((2, count))
     mean = np.full(context.channels, 1 / context.channels)
-    for light, factor in _choices(context, points, middles, key):
+    for light, factor, shading in _choices(context, points, middles, key):
         places = light_places(points, *key, choices, 3)
         xi = np.stack([axis.ravel() for axis in places], 1)
         choices += 1
@@ -51,7 +51,7 @@ def _from_chosen(context: Context, points: Points, middles: Middles, key: tuple[
                 sample = sample.darkened(dark)
             origins = points.position.reshape(-1, 3)[rows]
             shade = points.shade and points.shade.together().rows(rows)
-            blockers = context.blockers[0]  # all block
+            blockers = context.blockers[shading]
             found = visible_samples(context, blockers, origins, sample, shade)
             found *= sample.irradiance[:, None]
             arriving[rows] = found * factor[rows, None] * color
@@ -73,7 +73,7 @@ def _variance(total: np.ndarray, square: np.ndarray, choices: int, per: int) -> 
 
 def _choices(context: Context, points: Points, middles: Middles, key: tuple[int, ...]):
     """Yield (light, factor) pairs (n,): what was chosen for each point, and one over its
-    probability and the number of choices."""
+    probability and the number of choices; and the row of blockers that shade all of those."""
     per, count = points.shape
     for number, pool in enumerate(context.sources.pools):
         table = sobol(per, 6, *key, 2, number)[:, 5:]
@@ -84,7 +84,7 @@ def _choices(context: Context, points: Points, middles: Middles, key: tuple[int,
             xi.reshape(-1, count),
         )
         for pair in zip(*(array.reshape(PER_POINT, -1) for array in (lights, factors / PER_POINT))):
-            yield pair
+            yield *pair, pool.shading
 
 
 def _samples(

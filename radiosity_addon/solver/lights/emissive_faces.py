@@ -37,14 +37,25 @@ def emissive_faces(scene: Scene, geometry: Geometry, tracer: Tracer) -> tuple[Po
     glowing = np.flatnonzero(share)
     explicit = np.zeros(len(scene.triangles), bool)
     chosen = _small(scene, geometry, glowing, share[glowing]) & _bright(geometry, cells)[glowing]
-    explicit[glowing[chosen]] = True
+    linked = linked_emitters(scene)[scene.object]  # rays know of no links
+    explicit[glowing[chosen | linked[glowing]]] = True
+    if explicit[cells.triangle].sum() > MOST:
+        explicit &= linked
     cells = cells.take(np.flatnonzero(explicit[cells.triangle]))
-    if len(cells.triangle) > MOST:
-        explicit[:] = False
     cells, left = uncovered(geometry, tracer, cells)
     explicit &= ~left
     cells = cells.take(np.flatnonzero(explicit[cells.triangle]))
-    return _with_open_sides(tracer, as_polygons(geometry, cells), explicit), explicit
+    lights = as_polygons(geometry, cells, scene.object)
+    return _with_open_sides(tracer, lights, explicit), explicit
+
+
+def linked_emitters(scene: Scene) -> np.ndarray:
+    """(n_objects,) bool: objects whose emission lights, or is shaded by, only some objects."""
+    linked = np.zeros(len(scene.objects), bool)
+    for links in (scene.emission_objects, scene.emission_blockers):
+        if links is not None:
+            linked |= [only is not None for only in links]
+    return linked
 
 
 def from_behind(scene: Scene) -> Scene:
@@ -116,12 +127,13 @@ def _bright(geometry: Geometry, cells: Cells) -> np.ndarray:
     return light * geometry.area.sum() > BRIGHT * light.sum() * glowing
 
 
-def as_polygons(geometry: Geometry, cells: Cells) -> Polygons:
-    """Lights, of both sides or of one; two triangles that form a parallelogram become one
-    rectangle. A back's light is that of a face turned around."""
+def as_polygons(geometry: Geometry, cells: Cells, owner: np.ndarray) -> Polygons:
+    """Lights, of both sides or of one, of triangles of objects ``owner`` (n_triangles,) int; two
+    triangles of one object that form a parallelogram become one rectangle. A back's light is that
+    of a face turned around."""
     t = cells.triangle
     corners = np.stack([geometry.at(t, cells.corners[:, k]) for k in range(3)], 1)
-    first, turn = _pairs(cells, corners)
+    first, turn = _pairs(cells, corners, owner[t])
     corners[first] = corners[first[:, None], (turn[:, None] + np.arange(3)) % 3]
     shape = np.full(len(t), TRIANGLE)
     shape[first] = RECTANGLE
@@ -134,15 +146,16 @@ def as_polygons(geometry: Geometry, cells: Cells) -> Polygons:
     return Polygons(
         cells.radiance[kept], shape[kept], corners[:, 0], corners[:, 1] - corners[:, 0],
         corners[:, 2] - corners[:, 0], normal, side == 0, np.full(n, np.pi), np.ones(n),
-        (side == 0) * 1.0, np.where(varied, t, -1), cells.corners[kept],
+        (side == 0) * 1.0, np.where(varied, t, -1), cells.corners[kept], owner[t],
     )  # fmt: skip
 
 
-def _pairs(cells: Cells, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _pairs(cells: Cells, corners: np.ndarray, owner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Cells that form a parallelogram with the next one, and at which of their corners (n, 3, 3)
     lies the angle opposite the shared edge."""
     even = cells.deviation == 0
     follows = np.isin(np.diff(cells.triangle), (0, 1)) & (np.diff(cells.side) == 0)
+    follows &= np.diff(owner) == 0
     follows &= even[1:] & even[:-1]
     follows &= np.isclose(cells.radiance[1:], cells.radiance[:-1], rtol=1e-6, atol=0).all(axis=1)
     size = np.abs(corners - corners[:, :1]).max(axis=(1, 2))

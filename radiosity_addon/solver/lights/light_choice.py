@@ -29,18 +29,19 @@ BLOCK = 8  # lights that are compared where a way down the tree ends
 @dataclass(frozen=True)
 class LightPool:
     """Lights to choose from. ``blocks`` (m, size) their numbers, filled up with −1; ``tree`` leads
-    to one of several blocks."""
+    to one of several blocks; ``shading`` is the row of blockers that shade all of them."""
 
     blocks: np.ndarray
     tree: LightTree | None
+    shading: int = 0
 
 
-def make_light_pool(lights: np.ndarray, emitters: Emitters) -> LightPool:
+def make_light_pool(lights: np.ndarray, emitters: Emitters, shading: int = 0) -> LightPool:
     """A pool of ``lights`` (n,) int, which shine as ``emitters``."""
     if len(lights) <= ALL:
-        return LightPool(lights[None], None)
+        return LightPool(lights[None], None, shading)
     tree = build_tree(emitters, TOP, BLOCK)
-    return LightPool(np.where(tree.blocks >= 0, lights[tree.blocks], -1), tree)
+    return LightPool(np.where(tree.blocks >= 0, lights[tree.blocks], -1), tree, shading)
 
 
 def choose_lights(

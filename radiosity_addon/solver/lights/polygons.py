@@ -33,6 +33,7 @@ class Polygons:
     back: np.ndarray  # (k,) the same of the back; 0 where it does not shine
     triangle: np.ndarray  # (k,) int: whose texture ``color`` is a mean of, -1: none
     corners: np.ndarray  # (k, 3, 2) barycentric in there, of origin, origin + u, origin + v
+    object: np.ndarray  # (k,) int: whose surface it is, -1: a lamp
 
     @property
     def area(self) -> np.ndarray:

@@ -116,10 +116,10 @@ def build_sources(
     """Every light to sample, and (n_triangles,) bool: whose emission that covers."""
     faces, explicit = emissive_faces(scene, geometry, tracer)
     rows = {Polygons: [], FacingDiscs: [], SphereLights: [], Suns: [], SkySpots: []}
-    linked = {kind: [(None, None)] * len(faces.color) * (kind is Polygons) for kind in rows}
-    shaped = {kind: [] for kind in rows}
-    free = (None,) * len(scene.lamps)
-    pairs = zip(scene.lamp_objects or free, scene.lamp_blockers or free)
+    linked, shaped = {kind: [] for kind in rows}, {kind: [] for kind in rows}
+    glow = _pairs(scene.emission_objects, scene.emission_blockers, len(scene.objects))
+    linked[Polygons] = [glow[owner] for owner in faces.object]
+    pairs = _pairs(scene.lamp_objects, scene.lamp_blockers, len(scene.lamps))
     for lamp, pair in zip(scene.lamps, pairs):
         if _shines(lamp):
             kind, row = _lamp_row(lamp, geometry)
@@ -148,10 +148,16 @@ def build_sources(
         _links([pair[i] for pair in pairs], len(scene.objects)) for i in (0, 1)
     )
     useful = lights_that_reach(kinds, tuple(pair[0] for pair in pairs), scene, geometry)
-    always, pools = _pools(kinds, kind, useful, block > 0)
+    always, pools = _pools(kinds, kind, useful, block)
     allowed = allowed if len(allowed) > 1 else None
     sources = Sources(kinds, kind, place, link, allowed, block, blocking, always, pools)
     return sources, explicit
+
+
+def _pairs(lit: tuple | None, shading: tuple | None, count: int) -> list[tuple]:
+    """For each of ``count`` lights the objects it lights, and those that shade it; None: all."""
+    free = (None,) * count
+    return list(zip(lit or free, shading or free))
 
 
 def _links(linked: list, objects: int) -> tuple[np.ndarray, np.ndarray]:
@@ -167,21 +173,22 @@ def _links(linked: list, objects: int) -> tuple[np.ndarray, np.ndarray]:
     return link, table
 
 
-def _pools(kinds: tuple[LightBatch, ...], kind: np.ndarray, useful: np.ndarray, apart: np.ndarray):
+def _pools(kinds: tuple[LightBatch, ...], kind: np.ndarray, useful: np.ndarray, block: np.ndarray):
     """Near and distant lights, apart: those sampled everywhere, and pools to choose others from.
-    Only those that are ``useful`` (n,) bool take part; those ``apart`` (n,) are never chosen
-    among others, so that a choice's shadow rays all meet the same objects."""
-    always, pools = np.flatnonzero(useful & apart).tolist(), []
-    useful = useful & ~apart
-    for distant in (False, True):
-        mine = [k for k, lights in enumerate(kinds) if isinstance(lights, Suns) == distant]
-        every = np.flatnonzero(np.isin(kind, mine))
-        lights = every[useful[every]]
-        if len(lights) <= FEW:
-            always += lights.tolist()
-        else:
-            emitters = join_emitters([kinds[k].emitters() for k in mine])
-            pools.append(make_light_pool(lights, emitters.take(useful[every])))
+    Only those that are ``useful`` (n,) bool take part; those of different rows ``block`` (n,) are
+    apart, too, so that a choice's shadow rays all meet the same objects."""
+    always, pools = [], []
+    for row in np.unique(block[useful]):
+        for distant in (False, True):
+            mine = [k for k, lights in enumerate(kinds) if isinstance(lights, Suns) == distant]
+            every = np.flatnonzero(np.isin(kind, mine))
+            some = useful[every] & (block[every] == row)
+            lights = every[some]
+            if len(lights) <= FEW:
+                always += lights.tolist()
+            else:
+                emitters = join_emitters([kinds[k].emitters() for k in mine])
+                pools.append(make_light_pool(lights, emitters.take(some), int(row)))
     return tuple(always), tuple(pools)
 
 
@@ -220,4 +227,5 @@ def _lamp_row(lamp: Lamp, geometry: Geometry):
         0.0,
         -1,
         np.zeros((3, 2)),
+        -1,
     )
