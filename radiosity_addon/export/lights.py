@@ -18,6 +18,7 @@ from .lamps import read_lamp
 from .remarks import tree_remarks
 from .sockets import Reader, source, uses_nodes
 
+BY_DIRECTION = (5, 0, 0)  # the first Blender whose lamps that are spheres are shaped by direction
 STRENGTH = {PointLamp: "intensity", SunLamp: "irradiance", AreaLamp: "radiance"}
 
 
@@ -105,6 +106,8 @@ class Shapes:
 
     def of(self, light: Light, data, warnings: list[str]) -> list:
         """(colour (3,), distribution or None) pairs; none where it is dark in all directions."""
+        import bpy
+
         self.stage = self.stage or ShapeStage(self.frame)
         owner = f'lamp "{light.object}"'
         for text in unreadable(self.stage, data.node_tree):
@@ -116,6 +119,11 @@ class Shapes:
             warnings.append(
                 f"{owner}: its light changes with distance in another way than the inverse square "
                 f"({what}); in the bake it falls with that"
+            )
+        if light.lamp.ball and light.lamp.radius > 0.0 and bpy.app.version < BY_DIRECTION:
+            warnings.append(
+                f"{owner}: without soft falloff Cycles of this Blender shapes its light by the place "
+                "on the sphere, the bake by direction; turn Soft Falloff on, or the radius to 0"
             )
         key = data.name, light.matrix[:3, :3].round(6).tobytes()
         if key not in self.known:

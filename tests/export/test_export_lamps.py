@@ -335,6 +335,9 @@ def test_ies_light_is_that_of_cycles(blender, export, name):
     assert np.ptp(ours.distribution) > 0.2 and ours.distribution.max() == pytest.approx(1.0)
     expected = irradiance(ours) * shape_at(ours, -ours.position)
     theirs = cycles_bake(blender, plane, samples=256)[0, 0] * np.pi
+    if name == "ball" and blender.app.version < (5, 0, 0):  # shaped by the sphere's normal there
+        assert any("Soft Falloff" in w for w in exported.warnings)
+        return
     soft = "shadow_soft_size" in LAYOUTS[name][2]
     np.testing.assert_allclose(expected, theirs, rtol=0.015 if soft else 4e-3)
     assert not exported.warnings

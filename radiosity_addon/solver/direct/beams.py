@@ -132,7 +132,7 @@ def _ellipse(place: np.ndarray, normal: np.ndarray, level: np.ndarray, power: np
     area = np.pi * half.prod()
     return (
         power / (np.pi * area), ELLIPSE, middle - (u + v) / 2, u, v, normal, False, np.pi, 1.0, 0.0,
-        -1, np.zeros((3, 2)),
+        -1, np.zeros((3, 2)), -1,
     )  # fmt: skip
 
 

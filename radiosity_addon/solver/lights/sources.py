@@ -81,7 +81,7 @@ class Sources:
             if len(left) <= FEW:
                 always += left.tolist()
             else:
-                pools.append(make_light_pool(left, emitters.take(left)))
+                pools.append(make_light_pool(left, emitters.take(left), pool.shading))
         return replace(self, always=tuple(always), pools=tuple(pools))
 
     def only(self, lights: np.ndarray) -> Sources:
