@@ -49,12 +49,13 @@ def floor_light(scene: Scene) -> float:
     (FLOOR, None, 0), (np.array([0, 1]), PANEL, 1), (NONE, NONE, 0),
 ])  # fmt: skip
 def test_only_linked_objects_are_lit_and_shade(lit, shading, share, size):
-    """The lid, midway between squares no larger than it is, hides the panel wholly: share 0, else the factor of parallel squares. A small panel is sampled explicitly anyway; a large one would
-    be left to rays, which know of no links."""
+    """The lid, midway between squares no larger than it is, hides the panel wholly: share 0, else
+    the factor of parallel squares. A small panel is sampled explicitly anyway; a large one would be
+    left to rays, which know of no links."""
     found = floor_light(scene_of(lit, shading, size))
     if size == 1.0:  # equal squares at a distance of one edge
         expected = exact.parallel_rectangles(1, 1, 1)
-    else:  # the mean over a unit floor of the factor of a square of edge 0.2, by reciprocity
+    else:  # the mean over a unit floor of the factor of a square of edge 0.2
         middles = (np.indices((40, 40)).reshape(2, -1).T + 0.5) / 40 - 0.5
         panel = np.column_stack([SQUARE * size, np.full(4, 1.0)])[::-1]
         expected = np.mean([
