@@ -144,7 +144,7 @@ def test_one_cell_of_a_varying_picture(height):
     scene = panel_over_floor(CornerColors(values))
     context = build_context(scene, 0, 1, silent)
     whole = cells.whole_triangles(np.array([129]), np.full((1, 3), 2 / 3))
-    light = as_polygons(context.geometry, replace(whole, deviation=np.ones(1)))
+    light = as_polygons(context.geometry, replace(whole, deviation=np.ones(1)), scene.object)
     corners = scene.vertices[scene.triangles[129]]
     x = corners.mean(axis=0) + [0.1, 0.05, -height]
     u, v = parts(500).T
