@@ -8,6 +8,7 @@ direction at most, a coarse picture of maxima tells.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Callable
 
 import numpy as np
 
@@ -24,22 +25,22 @@ class Distributions:
     pictures: tuple[np.ndarray, ...]
     maxima: tuple[np.ndarray, ...]  # (ROWS, 2 ROWS), within REACH of all directions of a pixel
 
-    def uneven(self, which) -> bool:
+    def uneven(self, which: int | np.ndarray) -> bool:
         """Whether any lamp of ``which``, one or (...), has a picture."""
         return bool(np.max(self.number[which], initial=-1) >= 0)
 
-    def at(self, which, unit: np.ndarray) -> np.ndarray:
+    def at(self, which: int | np.ndarray, unit: np.ndarray) -> np.ndarray:
         """(...) shares of the intensity of lamps ``which``, one or (...), that leave in unit
         directions (3, ...)."""
         return self._looked_up(which, unit, self.pictures, interpolated)
 
-    def most(self, which, unit: np.ndarray, slack: np.ndarray) -> np.ndarray:
+    def most(self, which: int | np.ndarray, unit: np.ndarray, slack: np.ndarray) -> np.ndarray:
         """(...) no smaller than the share in any direction whose ``chord`` from ``unit`` (3, ...)
         is below ``slack`` (...)."""
         found = self._looked_up(which, unit, self.maxima, nearest)
         return np.where(slack < 2 * np.sin(REACH / 2), found, 1.0)
 
-    def _looked_up(self, which, unit: np.ndarray, pictures: tuple, look) -> np.ndarray:
+    def _looked_up(self, which: int | np.ndarray, unit: np.ndarray, pictures: tuple, look: Callable) -> np.ndarray:
         result = np.ones(unit.shape[1:])
         number = np.broadcast_to(self.number[which], result.shape)
         for one in np.unique(number):
