@@ -5,7 +5,16 @@ from __future__ import annotations
 import argparse
 from dataclasses import dataclass, replace
 
-from .settings import COLOR_TYPES, DOMAINS, FORMATS, PASSES, QUALITY_ERROR, TARGETS, Settings
+from .settings import (
+    COLOR_TYPES,
+    DOMAINS,
+    FORMATS,
+    PASSES,
+    QUALITY_ERROR,
+    TARGETS,
+    UNWRAPS,
+    Settings,
+)
 
 DEMO_NAMES = ("cornell",)
 DEFAULTS = Settings()
@@ -57,6 +66,9 @@ def parse(argv: list[str], opened: bool = False) -> Request:
         parser.error("--color-type is for vertex colours; images have --format")
     if found.scale is not None and not (found.color_type == "byte" or found.format in SCALED):
         parser.error(f"--scale is for --color-type byte and --format {', '.join(SCALED)}")
+    for option in ("atlas", "density"):
+        if getattr(found, option) is not None and found.target != "image":
+            parser.error(f"--{option} is for images; add --target image")
     if len(found.scene) > 1:
         _check_several(parser, found)
     settings = _settings(found)
@@ -128,10 +140,31 @@ def _add_destination(group) -> None:
     add("--domain", choices=DOMAINS, default=DEFAULTS.domain, help="vertex target (%(default)s)")
     add(
         "--resolution",
+        type=_size,
+        metavar="N|WxH",
+        default=(DEFAULTS.resolution, None),
+        help=f"image target: texels along an edge, or width x height ({DEFAULTS.resolution})",
+    )
+    add("--atlas", metavar="NAME", help="image target: all objects share the image NAME_<atlas>")
+    add(
+        "--atlas-images",
         type=int,
         metavar="N",
-        default=DEFAULTS.resolution,
-        help="image target: texels along an edge (%(default)s)",
+        default=DEFAULTS.atlas_images,
+        help="at most so many images for the atlas (%(default)s)",
+    )
+    add(
+        "--density",
+        type=float,
+        metavar="D",
+        help="texels per metre in the atlas (as many as fit); --resolution is the most then",
+    )
+    add(
+        "--unwrap",
+        choices=UNWRAPS,
+        default=DEFAULTS.unwrap,
+        help="charts of UV maps that are made: Smart UV Project, Lightmap Pack, or those of the "
+        "map that renders, laid out anew (%(default)s)",
     )
     add(
         "--uv-map",
@@ -210,6 +243,16 @@ def _passes(text: str) -> tuple[str, ...]:
     return tuple(word for word in PASSES if word in words)
 
 
+def _size(text: str) -> tuple[int, int | None]:
+    """``1024`` or ``2048x1024``: width, and height where it is named."""
+    try:
+        width, *height = (int(word) for word in text.lower().split("x"))
+        (height,) = height or [None]
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r}; give texels, as 1024 or 2048x1024") from None
+    return width, height
+
+
 def _scale(text: str) -> float:
     """A positive number, or ``auto``, which is 0."""
     if text == "auto":
@@ -228,7 +271,12 @@ def _settings(found: argparse.Namespace) -> Settings:
         objects=tuple(dict.fromkeys(found.objects)),
         target=found.target,
         domain=found.domain,
-        resolution=found.resolution,
+        resolution=found.resolution[0],
+        height=found.resolution[1],
+        atlas=found.atlas,
+        atlas_images=found.atlas_images,
+        density=found.density,
+        unwrap=found.unwrap,
         uv_map=found.uv_map,
         margin=found.margin,
         image_dir=found.image_dir,

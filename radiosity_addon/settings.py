@@ -12,8 +12,11 @@ TARGETS = ("vertex", "image")
 DOMAINS = ("corner", "point")
 FORMATS = ("exr", "png", "png16", "hdr", "rgbm", "rgbe")
 COLOR_TYPES = ("float", "byte")
+UNWRAPS = ("smart", "lightmap", "existing")
 RESOLUTION_RANGE = (4, 16384)
 ERROR_RANGE = (1e-4, 1.0)
+DENSITY_RANGE = (1e-3, 1e5)  # texels per metre
+ATLAS_IMAGES_RANGE = (1, 64)
 
 
 @dataclass(frozen=True)
@@ -23,7 +26,12 @@ class Settings:
     objects: tuple[str, ...] = ()  # names of receivers; empty: every renderable mesh
     target: str = "vertex"
     domain: str = "corner"
-    resolution: int = 1024  # texels along an image's edge
+    resolution: int = 1024  # texels along an image's lower edge
+    height: int | None = None  # texels along its other edge; None: as many
+    atlas: str | None = None  # name of what all objects share; None: an image for each
+    atlas_images: int = 1  # at most so many images for the atlas
+    density: float | None = None  # texels per metre in the atlas; None: as many as fit
+    unwrap: str = "smart"  # how a missing UV map is made
     uv_map: str | None = None  # None: the map "Radiosity", made where missing
     margin: int = 8  # texels
     image_dir: str | None = None
@@ -44,6 +52,11 @@ class Settings:
         """The relative error asked for, local and over the surface (docs/theory.md)."""
         return QUALITY_ERROR[self.quality] if self.error is None else self.error
 
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of an image [texels]."""
+        return self.resolution, self.height or self.resolution
+
     def check(self) -> None:
         """Raise ValueError naming the first setting out of range, its value, limit and remedy."""
         for name, value, allowed in (
@@ -52,6 +65,7 @@ class Settings:
             ("quality", self.quality, tuple(QUALITY_ERROR)),
             ("format", self.format or "exr", FORMATS),
             ("color_type", self.color_type, COLOR_TYPES),
+            ("unwrap", self.unwrap, UNWRAPS),
         ):
             if value not in allowed:
                 raise ValueError(f"{name} is {value!r}; choose one of {', '.join(allowed)}")
@@ -59,6 +73,9 @@ class Settings:
         if unknown or not self.passes:
             raise ValueError(f"passes are {self.passes!r}; choose from {', '.join(PASSES)}")
         _check_range("resolution", self.resolution, *RESOLUTION_RANGE)
+        if self.height is not None:
+            _check_range("height", self.height, *RESOLUTION_RANGE)
+        self._check_atlas()
         _check_range("error", self.target_error, *ERROR_RANGE)
         _check_range("margin", self.margin, 0, 1024)
         _check_range("threads", self.threads, 0, 1024)
@@ -69,6 +86,21 @@ class Settings:
             _check_range("time_limit", self.time_limit, 0.1, 1e6)
         if not self.name.strip():
             raise ValueError("name is empty; give the colour attribute and images a name")
+
+    def _check_atlas(self) -> None:
+        if self.atlas is not None and not self.atlas.strip():
+            raise ValueError("atlas is empty; give the shared image a name")
+        _check_range("atlas_images", self.atlas_images, *ATLAS_IMAGES_RANGE)
+        if self.density is not None:
+            _check_range("density", self.density, *DENSITY_RANGE)
+        packs = self.density is not None or self.atlas_images > 1
+        if packs and self.atlas is None:
+            raise ValueError("density and atlas_images are of an atlas; name one")
+        if self.uv_map is not None and (packs or self.unwrap != "smart"):
+            raise ValueError(
+                f"density, atlas_images and unwrap are for a map that is made, and {self.uv_map!r} is "
+                "used as it is; leave them out, or the uv_map"
+            )
 
 
 def _check_range(name: str, value: float, low: float, high: float) -> None:

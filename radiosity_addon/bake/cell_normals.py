@@ -18,8 +18,8 @@ def shading_of(
     """Shading of one object's receivers.
 
     ``vertices`` (v, 3), ``triangles`` (n, 3) and ``normals`` (n, 3, 3) of the object's corners, of
-    which ``start`` is the first in the scene; ``texel_normals`` (size, size, 3) are means over the
-    texels of its image, 0 where there is none, on which grazing light ``fades``.
+    which ``start`` is the first in the scene; ``texel_normals`` (height, width, 3) are means over the
+    texels of its window, 0 where there is none, on which grazing light ``fades``.
     """
     count = len(receivers.triangle)
     smooth, height = np.empty((count, 3), np.float32), np.empty(count, np.float32)

@@ -9,7 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from .encodings import BITS, SRGB, encode
+from .made import ATLAS
 from .png import png_bytes
+from .windows import owners
 
 MARK = "radiosity_bake"  # custom property on images that we made: their full name
 ENDINGS = {"exr": ".exr", "hdr": ".hdr", **dict.fromkeys(BITS, ".png")}
@@ -59,6 +61,19 @@ def find_image(name: str):
     for image in bpy.data.images:
         if image.get(MARK) == name and image.library is None and image.is_float:
             return image
+    return None
+
+
+def find_baked(name: str, atlas: str | None, item: str):
+    """The image of a bake called ``name`` that holds the object ``item``: the atlas' if one is
+    named, or the object's own; None without."""
+    import bpy
+
+    if atlas is None:
+        return find_image(f"{name}_{item}")
+    for image in bpy.data.images:
+        if image.get(ATLAS) == f"{name}_{atlas}" and item in owners(image):
+            return find_image(image.get(MARK))
     return None
 
 

@@ -44,6 +44,13 @@ def write_attribute(mesh, name: str, values: np.ndarray) -> None:
     mesh.update()
 
 
+def values_of(collection, field: str, width: int, kind) -> np.ndarray:
+    """(n, width) of one property of all items."""
+    values = np.empty(len(collection) * width, kind)
+    collection.foreach_get(field, values)
+    return values.reshape(-1, width)
+
+
 def _write_bmesh(mesh, attribute, values: np.ndarray) -> None:
     import bmesh
 

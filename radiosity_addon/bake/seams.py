@@ -20,8 +20,7 @@ def cut_sharp_edges(
     differ by at most ``angle`` [rad].
     """
     count = len(corner)
-    following = np.arange(1, count + 1)
-    following[np.append(start[1:], count) - 1] = start
+    following = _following(corner, start)
     face = np.repeat(np.arange(len(start)), np.diff(start, append=count))
     normal = face_normals(points, corner, start, following)
     a, b = _smooth_pairs(corner, following, normal[face], np.cos(angle))
@@ -33,12 +32,32 @@ def cut_sharp_edges(
 
 def face_normals(points, corner, start, following) -> np.ndarray:
     """(n_faces, 3) unit normals (Newell), zero for faces without area."""
+    normal = _doubled_areas(points, corner, start, following)
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    return normal / np.where(length > 0, length, 1.0)
+
+
+def face_areas(points: np.ndarray, corner: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """(n_faces,) areas."""
+    if not len(start):
+        return np.zeros(0)
+    following = _following(corner, start)
+    return np.linalg.norm(_doubled_areas(points, corner, start, following), axis=1) / 2
+
+
+def _following(corner, start) -> np.ndarray:
+    """(n_loops,) of each corner the next of its face."""
+    following = np.arange(1, len(corner) + 1)
+    following[np.append(start[1:], len(corner)) - 1] = start
+    return following
+
+
+def _doubled_areas(points, corner, start, following) -> np.ndarray:
+    """(n_faces, 3) vectors along the normals, as long as twice the area."""
     origin = points[corner[start]]
     size = np.diff(start, append=len(corner))
     local = points[corner] - np.repeat(origin, size, axis=0)
-    normal = np.add.reduceat(np.cross(local, local[following]), start, axis=0)
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    return normal / np.where(length > 0, length, 1.0)
+    return np.add.reduceat(np.cross(local, local[following]), start, axis=0)
 
 
 def _smooth_pairs(corner, following, normal, cosine) -> tuple[np.ndarray, np.ndarray]:

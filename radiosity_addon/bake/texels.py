@@ -1,8 +1,8 @@
 """Texels: the exact part of each texel's square that lies on the surface. NumPy only.
 
-Coordinates are texels: UV times the resolution, so texel (row, column) is the unit square with
-its lower left corner at (column, row). Triangles are walked row by row: in each row the texels
-that lie wholly inside are one run (one square cell each), the few around it are clipped.
+Coordinates are texels: UV times the image's width and height, so texel (row, column) is the unit
+square with its lower left corner at (column, row). Triangles are walked row by row: in each row the
+texels that lie wholly inside are one run (one square cell each), the few around it are clipped.
 """
 
 from __future__ import annotations
@@ -21,28 +21,37 @@ CHUNK = 1 << 14  # triangles, or texels to clip, worked on at once
 OVERLAP = 1.01  # a texel covered by more than this many texel areas has several owners
 
 
+def width_and_height(size: int | tuple[int, int]) -> tuple[int, int]:
+    """An image's width and height [texels]: one number stands for both."""
+    return (size, size) if isinstance(size, (int, np.integer)) else size
+
+
 def texel_receivers(
-    uv: np.ndarray, triangle: np.ndarray, resolution: int, image: int = 0
+    uv: np.ndarray, triangle: np.ndarray, size: int | tuple[int, int], image: int = 0
 ) -> Receivers:
     """One receiver per texel that lies at least partly on the surface.
 
-    ``uv`` (n, 3, 2) float64, ``triangle`` (n,) their scene triangles. Only what lies in the 0-1
-    tile is baked, as in Cycles; triangles without UV area (or with NaN in it) get no texel. Where
-    triangles overlap the texel is the mean over all of them (see ``overlapping_texels``).
+    ``uv`` (n, 3, 2) float64, ``triangle`` (n,) their scene triangles, ``size`` of the image. Only
+    what lies in the 0-1 tile is baked, as in Cycles; triangles without UV area (or with NaN in it)
+    get no texel. Where triangles overlap the texel is the mean over all of them (see
+    ``overlapping_texels``).
     Raises ValueError on mismatched shapes.
     """
-    return finish(texel_steps(uv, triangle, resolution, image))
+    return finish(texel_steps(uv, triangle, size, image))
 
 
-def texel_steps(uv: np.ndarray, triangle: np.ndarray, resolution: int, image: int = 0):
+def texel_steps(
+    uv: np.ndarray, triangle: np.ndarray, size: int | tuple[int, int], image: int = 0
+):
     """``texel_receivers`` in steps of some hundredths of a second."""
     uv = np.asarray(uv, float)
     if uv.ndim != 3 or uv.shape[1:] != (3, 2) or len(uv) != len(triangle):
         raise ValueError(f"uv has shape {uv.shape}; it must be ({len(triangle)}, 3, 2)")
-    points = uv * resolution
+    size = width_and_height(size)
+    points = uv * size
     parts = [_empty()]
     for start in range(0, len(points), CHUNK):
-        for part in _cells(points[start : start + CHUNK], start, resolution):
+        for part in _cells(points[start : start + CHUNK], start, size):
             parts.append(part)
             yield start / len(points)
     texel, index, corners, square, area = (np.concatenate(column) for column in zip(*parts))
@@ -52,7 +61,7 @@ def texel_steps(uv: np.ndarray, triangle: np.ndarray, resolution: int, image: in
     texel, index = texel[order], index[order]
     first = np.diff(texel, prepend=-1) != 0
     flat = texel[first]
-    grid = np.stack([np.full_like(flat, image), flat // resolution, flat % resolution], 1)
+    grid = np.stack([np.full_like(flat, image), flat // size[0], flat % size[0]], 1)
     return Receivers(
         count=len(flat),
         receiver=(np.cumsum(first) - 1).astype(np.int32),
@@ -63,15 +72,25 @@ def texel_steps(uv: np.ndarray, triangle: np.ndarray, resolution: int, image: in
     )
 
 
-def overlapping_texels(receivers: Receivers, uv: np.ndarray, start: int, resolution: int) -> int:
-    """How many texels are covered more than once: the map's triangles overlap there.
+def overlapping_texels(
+    receivers: Receivers, uv: np.ndarray, start: int, size: int | tuple[int, int]
+) -> int:
+    """How many texels are covered more than once: the map's triangles overlap there."""
+    return int((coverage(receivers, uv, start, size) > OVERLAP).sum())
+
+
+def coverage(
+    receivers: Receivers, uv: np.ndarray, start: int, size: int | tuple[int, int]
+) -> np.ndarray:
+    """(count,) how much of each texel is covered, above 1 where triangles overlap.
 
     ``uv`` (n, 3, 2) as given to ``texel_receivers``, of the scene triangles from ``start`` on.
     """
-    texel_area = np.abs(doubled_areas(np.asarray(uv, float))) * resolution**2
+    width, height = width_and_height(size)
+    texel_area = np.abs(doubled_areas(np.asarray(uv, float))) * (width * height)
     area = np.abs(doubled_areas(receivers.corners)) * np.where(receivers.square, 1.0, 0.5)
     covered = area * texel_area[receivers.triangle - start]
-    return int((np.bincount(receivers.receiver, covered) > OVERLAP).sum())
+    return np.bincount(receivers.receiver, covered, receivers.count)
 
 
 def _empty():
@@ -79,7 +98,7 @@ def _empty():
     return texel, texel, np.zeros((0, 3, 2)), np.zeros(0, bool), np.zeros(0)
 
 
-def _cells(points: np.ndarray, start: int, resolution: int) -> Iterator[tuple]:
+def _cells(points: np.ndarray, start: int, size: tuple[int, int]) -> Iterator[tuple]:
     """Cells of a chunk of triangles, in pieces: (texel, triangle, corners, square, area)."""
     finite = np.isfinite(points).all((1, 2))
     area = np.zeros(len(points))
@@ -88,17 +107,18 @@ def _cells(points: np.ndarray, start: int, resolution: int) -> Iterator[tuple]:
     usable = np.nonzero(finite & (area > 1e-12 * np.maximum(extent, 1e-3) ** 2))[0]
     points = points[usable]
     inverse = _barycentric(points)
-    owner, row = _rows(points, resolution)
+    width, height = size
+    owner, row = _rows(points, height)
     for at in range(0, len(owner), CHUNK):
         who, y = owner[at : at + CHUNK], row[at : at + CHUNK]
-        outer, inner = _spans(np.take(points, who, axis=0), y, resolution)
+        outer, inner = _spans(np.take(points, who, axis=0), y, width)
         whole = _whole(inner, who, y)
-        yield _finish(whole, points, inverse, usable + start, resolution)
+        yield _finish(whole, points, inverse, usable + start, width)
         partial = _partial(outer, inner, who, y)
         for i in range(0, len(partial[0]), CHUNK):
             piece = tuple(column[i : i + CHUNK] for column in partial)
             cells = _clipped(*piece, points)
-            yield _finish(cells, points, inverse, usable + start, resolution)
+            yield _finish(cells, points, inverse, usable + start, width)
 
 
 def _barycentric(points: np.ndarray) -> np.ndarray:
@@ -114,15 +134,15 @@ def expand(count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return owner, np.arange(len(owner)) - begin[owner]
 
 
-def _rows(points: np.ndarray, resolution: int) -> tuple[np.ndarray, np.ndarray]:
+def _rows(points: np.ndarray, height: int) -> tuple[np.ndarray, np.ndarray]:
     """All (triangle, row) pairs that meet."""
-    low = np.clip(np.floor(points[..., 1].min(1)), 0, resolution).astype(np.int64)
-    high = np.clip(np.ceil(points[..., 1].max(1)), 0, resolution).astype(np.int64)
+    low = np.clip(np.floor(points[..., 1].min(1)), 0, height).astype(np.int64)
+    high = np.clip(np.ceil(points[..., 1].max(1)), 0, height).astype(np.int64)
     owner, offset = expand(np.maximum(high - low, 0))
     return owner, low[owner] + offset
 
 
-def _spans(triangles: np.ndarray, row: np.ndarray, resolution: int):
+def _spans(triangles: np.ndarray, row: np.ndarray, width: int):
     """Column ranges per (triangle, row): ``outer`` that meet it, ``inner`` that lie inside.
 
     Each is (first, last + 1). A texel is inside when its lower and its upper side are, because
@@ -151,15 +171,15 @@ def _spans(triangles: np.ndarray, row: np.ndarray, resolution: int):
     first = np.ceil(np.maximum(within[0], within[1]) - 1e-9)
     last = np.floor(np.minimum(within[2], within[3]) + 1e-9)
     inside = np.isfinite(first) & np.isfinite(last) & (first < last)
-    outer = _clamped(np.floor(left), np.ceil(right), resolution)
-    inner = _clamped(np.where(inside, first, 0), np.where(inside, last, 0), resolution)
+    outer = _clamped(np.floor(left), np.ceil(right), width)
+    inner = _clamped(np.where(inside, first, 0), np.where(inside, last, 0), width)
     empty = inner[0] >= inner[1]
     return outer, (np.where(empty, outer[1], inner[0]), np.where(empty, outer[1], inner[1]))
 
 
-def _clamped(first, last, resolution) -> tuple[np.ndarray, np.ndarray]:
-    first = np.clip(first, 0, resolution).astype(np.int64)
-    return first, np.maximum(np.clip(last, 0, resolution).astype(np.int64), first)
+def _clamped(first, last, width) -> tuple[np.ndarray, np.ndarray]:
+    first = np.clip(first, 0, width).astype(np.int64)
+    return first, np.maximum(np.clip(last, 0, width).astype(np.int64), first)
 
 
 def _whole(inner, owner, row):
@@ -185,7 +205,7 @@ def _clipped(owner, column, row, points):
     return owner[who], column[who], row[who], corners, square
 
 
-def _finish(cells, points, inverse, names, resolution):
+def _finish(cells, points, inverse, names, width):
     """From corners in the texel to barycentric ones: (texel, triangle, corners, square, area)."""
     owner, column, row, corners, square = cells
     area = np.abs(doubled_areas(corners)) * np.where(square, 1.0, 0.5)
@@ -197,7 +217,7 @@ def _finish(cells, points, inverse, names, resolution):
         for axis, (along_x, along_y) in enumerate(matrix):
             barycentric[:, corner, axis] = along_x * x + along_y * y
     keep = area > TOUCHED
-    cells = row * resolution + column, names[owner], barycentric, square, area
+    cells = row * width + column, names[owner], barycentric, square, area
     return cells if keep.all() else tuple(column[keep] for column in cells)
 
 

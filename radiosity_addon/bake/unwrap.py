@@ -1,21 +1,24 @@
 """UV maps made for objects that lack one; everything else of the user's is left alone. bpy.
 
-The charts come from Blender's Smart UV Project on a plain copy of the mesh in a scene of its own,
-so that selection, mode, active object and the user's UV maps never change.
+The charts come from Blender's own operators, or from another UV map of the object.
 """
 
 from __future__ import annotations
 
 import math
+from contextlib import redirect_stdout
+from io import StringIO
 
 import numpy as np
 
-from ..export.meshes import within_reach
 from ..steps import finish, scaled
-from .layers import check_editable
+from .layers import check_editable, values_of
 from .overlaps import overlap_steps
+from .pack import Chart, pack
 from .seams import cut_sharp_edges
+from .uv_edit import Shape, edit_uvs, shape_of
 from .uv_maps import FALLBACK, HeldMap, find_uv_map, free_name, give_maps
+from .windows import own_size
 
 ANGLE = math.radians(66)  # neighbours that differ by less may share a chart
 MOST_MAPS = 8  # that Blender renders from
@@ -25,7 +28,7 @@ LEAST_GAP, GAP_SHARE = 3, 128  # texels between charts: at least, and resolution
 
 
 def ensure_uv_map(
-    objects, name: str = "Radiosity", resolution: int = 1024, margin: int = 8
+    objects, name: str = "Radiosity", resolution: int = 1024, margin: int = 8, how: str = "smart"
 ) -> list[tuple[str, str]]:
     """Make the UV map on the meshes of ``objects`` that lack it.
 
@@ -35,14 +38,14 @@ def ensure_uv_map(
     Raises ValueError, with nothing made, for a linked mesh and for one with 8 UV maps.
     """
     names = [item.name for item in objects]
-    held = finish(unwrap_steps(names, name, resolution, margin))
+    held = finish(unwrap_steps(names, name, (resolution, resolution), margin, how))
     give_maps(held)
     return [each.pair for each in held]
 
 
-def unwrap_steps(objects, name: str, resolution: int, margin: int):
-    """The maps that ``ensure_uv_map`` makes for objects of these names, held outside of the file:
-    steps that return a list of HeldMap."""
+def unwrap_steps(objects, name: str, size: tuple[int, int], margin: int, how: str = "smart"):
+    """The maps that ``ensure_uv_map`` makes for objects of these names and images of this size,
+    held outside of the file: steps that return a list of HeldMap."""
     import bpy
 
     lacking = {}
@@ -51,23 +54,42 @@ def unwrap_steps(objects, name: str, resolution: int, margin: int):
         if find_uv_map(mesh, name) is None:
             lacking.setdefault(mesh.name_full, each)
     for each in lacking.values():
-        _check_room(bpy.data.objects[each], name)
-    gap = max(LEAST_GAP, min(2 * margin, resolution // GAP_SHARE)) / resolution
+        check_room(bpy.data.objects[each], name)
     held = []
     for index, each in enumerate(lacking.values()):
         item = bpy.data.objects.get(each)
         if item is None or item.type != "MESH":
             continue  # it was deleted between two steps
+        existing = existing_uvs(item) if how == "existing" else None
         if item.data.is_editmode:
             item.update_from_editmode()
         identity, called = item.session_uid, free_name(item.data, name)
-        uv = yield from _unwrap(_shape(item), gap, index / len(lacking))
+        shape, (width, height) = shape_of(item), own_size(item, size)
+        gap = max(LEAST_GAP, min(2 * margin, min(width, height) // GAP_SHARE))
+        uv = yield from chart_steps(shape, how, existing, gap / height, index / len(lacking))
+        if how != "smart" or width != height:
+            uv = pack([Chart(shape, uv)], (width, height), gap).uvs[0]
         held.append(HeldMap(identity, each, called, uv))
         yield (index + 1) / len(lacking)
     return held
 
 
-def _check_room(obj, name: str) -> None:
+def existing_uvs(obj) -> np.ndarray:
+    """(n_loops, 2) float32 of the UV map by which the object's textures lie. Raises ValueError where
+    there is none, or where Edit Mode holds it."""
+    if obj.data.is_editmode:
+        raise ValueError(f"{obj.name!r} is in Edit Mode; leave it, so that its UV map can be read")
+    layers = obj.data.uv_layers
+    if not len(layers):
+        raise ValueError(
+            f"{obj.name!r} has no UV map whose charts could be used; unwrap it, or choose smart or "
+            "lightmap for --unwrap"
+        )
+    layer = next((each for each in layers if each.active_render), layers[0])
+    return values_of(layer.data, "uv", 2, np.float32)
+
+
+def check_room(obj, name: str) -> None:
     check_editable(obj.name, obj.data)
     if len(obj.data.uv_layers) >= MOST_MAPS:
         raise ValueError(
@@ -78,104 +100,49 @@ def _check_room(obj, name: str) -> None:
         raise ValueError(f"{obj.name!r} has attributes {name!r} that are no UV map; rename them")
 
 
-def _unwrap(shape, gap: float, done: float):
-    """(n_loops, 2) float32 UVs of a mesh's ``_shape``, charts ``gap`` apart: steps that yield
-    ``done``.
+def chart_steps(shape: Shape, how: str, existing: np.ndarray | None, gap: float, done: float):
+    """(n_loops, 2) float32 UVs of one mesh: steps that yield ``done``.
 
-    Where the projection folds over itself, the faces on top are cut loose and it is done again.
+    ``how``: "smart" charts are ``gap`` of the unit square apart; "lightmap" makes a chart of each
+    pair of faces; "existing" takes the UVs given.
     """
-    points, corner, start = shape
-    if not len(start):
+    if not len(shape.start):
         return np.zeros((0, 2), np.float32)
-    points, corner = cut_sharp_edges(points, corner, start, ANGLE)
+    if how == "existing":
+        return existing
+    if how == "lightmap":
+        yield done
+        return edit_uvs(shape, None, _lightmap)[0]
+    return (yield from _smart_steps(shape, gap, done))
+
+
+def _smart_steps(shape: Shape, gap: float, done: float):
+    """Where the projection folds over itself, the faces on top are cut loose and it is done again."""
+    points, corner = cut_sharp_edges(shape.points, shape.corner, shape.start, ANGLE)
     for _ in range(ATTEMPTS):
-        uv, triangles, face = _lay_out(points, corner, start, gap)
+        cut = Shape(points, corner, shape.start)
+        uv, triangles, face = edit_uvs(cut, None, lambda: _smart(gap))
         yield done
         layer = yield from scaled(done, done, overlap_steps(
-            uv[triangles].astype(float), face, corner[triangles], len(start), CHECKED
+            uv[triangles].astype(float), face, corner[triangles], len(shape.start), CHECKED
         ))  # fmt: skip
         if not layer.any():
             break
-        size = np.diff(start, append=len(corner))
         loose, corner = np.unique(
-            corner + np.repeat(layer, size) * len(points),
-            return_inverse=True,
+            corner + np.repeat(layer, cut.sizes) * len(points), return_inverse=True
         )
         points = points[loose % len(points)]
     return np.clip(uv, 0.0, 1.0)
 
 
-def _shape(obj) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Points (v, 3) in world size, so that texels are alike on all sides; vertex of each loop
-    (n_loops,); first loop of each face. Points out of reach move to the origin."""
-    source = obj.data
-    points = _get(source.vertices, "co", 3, np.float32)
-    size = np.array(obj.matrix_world, float)[:3, :3]
-    if np.isfinite(size).all() and abs(np.linalg.det(size)) > 0:
-        points = points @ size.T
-    points = np.where(within_reach(points), points, 0.0)  # else Blender never ends
-    corner = _get(source.loops, "vertex_index", 1, np.int32)[:, 0].astype(np.int64)
-    return points, corner, _get(source.polygons, "loop_start", 1, np.int32)[:, 0]
-
-
-def _lay_out(points, corner, start, gap):
-    """UVs (n_loops, 2), loops of the triangles (n, 3) and the face of each (n,)."""
+def _smart(gap: float) -> None:
     import bpy
 
-    mesh = _plain_mesh(points, corner, start)
-    copy = bpy.data.objects.new(mesh.name, mesh)
-    scene = bpy.data.scenes.new(mesh.name)
-    try:
-        scene.collection.objects.link(copy)
-        _project(scene, copy, gap)
-        uv = _get(mesh.uv_layers.active.data, "uv", 2, np.float32)
-        mesh.calc_loop_triangles()
-        triangles = _get(mesh.loop_triangles, "loops", 3, np.int32)
-        face = _get(mesh.loop_triangles, "polygon_index", 1, np.int32)[:, 0]
-    finally:
-        bpy.data.objects.remove(copy)
-        bpy.data.meshes.remove(mesh)
-        bpy.data.scenes.remove(scene)
-    return np.nan_to_num(uv), triangles, face
+    bpy.ops.uv.smart_project(angle_limit=ANGLE, island_margin=gap / 2, margin_method="FRACTION")
 
 
-def _plain_mesh(points, corner, start):
-    """A mesh of nothing but the shape and an empty UV map."""
+def _lightmap() -> None:
     import bpy
 
-    mesh = bpy.data.meshes.new("radiosity unwrap")
-    mesh.vertices.add(len(points))
-    mesh.vertices.foreach_set("co", points.astype(np.float32).ravel())
-    mesh.loops.add(len(corner))
-    mesh.loops.foreach_set("vertex_index", corner.astype(np.int32))
-    mesh.polygons.add(len(start))
-    mesh.polygons.foreach_set("loop_start", start)
-    mesh.update(calc_edges=True)
-    mesh.uv_layers.new(name="uv", do_init=False)
-    return mesh
-
-
-def _get(collection, field: str, width: int, kind) -> np.ndarray:
-    values = np.empty(len(collection) * width, kind)
-    collection.foreach_get(field, values)
-    return values.reshape(-1, width)
-
-
-def _project(scene, copy, gap: float) -> None:
-    import bpy
-
-    layer = scene.view_layers[0]
-    layer.objects.active = copy
-    copy.select_set(True, view_layer=layer)
-    with bpy.context.temp_override(
-        scene=scene, view_layer=layer, object=copy, active_object=copy, edit_object=copy,
-        selected_objects=[copy],
-    ):
-        bpy.ops.object.mode_set(mode="EDIT")
-        try:
-            bpy.ops.mesh.select_all(action="SELECT")
-            bpy.ops.uv.smart_project(
-                angle_limit=ANGLE, island_margin=gap / 2, margin_method="FRACTION"
-            )
-        finally:
-            bpy.ops.object.mode_set(mode="OBJECT")
+    with redirect_stdout(StringIO()):  # it tells of its work there
+        bpy.ops.uv.lightmap_pack(PREF_CONTEXT="ALL_FACES", PREF_PACK_IN_ONE=True)

@@ -7,12 +7,12 @@ become part of another undo step.
 from __future__ import annotations
 
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from .layers import item_count, write_attribute
-from .made import UV_MAP, forget, note
+from .layers import item_count, values_of, write_attribute
+from .made import UV_MAP, forget, note, read_made
 
 FALLBACK = "{} UV"  # where an attribute that is no UV map holds the name already
 
@@ -25,6 +25,8 @@ class HeldMap:
     object: str  # its name when the map was made
     name: str
     values: np.ndarray  # (n_loops, 2) float32
+    facts: dict = field(default_factory=dict)  # to be noted with it
+    before: HeldMap | None = None  # what a map of this name holds so far
 
     @property
     def pair(self) -> tuple[str, str]:
@@ -45,6 +47,14 @@ def free_name(mesh, name: str) -> str:
     return FALLBACK.format(name) if name in mesh.attributes else name
 
 
+def held_now(item, name: str) -> HeldMap:
+    """A UV map that is there. Raises ValueError where Edit Mode holds it."""
+    if item.data.is_editmode:
+        raise ValueError(f"{item.name!r} is in Edit Mode; leave it, so that its map can be laid out")
+    values = values_of(item.data.uv_layers[name].data, "uv", 2, np.float32)
+    return HeldMap(item.session_uid, item.name, name, values, read_made(item.data).get(name, {}))
+
+
 def give_maps(held) -> None:
     """Put the maps on their meshes; a mesh that changed or is gone goes without.
 
@@ -63,19 +73,34 @@ def give_maps(held) -> None:
                 made.append((item.name, each.name))
                 _add(item.data, each.name)
             write_attribute(item.data, each.name, each.values)
+            if each.facts:
+                note(item.data, each.name, **each.facts)
     except BaseException:
         remove_uv_maps(made)
         raise
 
 
+def take_back(held) -> None:
+    """Remove the maps, or bring back what they held before."""
+    import bpy
+
+    remove_uv_maps([each.pair for each in held if each.before is None])
+    before = [each.before for each in held if each.before is not None]
+    objects = {item.session_uid: item for item in bpy.data.objects}
+    for each in before:
+        if each.identity in objects:
+            forget(objects[each.identity].data, each.name)
+    give_maps(before)
+
+
 @contextmanager
 def given(held):
-    """The maps are on their meshes inside, and nowhere outside."""
+    """The maps are on their meshes inside; outside all is as it was."""
     give_maps(held)
     try:
         yield
     finally:
-        remove_uv_maps([each.pair for each in held])
+        take_back(held)
 
 
 def remove_uv_maps(made: list[tuple[str, str]]) -> None:

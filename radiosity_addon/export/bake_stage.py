@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..bake.texels import width_and_height
 from .materials import slot_keys
 from .panorama import set_up_cycles
 from .parts import Part, material_key
@@ -26,7 +27,7 @@ def user_materials(keys) -> dict:
     return {key: known[key] for key in keys}
 
 
-def bake_stage(part: Part, chosen, keys, size: int, uv: np.ndarray, like):
+def bake_stage(part: Part, chosen, keys, size: int | tuple[int, int], uv: np.ndarray, like):
     """A temporary scene, the chosen triangles (k,) in it with a slot for each key, and the image of
     ``size`` that a bake writes, where their corners lie at ``uv`` (k, 3, 2)."""
     import bpy
@@ -36,7 +37,7 @@ def bake_stage(part: Part, chosen, keys, size: int, uv: np.ndarray, like):
     stage.frame_current = like.frame_current
     set_up_cycles(stage, SAMPLES)
     image = bpy.data.images.new(
-        "Radiosity temporary", size, size, float_buffer=True, is_data=True
+        "Radiosity temporary", *width_and_height(size), float_buffer=True, is_data=True
     )
     mesh = _mesh(part, chosen, uv)
     thing = bpy.data.objects.new("Radiosity temporary", mesh)
@@ -95,7 +96,7 @@ def _mesh(part: Part, chosen, uv: np.ndarray):
 
 
 def bake_pass(stage, thing, image, kind: str, passes: set, **options) -> np.ndarray:
-    """(size, size, 3) float32 of one bake."""
+    """(height, width, 3) float32 of one bake."""
     import bpy
 
     layer = stage.view_layers[0]

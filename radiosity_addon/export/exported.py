@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..bake.windows import Place
 from ..solver.scene import Scene
 
 
@@ -41,7 +42,7 @@ class ExportedObject:
     name: str  # of the Blender object
     start: int  # its triangles are scene.triangles[start:stop]
     stop: int
-    uv: np.ndarray | None  # (n, 3, 2) float64 of the map baked to; None for the vertex target
+    uv: np.ndarray | None  # (n, 3, 2) float64, 0 to 1 over its window; None for the vertex target
     corner_map: CornerMap | None  # one-hot without modifiers; None for the image target
     loop_vertex: np.ndarray | None  # (n_loops,) int32: the user's mesh vertex of each loop
     loop_smooth_group: np.ndarray | None  # (n_loops,) int32: loops whose colours are one unknown
@@ -49,8 +50,9 @@ class ExportedObject:
     n_loops: int = 0  # of the user's mesh
     modifiers: tuple[str, ...] = ()  # names of those that may change its faces
     normals: np.ndarray | None = None  # (n, 3, 3) float32: how its triangles' corners are shaded
-    texel_normals: np.ndarray | None = None  # (size, size, 3) float32: means over texels, of maps
+    texel_normals: np.ndarray | None = None  # (height, width, 3) float32: means over texels, of maps
     fades: bool = False  # light that grazes these texels, before maps turn them, fades
+    place: Place | None = None  # where its texels lie; None: an image of its own
 
 
 @dataclass(frozen=True)

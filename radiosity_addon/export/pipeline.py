@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..bake.windows import Place, sheet_of, whole, window
 from ..solver.scene import Scene
 from .assemble import (
     Geometry,
@@ -58,6 +59,8 @@ class Receiver:
     uv_map: str
     modifiers: tuple[str, ...]
     trace: Trace | None
+    sheet: str | None = None  # the atlas' image that its texels are in; None: its own
+    size: tuple[int, int] = (0, 0)  # width and height of that image
 
 
 @dataclass(frozen=True)
@@ -87,10 +90,12 @@ def steps(scene, view_layer, settings, progress):
     yield 0.5
     for fraction in evaluate_steps(read.parts, palette, lambda: _find_scene(name)):
         yield 0.5 + 0.2 * fraction
-    turned = {}
+    turned, windows = {}, [(None, None)] * len(read.receivers)
+    if settings.target == "image":
+        windows = [_window(*pair) for pair in zip(read.receivers, geometry.placed)]
     if settings.target == "image" and settings.shading_normals:
-        here = zip(read.receivers, geometry.placed)
-        for fraction in texel_normal_steps(list(here), settings, lambda: _find_scene(name), turned):
+        here = [(placed, *found) for placed, found in zip(geometry.placed, windows)]
+        for fraction in texel_normal_steps(here, lambda: _find_scene(name), turned):
             yield 0.7 + 0.1 * fraction
     elif settings.shading_normals:
         warnings += bent_remarks(bent_materials(read.parts[: len(read.receivers)]))
@@ -105,7 +110,7 @@ def steps(scene, view_layer, settings, progress):
     yield 0.8
     objects, skipped = [], list(read.skipped)
     for number, (receiver, placed) in enumerate(zip(read.receivers, geometry.placed)):
-        found = _object(receiver, placed, settings, turned.get(number))
+        found = _object(receiver, placed, settings, turned.get(number), *windows[number])
         if isinstance(found, str):
             skipped.append((receiver.name, found))
         else:
@@ -141,14 +146,16 @@ def _evaluate(scene, view_layer, settings, progress) -> Evaluated:
             scene, view_layer, chosen, settings, progress
         )
         things, skipped = sort_out(chosen, parts, seen, settings)
-        receivers = [
-            Receiver(
-                thing.name, thing.session_uid, len(thing.data.loops),
-                uv_map_name(thing, settings), face_modifiers(thing), traces.get(thing.name),
-            )
-            for thing in things
-        ]  # fmt: skip
+        receivers = [_receiver(thing, settings, traces.get(thing.name)) for thing in things]
     return Evaluated(_receivers_first(parts, receivers), receivers, lights, skipped, warnings)
+
+
+def _receiver(thing, settings, trace: Trace | None) -> Receiver:
+    uv_map = uv_map_name(thing, settings)
+    return Receiver(
+        thing.name, thing.session_uid, len(thing.data.loops), uv_map, face_modifiers(thing), trace,
+        *sheet_of(thing, uv_map, settings),
+    )  # fmt: skip
 
 
 def _render(scene, view_layer, chosen, settings, progress):
@@ -180,15 +187,23 @@ def _receivers_first(parts, receivers):
     return [part for _, part in sorted(keyed, key=lambda pair: pair[0])]
 
 
-def _object(receiver: Receiver, placed: Placed, settings, texels) -> ExportedObject | str:
+def _window(receiver: Receiver, placed: Placed) -> tuple[Place, np.ndarray]:
+    """Where a receiver's texels lie, and its triangles' UVs (n, 3, 2) float64 there."""
+    uv = placed.part.mesh.uvs[receiver.uv_map][corner_loops(placed)].astype(np.float64)
+    if receiver.sheet is None or not len(uv):
+        return whole(receiver.size), uv
+    return window(receiver.sheet, receiver.size, uv)
+
+
+def _object(
+    receiver: Receiver, placed: Placed, settings, texels, place: Place | None, uv
+) -> ExportedObject | str:
     """What the bake needs of one receiver, or why it is left out."""
     start, stop = placed.start, placed.stop
     if stop == start:
         return NO_FACES
-    uv = weights = vertex = groups = None
-    if settings.target == "image":
-        uv = placed.part.mesh.uvs[receiver.uv_map][corner_loops(placed)].astype(np.float64)
-    else:
+    weights = vertex = groups = None
+    if settings.target == "vertex":
         mesh = _find_mesh(receiver)
         if mesh is None:
             return EDITED
@@ -201,7 +216,7 @@ def _object(receiver: Receiver, placed: Placed, settings, texels) -> ExportedObj
         receiver.name, start, stop, uv, weights, vertex, groups,
         receiver.identity, receiver.n_loops, receiver.modifiers,
         _normals(placed, settings, texels), texels,
-        texels is not None and light_fades(placed.part),
+        texels is not None and light_fades(placed.part), place,
     )  # fmt: skip
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..bake.windows import Place
 from .assemble import Placed, corner_loops
 from .bake_stage import aim, bake_pass, bake_stage, user_materials
 from .materials import slot_keys
@@ -33,16 +34,16 @@ def corner_normals(placed: Placed, flat_too: bool = False) -> np.ndarray | None:
     return found.astype(np.float32)
 
 
-def texel_normal_steps(receivers, settings, find_scene, found: dict):
-    """Put into ``found``, by number of the (receiver, where its part is placed), what the normals
-    that maps turn are in the mean over texels: (size, size, 3) float32, 0 where no face is. In
+def texel_normal_steps(places, find_scene, found: dict):
+    """Put into ``found``, by number of the (Placed, Place, UVs in its window), what the normals
+    that maps turn are in the mean over texels: (height, width, 3) float32, 0 where no face is. In
     steps that yield the fraction done."""
-    for index, (receiver, where) in enumerate(receivers):
+    for index, (where, place, uv) in enumerate(places):
         if len(where.kept) == 0 or not _bent_keys(where.part):
             continue
         with traceless():
-            found[index] = _texel_normals(where, receiver.uv_map, settings.resolution, find_scene())
-        yield index / len(receivers)
+            found[index] = _texel_normals(where, uv, place, find_scene())
+        yield index / len(places)
 
 
 def bent_materials(parts: list[Part]) -> list:
@@ -76,14 +77,15 @@ def _known(keys) -> dict:
     return {key: known[key] for key in keys if key in known}
 
 
-def _texel_normals(placed: Placed, uv_map: str, resolution: int, like) -> np.ndarray:
-    """(resolution, resolution, 3) float32 mean normals in the world."""
+def _texel_normals(placed: Placed, turned_uv: np.ndarray, place: Place, like) -> np.ndarray:
+    """(height, width, 3) float32 mean normals in the world, of a window."""
     import bpy
 
-    part, finer = placed.part, int(np.clip(FINEST // resolution, 1, PARTS))
-    uv = part.mesh.uvs[uv_map][part.mesh.triangle_loops[placed.kept]]
+    part, width, height = placed.part, place.width, place.height
+    finer = int(np.clip(FINEST // max(width, height), 1, PARTS))
+    uv = turned_uv[:, placed.order]
     keys = tuple(dict.fromkeys(part.materials))
-    stage, thing, image = bake_stage(part, placed.kept, keys, resolution * finer, uv, like)
+    stage, thing, image = bake_stage(part, placed.kept, keys, (width * finer, height * finer), uv, like)
     _shade(thing.data, part, placed.kept)
     originals = user_materials([key for key in keys if key is not None])
     for slot, key in enumerate(keys):
@@ -99,7 +101,7 @@ def _texel_normals(placed: Placed, uv_map: str, resolution: int, like) -> np.nda
     local = 2 * picture - 1
     local[(picture == 0).all(axis=2)] = 0  # no face: no normal is (-1, -1, -1)
     world = _to_world(part, local).astype(np.float32)
-    return world.reshape(resolution, finer, resolution, finer, 3).mean(axis=(1, 3))
+    return world.reshape(height, finer, width, finer, 3).mean(axis=(1, 3))
 
 
 def _shade(mesh, part: Part, chosen: np.ndarray) -> None:

@@ -9,6 +9,10 @@ NOT_MESH = "is a {kind}, which cannot hold baked colours; convert it to a mesh"
 LINKED = "its mesh is linked from a library and cannot get a colour attribute; make it local"
 LINKED_UV = "its mesh is linked from a library and has no UV map {name!r}; make it local"
 SHARED = "shares its mesh with {first!r}, whose colours it shows; make its mesh single-user"
+SHARED_UV = (
+    "shares its mesh, and so its UVs, with {first!r}, whose part of the atlas it shows; make its mesh "
+    "single-user (--single-user)"
+)
 NO_FACES = "has no faces with area when it is rendered"
 NO_UV = 'object "{object}" has no UV map named {name!r}; unwrap it or name another map'
 UNTRACED = (
@@ -57,9 +61,10 @@ def sort_out(things, parts: list[Part], seen: set[str], settings):
         if thing.name not in seen and not settings.objects:
             continue
         reason = _refusal(thing, own, seen, settings)
-        if reason is None and settings.target == "vertex":
+        if reason is None and (settings.target == "vertex" or settings.atlas):
             first = users.setdefault(thing.data.as_pointer(), thing.name)
-            reason = None if first == thing.name else SHARED.format(first=first)
+            told = SHARED if settings.target == "vertex" else SHARED_UV
+            reason = None if first == thing.name else told.format(first=first)
         if reason is None:
             reason = _check_uv(thing, parts[own[thing.name]], settings)
         if reason is None:

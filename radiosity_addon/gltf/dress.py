@@ -29,7 +29,7 @@ GREY = {**WHITE, "baseColorFactor": [0.8, 0.8, 0.8, 1.0]}  # faces without mater
 
 @dataclass(frozen=True)
 class Lightmap:
-    """An object's image: a PNG of linear values divided by ``scale``."""
+    """The image of an object, or of several: a PNG of linear values divided by ``scale``."""
 
     name: str
     png: bytes

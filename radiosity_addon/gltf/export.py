@@ -9,7 +9,7 @@ import numpy as np
 
 from ..bake.attribute import FALLBACK
 from ..bake.encodings import coding_error, decode, encode, scale_of
-from ..bake.image import find_image
+from ..bake.image import find_baked
 from ..bake.png import png_bytes
 from ..bake.uv_maps import find_uv_map
 from .blender_export import carried, export_glb
@@ -30,6 +30,7 @@ class Baked:
     name: str
     uv_map: str
     colored: bool
+    atlas: str | None = None  # whose images the objects share; None: one for each
 
 
 def export_bake(baked: Baked, path: str | Path) -> tuple[str, ...]:
@@ -77,14 +78,17 @@ def _carried(baked: Baked) -> dict[str, str]:
 
 
 def _lightmaps(baked: Baked, warnings: list[str]) -> dict[str, Lightmap]:
-    """A PNG for each object's image, by object name."""
+    """A PNG for each image, by the names of the objects whose texels it holds."""
     import bpy
 
     matrix = to_rec709()
-    made, worst = {}, (0.0, "")
+    made, images, worst = {}, {}, (0.0, "")
     for name in baked.objects:
-        image = find_image(f"{baked.name}_{name}")
+        image = find_baked(baked.name, baked.atlas, name)
         if image is None or bpy.data.objects.get(name) is None:
+            continue
+        if image.name in images:
+            made[name] = images[image.name]
             continue
         pixels = np.empty(image.size[0] * image.size[1] * 4, np.float32)
         image.pixels.foreach_get(pixels)
@@ -95,6 +99,7 @@ def _lightmaps(baked: Baked, warnings: list[str]) -> dict[str, Lightmap]:
         on = pixels[..., 3] > 0
         worst = max(worst, (coding_error(colors[on], decode(codes, KIND, scale)[on]), name))
         made[name] = Lightmap(image.name, png_bytes(codes, srgb=False), scale)
+        images[image.name] = made[name]
     if worst[0] > NOTABLE:
         warnings.append(
             f"8 bits in the exported lightmap of {worst[1]!r} are off by {100 * worst[0]:.2g} % "

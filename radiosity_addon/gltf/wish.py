@@ -20,4 +20,5 @@ def of_settings(settings: Settings, objects: tuple[str, ...]) -> Baked:
         name=settings.name,
         uv_map=settings.uv_map or Settings().name,
         colored="color" in settings.passes,
+        atlas=settings.atlas,
     )

@@ -9,8 +9,9 @@ import numpy as np
 
 from ..bake.attribute import find_colors, write_colors
 from ..bake.encodings import decode, encode
-from ..bake.image import file_names, find_image, save_encoded, save_image, write_image
-from ..bake.made import OWNER, PASSES, note
+from ..bake.image import MARK, file_names, find_baked, save_encoded, save_image, write_image
+from ..bake.made import ATLAS, OWNER, PASSES, note
+from ..bake.windows import owners
 from ..files import Publication
 from ..settings import Settings
 from ..solver.progress import Progress, silent
@@ -19,6 +20,7 @@ from .encode import BYTE_KIND, Encoding, encoded_kind, encoding_of
 from .job import Job, Result
 from .prepare import discard
 from .restore import remember_colors, remember_image
+from .sheets import Sheet, sheets_of
 
 
 def apply(
@@ -88,8 +90,11 @@ def _keep_scale(job: Job, item, encoding: Encoding) -> None:
     """The scale as a custom property of the mesh, or of the image whose file is encoded."""
     owner = item.data
     if job.settings.target == "image":
-        owner = find_image(image_name(job.settings, item.name))
-    key = f"{job.settings.name}_scale"
+        owner = find_baked(job.settings.name, job.settings.atlas, item.name)
+    _keep_scale_on(owner, f"{job.settings.name}_scale", encoding)
+
+
+def _keep_scale_on(owner, key: str, encoding: Encoding) -> None:
     if encoding.kind is not None:
         owner[key] = encoding.scale
     elif key in owner:
@@ -98,25 +103,61 @@ def _keep_scale(job: Job, item, encoding: Encoding) -> None:
 
 def _image_steps(job: Job, result: Result, objects, files, undo, warnings, encoding: Encoding):
     """Images and their files; returns what forgets the earlier images when all is well."""
-    paths = _file_paths(job)
+    sheets = sheets_of(job)
+    paths = _file_paths(job, sheets)
     earlier = []
-    for index, item in enumerate(objects):
-        yield index / len(objects)
-        name = image_name(job.settings, item.name)
+    for index, sheet in enumerate(sheets):
+        yield index / len(sheets)
+        name = image_name(job.settings, sheet.name)
         put_back, forget = remember_image(name)
         undo.callback(put_back)
         earlier.append(forget)
         image = write_image(name, result.colors[index])
-        image[OWNER], image[PASSES] = item.name, ",".join(job.settings.passes)
+        _mark(image, job, sheet)
         if image.name != name:
             warnings.append(
-                f"the image of {item.name!r} is called {image.name!r}: {name!r} is another image "
+                f"the image of {sheet.name!r} is called {image.name!r}: {name!r} is another image "
                 "or too long; rename that, or choose another --name"
             )
         if paths[index] is not None:
-            yield (index + 0.5) / len(objects)
+            yield (index + 0.5) / len(sheets)
             _save_file(job, image, result.colors[index], files.stage(paths[index]), encoding)
+    earlier += _leave_others(job, sheets, undo)
     return earlier
+
+
+def _leave_others(job: Job, sheets: list[Sheet], undo) -> list:
+    """Take the targets off the images of the same atlas that hold them no more, and remove those
+    that hold nobody; returns what forgets them."""
+    import bpy
+
+    if job.settings.atlas is None:
+        return []
+    atlas = image_name(job.settings, job.settings.atlas)
+    written = {image_name(job.settings, sheet.name) for sheet in sheets}
+    baked, forgotten = {target.name for target in job.targets}, []
+    for image in [i for i in bpy.data.images if i.get(ATLAS) == atlas and MARK in i]:
+        left = [name for name in owners(image) if name not in baked and name in bpy.data.objects]
+        if image[MARK] in written or len(left) == len(owners(image)):
+            continue
+        put_back, forget = remember_image(image[MARK])
+        undo.callback(put_back)
+        forgotten.append(forget)
+        image[OWNER] = "\n".join(left)
+        if not left:
+            bpy.data.images.remove(image)
+    return forgotten
+
+
+def _mark(image, job: Job, sheet: Sheet) -> None:
+    """Note on the image whom it was baked for, and which passes it holds."""
+    names = {job.targets[index].name for index in sheet.targets}
+    names.update(sheet.kept.objects if sheet.kept else ())
+    image[OWNER], image[PASSES] = "\n".join(sorted(names)), ",".join(job.settings.passes)
+    if job.settings.atlas:
+        image[ATLAS] = image_name(job.settings, job.settings.atlas)
+    elif ATLAS in image:
+        del image[ATLAS]
 
 
 def _save_file(job: Job, image, pixels, path: Path, encoding: Encoding) -> None:
@@ -141,20 +182,20 @@ def _find(job: Job) -> list:
     return objects
 
 
-def _file_paths(job: Job) -> list[Path | None]:
-    """Where each target's image file goes; None for each when none is asked for."""
+def _file_paths(job: Job, sheets: list[Sheet]) -> list[Path | None]:
+    """Where each image's file goes; None for each when none is asked for."""
     import bpy
 
     settings = job.settings
     if settings.target != "image" or not settings.image_dir:
-        return [None] * len(job.targets)
+        return [None] * len(sheets)
     folder = Path(bpy.path.abspath(settings.image_dir))
-    names = [image_name(settings, target.name) for target in job.targets]
+    names = [image_name(settings, sheet.name) for sheet in sheets]
     return [folder / name for name in file_names(names, _kind(settings))]
 
 
 def image_name(settings: Settings, item: str) -> str:
-    """What the image of the object called ``item`` is called."""
+    """What the image of the object or atlas called ``item`` is called."""
     return f"{settings.name}_{item}"
 
 

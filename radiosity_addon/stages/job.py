@@ -9,10 +9,19 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..bake.uv_maps import HeldMap
 from ..export.exported import ExportedObject
 from ..settings import Settings
 from ..solver.scene import Scene
 from ..solver.solution import Statistics
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What an atlas' image holds of objects that are not baked now."""
+
+    pixels: np.ndarray  # (height, width, 4) float32
+    objects: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -25,13 +34,16 @@ class Job:
     skipped: tuple[tuple[str, str], ...]  # (object name, reason)
     made_uv_maps: tuple[tuple[str, str], ...]  # (object name, UV map) that prepare added
     warnings: tuple[str, ...]
+    replaced_uv_maps: tuple[HeldMap, ...] = ()  # what maps held before prepare laid them out anew
+    kept: dict[str, Kept] = field(default_factory=dict)  # by the name of the sheet
 
 
 @dataclass(frozen=True)
 class Result:
-    """One array per target, and the solver's figures.
+    """The colours, and the solver's figures.
 
-    Vertex target: (n_loops, 3) or (n_vertices, 3) float64. Image: (height, width, 4) float32.
+    Vertex target: one array per target, (n_loops, 3) or (n_vertices, 3) float64. Image: one per
+    sheet (see ``sheets_of``), (height, width, 4) float32.
     """
 
     colors: tuple[np.ndarray, ...]

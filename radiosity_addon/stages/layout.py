@@ -13,6 +13,7 @@ from ..bake.cell_normals import shading_of
 from ..bake.faces import face_receivers, receiver_budget, triangle_areas
 from ..bake.texels import overlapping_texels, texel_receivers
 from ..bake.uv_cover import missed_shares, missed_warning
+from ..bake.windows import whole
 from ..solver.progress import Progress
 from ..solver.receivers import Receivers, concatenate, slice_receivers
 from ..solver.workers.parallel import map_chunks
@@ -70,13 +71,14 @@ def _faces(job: Job):
 
 def _texels(job: Job):
     """A function of a target's number: its texels, and warnings."""
-    resolution = job.settings.resolution
     areas = triangle_areas(job.scene.vertices, job.scene.triangles)
 
     def make(index: int):
         target = job.targets[index]
-        part = texel_receivers(target.uv, _numbers(target), resolution, index)
-        shared = overlapping_texels(part, target.uv, target.start, resolution)
+        place = target.place or whole(job.settings.size)
+        size = place.width, place.height
+        part = texel_receivers(target.uv, _numbers(target), size, index)
+        shared = overlapping_texels(part, target.uv, target.start, size)
         missed = missed_shares(part, target.uv, target.start, areas[target.start : target.stop])
         told = [_overlap(target, shared)] if shared else []
         told += filter(None, [missed_warning(target.name, *missed, target.modifiers)])

@@ -6,14 +6,18 @@ import fnmatch
 from dataclasses import replace
 
 from .. import memory
+from ..bake.atlas_layout import check_own_maps, layout_steps
 from ..bake.faces import most_receivers
+from ..bake.rendered import rendered_names
 from ..bake.unwrap import unwrap_steps
-from ..bake.uv_maps import HeldMap, give_maps, given, remove_uv_maps
+from ..bake.uv_maps import HeldMap, give_maps, given, remove_uv_maps, take_back
+from ..bake.windows import own_size
 from ..export.exported import Exported
 from ..settings import Settings
 from ..solver.progress import Progress, silent
 from ..steps import finish
 from .job import Job
+from .kept import kept_parts
 
 UV_MAP = "Radiosity"  # made where no map is named
 
@@ -39,10 +43,8 @@ def prepare_steps(scene, view_layer, settings: Settings, tell=lambda fraction: N
     view_layer.update()  # what a script has just linked is not in its list before
     settings = replace(settings, objects=matching(view_layer, settings.objects))
     names, layer = _candidates(view_layer, settings), (scene.name, view_layer.name)
-    _check_images(len(names), settings)
-    held: list[HeldMap] = []
-    if settings.target == "image" and settings.uv_map is None:
-        held = yield from unwrap_steps(names, UV_MAP, settings.resolution, settings.margin)
+    _check_images(names, settings)
+    held = yield from _map_steps(view_layer, names, settings)
     exporting = _export_steps(*_find(*layer), settings, tell)
     with given(held):
         fraction = next(exporting)  # all that looks at UV maps
@@ -57,14 +59,33 @@ def prepare_steps(scene, view_layer, settings: Settings, tell=lambda fraction: N
         scene=exported.scene,
         targets=exported.objects,
         skipped=exported.skipped,
-        made_uv_maps=tuple(each.pair for each in held),
+        made_uv_maps=tuple(each.pair for each in held if each.before is None),
+        replaced_uv_maps=tuple(each for each in held if each.before is not None),
         warnings=(
             *exported.scene.warnings,
             *exported.warnings,
             *_warn_of_sharing(_find(*layer)[1], exported.objects, settings),
         ),
     )
+    if settings.atlas and not held:
+        job = replace(job, kept=kept_parts(job))
     return job, held
+
+
+def _map_steps(view_layer, names: list[str], settings: Settings):
+    """Steps that return the UV maps to be made or laid out anew; none where a map is named."""
+    if settings.target != "image" or settings.uv_map is not None:
+        return []
+    if settings.atlas is None:
+        return (yield from unwrap_steps(
+            names, UV_MAP, settings.size, settings.margin, settings.unwrap
+        ))  # fmt: skip
+    shown = rendered_names(view_layer.layer_collection)
+    names = [name for name in names if name in shown]
+    every = [i.name for i in view_layer.objects if i.type == "MESH" and not i.hide_render]
+    others = sorted((shown & {*every}) - {*names})
+    check_own_maps(names, UV_MAP)
+    return (yield from layout_steps(names, others, UV_MAP, settings))
 
 
 def _export_steps(scene, view_layer, settings: Settings, tell):
@@ -124,19 +145,27 @@ def _quoted(names, most: int = 5) -> str:
     return f"{text} and {len(names) - most} more" if len(names) > most else text
 
 
-def _check_images(images: int, settings: Settings) -> None:
-    if settings.target == "image":
-        memory.require(
-            memory.of_a_bake(images * settings.resolution**2, 0),
-            f"baking {images} images of {settings.resolution} x {settings.resolution} texels",
-            "lower --resolution or name fewer --objects",
-        )
+def _check_images(names: list[str], settings: Settings) -> None:
+    if settings.target != "image" or settings.density is not None:
+        return  # a density's images are known later
+    import bpy
+
+    width, height = settings.size
+    sizes = [own_size(bpy.data.objects[name], settings.size) for name in names]
+    if settings.atlas:
+        sizes = [settings.size] * min(settings.atlas_images, len(names))
+    memory.require(
+        memory.of_a_bake(sum(w * h for w, h in sizes), 0),
+        f"baking {len(sizes)} images of {width} x {height} texels",
+        "lower --resolution or name fewer --objects",
+    )
 
 
 def _check_triangles(exported: Exported, settings: Settings) -> None:
     sizes = [target.stop - target.start for target in exported.objects]
     if settings.target == "image":
-        receivers = len(sizes) * settings.resolution**2
+        images = {each.place.sheet or each.name: each.place.size for each in exported.objects}
+        receivers = sum(width * height for width, height in images.values())
     else:
         receivers = most_receivers(sizes)
     triangles = len(exported.scene.triangles)
@@ -181,7 +210,7 @@ def _warn_of_sharing(view_layer, targets, settings: Settings) -> list[str]:
         if first is not None and len(users[mesh]) > 1:
             shown = (
                 "they share its UV map and materials, and have an image each"
-                if settings.target == "image"
+                if settings.target == "image" and settings.atlas is None
                 else f"all show the colours of {first!r}"
             )
             warnings.append(f"mesh {mesh!r} is shared by {_quoted(users[mesh])}: {shown}; make "
@@ -190,5 +219,6 @@ def _warn_of_sharing(view_layer, targets, settings: Settings) -> list[str]:
 
 
 def discard(context, job: Job) -> None:
-    """Take back the UV maps that prepare made, for a bake that is given up."""
+    """Take back the UV maps that prepare made or laid out anew, for a bake that is given up."""
     remove_uv_maps(list(job.made_uv_maps))
+    take_back(job.replaced_uv_maps)

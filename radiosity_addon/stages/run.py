@@ -8,14 +8,15 @@ from dataclasses import replace
 import numpy as np
 
 from ..bake.corner_fit import CornerFit, corner_fit
-from ..bake.dilate import extend_islands
 from ..bake.faces import receiver_areas
 from ..solver.progress import Progress, silent
 from ..solver.receivers import Projection
 from ..solver.solution import Solution, Statistics, compose
 from .bury import open_layout
+from .draw_sheets import draw_sheet
 from .job import Job, Result
 from .layout import Layout, lay_out, shaded_layout
+from .sheets import sheets_of
 
 
 def run(job: Job, progress: Progress = silent, kept=None, beside=None) -> Result:
@@ -40,16 +41,22 @@ def run(job: Job, progress: Progress = silent, kept=None, beside=None) -> Result
     progress("Write", 0.0)
     light = compose(solution, job.settings.passes)
     colors = []
-    for index in range(len(job.targets)):
-        mine = light[slice(*layout.spans[index : index + 2])]
-        colors.append(fits[index].colors(mine) if fits else _image(job, layout, index, mine))
-        progress("Write", (index + 1) / len(job.targets))
+    told: list[str] = []
+    sheets = [] if fits else sheets_of(job)
+    for index, fit in enumerate(fits or ()):
+        colors.append(fit.colors(light[slice(*layout.spans[index : index + 2])]))
+        progress("Write", (index + 1) / len(fits))
+    for index, sheet in enumerate(sheets):
+        image, warnings = draw_sheet(job, sheet, layout, light)
+        colors.append(image)
+        told += warnings
+        progress("Write", (index + 1) / len(sheets))
     figures = solution.statistics
     return Result(
         colors=tuple(colors),
         statistics=_charged(figures, "elements", laid_out),
         warnings=(
-            *layout.warnings, *_warn_of_darkness(solution, job.settings.passes), *figures.warnings
+            *layout.warnings, *told, *_warn_of_darkness(solution, job.settings.passes), *figures.warnings
         ),
         seconds={"fit": time.perf_counter() - started},
         receivers=receivers.count,
@@ -96,23 +103,6 @@ def _where_judged(layout: Layout, fits: list[CornerFit]) -> Projection:
         return np.concatenate([fit.rough_colors(light[span]) for fit, span in zip(fits, spans)])
 
     return Projection(apply, np.concatenate([fit.areas() for fit in fits]))
-
-
-def _image(job: Job, layout: Layout, index: int, light: np.ndarray) -> np.ndarray:
-    """(height, width, 4) float32: the texels' ``light`` and the margin around them. Texels that are
-    buried are filled like those of the margin, but belong to a face; deeper ones are dark."""
-    span = slice(*layout.spans[index : index + 2])
-    resolution = job.settings.resolution
-    part = layout.receivers.grid[span]
-    covered = np.zeros((resolution, resolution), bool)
-    pixels = np.zeros((resolution, resolution, 3), np.float32)
-    covered[part[:, 1], part[:, 2]] = True
-    pixels[part[:, 1], part[:, 2]] = light
-    image = extend_islands(pixels, covered, job.settings.margin)
-    if layout.buried is not None:
-        buried = layout.buried.grid[layout.buried.grid[:, 0] == index]
-        image[buried[:, 1], buried[:, 2], 3] = 1
-    return image
 
 
 def _warn_of_darkness(solution: Solution, passes: tuple[str, ...]) -> list[str]:

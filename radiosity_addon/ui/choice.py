@@ -3,6 +3,7 @@
 import bpy
 from bpy.app.translations import pgettext_tip as tip_
 
+from ..bake.rendered import rendered_names
 from ..bake.single_user import sharing
 from . import session
 from .results import uv_map_of
@@ -19,12 +20,12 @@ def survey(context) -> list[tuple]:
     """(object, why it cannot be baked, empty when it can) for all that the user's choice points
     at, by name. The same rules as the export's, which asks the evaluated scene."""
     properties = context.scene.radiosity
-    rendered = _rendered(context.view_layer.layer_collection)
+    rendered = rendered_names(context.view_layer.layer_collection)
     first: dict[str, str] = {}  # mesh: the object that gets its colours
     found = []
     for item in sorted(_pointed_at(context), key=lambda item: item.name):
         reason = _left_out(item, properties, rendered)
-        if not reason and properties.target == "VERTEX":
+        if not reason and (properties.target == "VERTEX" or properties.use_atlas):
             user = first.setdefault(item.data.name_full, item.name)
             if user != item.name:
                 reason = tip_("it shares its mesh with {}, whose colors it shows").format(user)
@@ -40,23 +41,17 @@ def _pointed_at(context) -> list:
 
 def _any_baked(context) -> bool:
     """Whether the survey would find any: without going through all objects, as a rule."""
-    properties, rendered = context.scene.radiosity, _rendered(context.view_layer.layer_collection)
+    properties = context.scene.radiosity
+    rendered = rendered_names(context.view_layer.layer_collection)
     return any(not _left_out(item, properties, rendered) for item in _pointed_at(context))
 
 
 def sharing_objects(context) -> list:
     """The chosen objects that get no colours of their own while they share a mesh."""
-    rendered, properties = _rendered(context.view_layer.layer_collection), context.scene.radiosity
+    properties = context.scene.radiosity
+    rendered = rendered_names(context.view_layer.layer_collection)
     chosen = [i for i in _pointed_at(context) if i.type == "MESH" and i.data.users > 1]
     return sharing(item for item in chosen if not _left_out(item, properties, rendered))
-
-
-def _rendered(collection) -> set[str]:
-    """Names of the objects in collections of the view layer that are rendered."""
-    if collection.exclude or collection.collection.hide_render:
-        return set()
-    names = {item.name for item in collection.collection.objects}
-    return names.union(*map(_rendered, collection.children))
 
 
 def _left_out(item, properties, rendered: set[str]) -> str:
@@ -87,6 +82,8 @@ def why_not(context) -> str:
         return tip_("Choose at least one pass")
     if not properties.bake_name.strip():
         return tip_("Give the color attribute and the images a name")
+    if properties.target == "IMAGE" and properties.use_atlas and not properties.atlas.strip():
+        return tip_("Give the atlas a name")
     if properties.write_files and properties.target == "IMAGE":
         if properties.image_dir.startswith("//") and not bpy.data.filepath:
             return tip_("Save the file first: the image folder is relative to it")

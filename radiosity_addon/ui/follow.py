@@ -31,7 +31,7 @@ def follow(job, result) -> Followed:
         name, reason = lost[0]
         raise RuntimeError(f"nothing is left to write to: {name} {reason}; bake again")
     busy = next((item.name for _, item in kept if item.data.is_editmode), "")
-    return Followed(_keep_targets(job, kept, lost), _keep_colors(result, kept, lost), busy)
+    return Followed(_keep_targets(job, kept, lost), _keep_colors(job, result, kept, lost), busy)
 
 
 def _why_lost(item, target) -> str:
@@ -52,7 +52,14 @@ def _keep_targets(job, kept, lost):
     return replace(job, targets=targets, skipped=(*job.skipped, *lost), made_uv_maps=maps)
 
 
-def _keep_colors(result, kept, lost):
+def _keep_colors(job, result, kept, lost):
+    """The colours of targets that are left, or of images that hold some of them."""
+    numbers = [index for index, _ in kept]
+    if job.settings.target == "image":
+        from ..stages.sheets import sheets_of
+
+        sheet = {each: n for n, sheet in enumerate(sheets_of(job)) for each in sheet.targets}
+        numbers = list(dict.fromkeys(sheet[index] for index in numbers))
     warnings = tuple(f"{name} {reason}; it was left out" for name, reason in lost)
-    colors = tuple(result.colors[index] for index, _ in kept)
+    colors = tuple(result.colors[index] for index in numbers)
     return replace(result, colors=colors, warnings=(*result.warnings, *warnings))

@@ -81,13 +81,46 @@ class RADIOSITY_PT_target(RadiosityPanel, bpy.types.Panel):
             if properties.byte_colors:
                 layout.prop(properties, "auto_scale")
             return
-        layout.prop(properties, "resolution")
-        item = context.object
-        if item is not None and item.type == "MESH":
+        column = layout.column(align=True)
+        column.prop(properties, "resolution")
+        column.prop(properties, "height")
+        item = context.object if context.object and context.object.type == "MESH" else None
+        if item is not None:
             layout.prop_search(properties, "uv_map", item.data, "uv_layers", icon="GROUP_UVS")
         else:
             layout.prop(properties, "uv_map", icon="GROUP_UVS")
+        if not properties.uv_map.strip():
+            layout.prop(properties, "unwrap")
         layout.prop(properties, "margin")
+        if item is not None and not properties.use_atlas:
+            layout.column(align=True).prop(item, "radiosity_own_resolution")
+
+
+class RADIOSITY_PT_atlas(RadiosityPanel, bpy.types.Panel):
+    bl_label = "Atlas"
+    bl_parent_id = "RADIOSITY_PT_target"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context):
+        return context.scene.radiosity.target == "IMAGE"
+
+    def draw_header(self, context):
+        self.layout.prop(context.scene.radiosity, "use_atlas", text="")
+
+    def draw(self, context):
+        layout = self.split_layout()
+        properties = context.scene.radiosity
+        layout.enabled = properties.use_atlas and session.current() is None
+        layout.prop(properties, "atlas", text="Name")
+        if properties.uv_map.strip():
+            layout.label(text="The UV map is used as it is", icon="INFO")
+            return
+        layout.prop(properties, "density")
+        item = context.object
+        if item is not None and item.type == "MESH":
+            layout.prop(item, "radiosity_density_factor")
+        layout.prop(properties, "atlas_images")
 
 
 class RADIOSITY_PT_files(RadiosityPanel, bpy.types.Panel):
@@ -167,6 +200,7 @@ class RADIOSITY_PT_result(RadiosityPanel, bpy.types.Panel):
 CLASSES = (
     RADIOSITY_PT_bake,
     RADIOSITY_PT_target,
+    RADIOSITY_PT_atlas,
     RADIOSITY_PT_files,
     RADIOSITY_PT_passes,
     RADIOSITY_PT_advanced,

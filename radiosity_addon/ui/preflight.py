@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import bpy
 from bpy.app.translations import pgettext_iface as iface_
 
+from ..bake.windows import own_size
 from ..memory import ALWAYS, available_memory, of_a_bake
 from ..settings import QUALITY_ERROR
 from . import words
@@ -25,7 +26,8 @@ FIRST_SECONDS = 0.4  # start of the solver's process
 RATE = 20_000.0  # receivers a second at 3 % error
 LONGEST = 2.0  # seconds that a list is shown before another look at the free memory
 ASKED = ("target", "objects_from", "resolution", "quality", "error", "use_time_limit",
-         "time_limit", "uv_map")  # fmt: skip
+         "time_limit", "uv_map", "height", "use_atlas", "atlas_images",
+         "density")  # fmt: skip
 POWER = 1.2  # time grows like error to this power
 
 
@@ -89,6 +91,8 @@ def preflight(context) -> Preflight:
         else:
             baked.append(item.name)
             receivers += _receivers(item, properties)
+    if properties.target == "IMAGE" and properties.use_atlas:
+        receivers = _atlas_texels(context, baked)
     triangles = sum(
         len(item.data.polygons) * 2 for item in context.view_layer.objects if item.type == "MESH"
     )
@@ -108,8 +112,36 @@ def _sharing(context) -> tuple[str, ...]:
 
 def _receivers(item, properties) -> float:
     if properties.target == "IMAGE":
-        return COVERED * properties.resolution**2
+        return _texels(_own_size(item, properties))
     return len(item.data.loops)
+
+
+def _atlas_texels(context, baked: list[str]) -> float:
+    """As many as the images have; with a density those of the objects' bounding boxes, if less."""
+    properties = context.scene.radiosity
+    most = _texels(_size(properties)) * min(properties.atlas_images, len(baked))
+    if not properties.density or properties.uv_map.strip():
+        return most
+    area = 0.0
+    for name in baked:
+        x, y, z = bpy.data.objects[name].dimensions
+        area += 2 * (x * y + y * z + z * x)
+    return min(most, area * properties.density**2)
+
+
+def _size(properties) -> tuple[int, int]:
+    return properties.resolution, properties.height or properties.resolution
+
+
+def _own_size(item, properties) -> tuple[int, int]:
+    try:
+        return own_size(item, _size(properties))
+    except ValueError:
+        return _size(properties)
+
+
+def _texels(size: tuple[int, int]) -> float:
+    return COVERED * size[0] * size[1]
 
 
 def target_error(properties) -> float:

@@ -18,7 +18,14 @@ from bpy.props import (
     StringProperty,
 )
 
-from ..settings import ERROR_RANGE, RESOLUTION_RANGE, Settings
+from ..settings import (
+    ATLAS_IMAGES_RANGE,
+    DENSITY_RANGE,
+    ERROR_RANGE,
+    RESOLUTION_RANGE,
+    Settings,
+)
+from .object_properties import register_object_properties, unregister_object_properties
 
 DEFAULTS = Settings()
 CUSTOM = "CUSTOM"  # the quality whose error the user names
@@ -30,6 +37,11 @@ TARGETS = (
 DOMAINS = (
     ("CORNER", "Face Corner", "Keeps hard edges between faces sharp"),
     ("POINT", "Vertex", "One color per vertex: smaller, light blends over hard edges"),
+)
+UNWRAPS = (
+    ("SMART", "Smart UV Project", "Few, large charts along the faces' directions"),
+    ("LIGHTMAP", "Lightmap Pack", "A chart for each pair of faces: no stretching, many seams"),
+    ("EXISTING", "Existing UV Map", "Charts of the map that renders, laid out without overlaps"),
 )
 SOURCES = (
     ("ALL", "All Rendered", "Every mesh that is rendered in this view layer, hidden here or not"),
@@ -82,12 +94,55 @@ class RadiositySettings(bpy.types.PropertyGroup):
     )
     resolution: IntProperty(
         name="Resolution",
-        description="Texels along each edge of an image. Twice as many show half the detail size "
-        "and cost up to four times the time and memory",
+        description="Texels along an image's lower edge, and along the other one if it has no "
+        "height of its own. Twice as many show half the detail size and cost up to four times the "
+        "time and memory",
         default=DEFAULTS.resolution,
         min=RESOLUTION_RANGE[0],
         max=RESOLUTION_RANGE[1],
         subtype="PIXEL",
+    )
+    height: IntProperty(
+        name="Height",
+        description="Texels along an image's upright edge; 0: as many as along the lower one",
+        default=DEFAULTS.height or 0,
+        min=0,
+        max=RESOLUTION_RANGE[1],
+        subtype="PIXEL",
+    )
+    use_atlas: BoolProperty(
+        name="Atlas",
+        description="All baked objects share one image, or a few, in place of one image each. "
+        "Baking some of them again changes their part of it alone",
+    )
+    atlas: StringProperty(
+        name="Atlas Name",
+        description="What the shared image is called after the name of the bake",
+        default="Atlas",
+    )
+    atlas_images: IntProperty(
+        name="Most Images",
+        description="How many images the atlas may have. An object lies in one of them",
+        default=DEFAULTS.atlas_images,
+        min=ATLAS_IMAGES_RANGE[0],
+        max=ATLAS_IMAGES_RANGE[1],
+    )
+    density: FloatProperty(
+        name="Density",
+        description="Texels per meter in the atlas, times the factor of each object; the images "
+        "get as small as will do, and at most as large as the resolution. 0: as many as fit",
+        default=DEFAULTS.density or 0.0,
+        min=0.0,
+        max=DENSITY_RANGE[1],
+        soft_max=1000,
+        step=100,
+        precision=1,
+    )
+    unwrap: EnumProperty(
+        name="Unwrap",
+        description="Where the charts of a UV map that is made come from",
+        items=UNWRAPS,
+        default=DEFAULTS.unwrap.upper(),
     )
     uv_map: StringProperty(
         name="UV Map",
@@ -218,6 +273,9 @@ IMPLIED = {
     "time_limit": ("use_time_limit", True),
     "image_dir": ("write_files", True),
     "format": ("write_files", True),
+    "atlas": ("use_atlas", True),
+    "atlas_images": ("use_atlas", True),
+    "density": ("use_atlas", True),
 }
 
 
@@ -249,6 +307,9 @@ def settings_of(properties: RadiositySettings, objects: tuple[str, ...] = ()) ->
 
     ``objects``: names of the receivers when not all visible ones are.
     """
+    uv_map = properties.uv_map.strip() or None
+    atlas = properties.atlas if properties.use_atlas and properties.target == "IMAGE" else None
+    packed = atlas is not None and uv_map is None
     to_files = properties.target == "IMAGE" and properties.write_files
     asked = {name.lower() for name in properties.passes}
     settings = Settings(
@@ -256,7 +317,12 @@ def settings_of(properties: RadiositySettings, objects: tuple[str, ...] = ()) ->
         target=properties.target.lower(),
         domain=properties.domain.lower(),
         resolution=properties.resolution,
-        uv_map=properties.uv_map.strip() or None,
+        height=properties.height or None,
+        atlas=atlas,
+        atlas_images=properties.atlas_images if packed else DEFAULTS.atlas_images,
+        density=(typed(properties.density) or None) if packed else None,
+        unwrap=DEFAULTS.unwrap if uv_map else properties.unwrap.lower(),
+        uv_map=uv_map,
         margin=properties.margin,
         image_dir=bpy.path.abspath(properties.image_dir) if to_files else None,
         format=properties.format.lower() if to_files else None,
@@ -282,7 +348,9 @@ def typed(value: float) -> float:
 
 def register_properties() -> None:
     bpy.types.Scene.radiosity = PointerProperty(type=RadiositySettings, name="Radiosity")
+    register_object_properties()
 
 
 def unregister_properties() -> None:
+    unregister_object_properties()
     del bpy.types.Scene.radiosity

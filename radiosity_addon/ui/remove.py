@@ -5,6 +5,7 @@ import bpy
 from ..bake.image import MARK
 from ..bake.made import COLOR, OWNER, SLOT, UV_MAP, forget, names_made, read_made
 from ..bake.own_materials import BEFORE, PREVIEW, behind, is_preview, own_material
+from ..bake.windows import owners
 from . import session
 from .results import image_of
 
@@ -138,17 +139,20 @@ def _remove_made(mesh, kind: str) -> int:
 
 
 def remove_images(properties, items, everywhere: bool) -> int:
-    """Remove the images baked for the objects, or all; how many."""
+    """Remove the images baked for the objects, or all; how many. What others share with them stays
+    for those."""
     names = {item.name for item in items}
     known = {image_of(properties, item) for item in items}  # by name, as older bakes noted none
-    images = [
-        image
-        for image in bpy.data.images
-        if image.library is None and MARK in image
-        and (everywhere or image.get(OWNER) in names or image in known)
-    ]  # fmt: skip
-    bpy.data.batch_remove(images)
-    return len(images)
+    removed, left = [], 0
+    for image in [each for each in bpy.data.images if each.library is None and MARK in each]:
+        others = [name for name in owners(image) if name not in names and name in bpy.data.objects]
+        if everywhere or (not others and (names & {*owners(image)} or image in known)):
+            removed.append(image)
+        elif names & {*owners(image)}:  # an atlas stays for the rest
+            image[OWNER] = "\n".join(others)
+            left += 1
+    bpy.data.batch_remove(removed)
+    return len(removed) + left
 
 
 CLASSES = (RADIOSITY_OT_remove_bake, RADIOSITY_MT_remove)

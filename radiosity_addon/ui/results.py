@@ -5,15 +5,21 @@ from __future__ import annotations
 import bpy
 
 from ..bake.attribute import find_colors
-from ..bake.image import MARK, find_image
+from ..bake.image import MARK, find_baked
 from ..bake.made import PASSES, passes_of
 from ..bake.uv_maps import find_uv_map
+from ..bake.windows import owners
 from ..settings import Settings
 
 
 def image_of(properties, item):
-    """The image baked for ``item``, or None."""
-    return find_image(f"{properties.bake_name}_{item.name}")
+    """The image baked for ``item``, its own or an atlas', or None."""
+    return find_baked(properties.bake_name, atlas_of(properties), item.name)
+
+
+def atlas_of(properties) -> str | None:
+    """The name of the atlas, where one is asked for."""
+    return properties.atlas.strip() or None if properties.use_atlas else None
 
 
 def attribute_of(properties, mesh) -> str | None:
@@ -48,11 +54,13 @@ def any_baked(context) -> bool:
 
 def _baked(context):
     properties = context.scene.radiosity
-    marked = {image.get(MARK) for image in bpy.data.images}
+    marked = {image[MARK] for image in bpy.data.images if MARK in image}
+    held = {name for image in bpy.data.images if MARK in image for name in owners(image)}
     for item in context.view_layer.objects:
         if item.type != "MESH":
             continue
-        if properties.target == "IMAGE" and f"{properties.bake_name}_{item.name}" not in marked:
+        own = f"{properties.bake_name}_{item.name}"
+        if properties.target == "IMAGE" and item.name not in held and own not in marked:
             continue
         if has_result(item, properties) and item.visible_get():
             yield item

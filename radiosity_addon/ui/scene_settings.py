@@ -36,6 +36,12 @@ def _fill(properties, settings: Settings) -> None:
     place."""
     properties.target, properties.domain = settings.target.upper(), settings.domain.upper()
     properties.resolution, properties.margin = settings.resolution, settings.margin
+    properties.height = settings.height or 0
+    properties.use_atlas = settings.atlas is not None
+    if settings.atlas is not None:
+        properties.atlas, properties.atlas_images = settings.atlas, settings.atlas_images
+        properties.density = settings.density or 0.0
+    properties.unwrap = settings.unwrap.upper()
     properties.uv_map, properties.bake_name = settings.uv_map or "", settings.name
     properties.passes = {name.upper() for name in settings.passes}
     properties.quality = "CUSTOM" if settings.error is not None else settings.quality.upper()

@@ -176,3 +176,12 @@ def test_time_and_cells_of_a_large_image():
     receivers = texel_receivers(HALVES, np.arange(2), 1024)
     assert len(receivers.receiver) == 1024**2 + 1024
     assert time.perf_counter() - started < 10
+
+
+def test_an_oblong_image_has_its_own_columns_and_rows():
+    """The lower left half of 8 × 4 texels: the diagonal of slope 1/2
+    ends at column 8 − 2 r in row r, from its lower side."""
+    receivers = texel_receivers(np.array([[(0, 0), (1, 0), (0, 1)]], float), np.array([0]), (8, 4))
+    row, column = receivers.grid[:, 1], receivers.grid[:, 2]
+    assert [int((row == r).sum()) for r in range(4)] == [8, 6, 4, 2]
+    assert all((column[row == r] == np.arange(8 - 2 * r)).all() for r in range(4))

@@ -257,7 +257,7 @@ def test_failure_in_the_midst_puts_everything_back(file, session, slowly, phase,
     def fail(*_):
         raise OSError("no space left")
 
-    monkeypatch.setattr(unwrap, "_lay_out", fail)
+    monkeypatch.setattr(unwrap, "edit_uvs", fail)
     monkeypatch.setattr(apply, "write_image", fail)
     with pytest.raises(OSError, match="no space"):
         until(file, bake, "DONE")

@@ -1,0 +1,100 @@
+"""UV edits: Blender's UV operators on a plain copy of a mesh in a scene of its own. bpy.
+
+So selection, mode, active object and the user's UV maps never change.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Callable
+
+import numpy as np
+
+from ..export.meshes import within_reach
+from .layers import values_of
+
+
+@dataclass(frozen=True)
+class Shape:
+    """What of a mesh an unwrap looks at."""
+
+    points: np.ndarray  # (v, 3) in world size, so that texels are alike on all sides
+    corner: np.ndarray  # (n_loops,) int64: vertex of each loop
+    start: np.ndarray  # (n_faces,) int32: first loop of each face
+
+    @property
+    def sizes(self) -> np.ndarray:
+        """(n_faces,) loops of each face."""
+        return np.diff(self.start, append=len(self.corner))
+
+
+def shape_of(obj) -> Shape:
+    """The mesh of an object; points out of reach move to the origin."""
+    source = obj.data
+    points = values_of(source.vertices, "co", 3, np.float32)
+    size = np.array(obj.matrix_world, float)[:3, :3]
+    if np.isfinite(size).all() and abs(np.linalg.det(size)) > 0:
+        points = points @ size.T
+    points = np.where(within_reach(points), points, 0.0)  # else Blender never ends
+    corner = values_of(source.loops, "vertex_index", 1, np.int32)[:, 0].astype(np.int64)
+    return Shape(points, corner, values_of(source.polygons, "loop_start", 1, np.int32)[:, 0])
+
+
+def edit_uvs(shape: Shape, uv: np.ndarray | None, operate: Callable[[], object]):
+    """UVs (n_loops, 2), loops of the triangles (n, 3) and the face of each (n,) after ``operate``,
+    which is called in Edit Mode with all selected."""
+    import bpy
+
+    mesh = _plain_mesh(shape, uv)
+    copy = bpy.data.objects.new(mesh.name, mesh)
+    scene = bpy.data.scenes.new(mesh.name)
+    try:
+        scene.collection.objects.link(copy)
+        _in_edit_mode(scene, copy, operate)
+        uv = values_of(mesh.uv_layers.active.data, "uv", 2, np.float32)
+        mesh.calc_loop_triangles()
+        triangles = values_of(mesh.loop_triangles, "loops", 3, np.int32)
+        face = values_of(mesh.loop_triangles, "polygon_index", 1, np.int32)[:, 0]
+    finally:
+        bpy.data.objects.remove(copy)
+        bpy.data.meshes.remove(mesh)
+        bpy.data.scenes.remove(scene)
+    return np.nan_to_num(uv, posinf=0.0, neginf=0.0), triangles, face
+
+
+def _plain_mesh(shape: Shape, uv: np.ndarray | None):
+    """A mesh of nothing but the shape and one UV map, empty unless given."""
+    import bpy
+
+    mesh = bpy.data.meshes.new("radiosity unwrap")
+    mesh.vertices.add(len(shape.points))
+    mesh.vertices.foreach_set("co", shape.points.astype(np.float32).ravel())
+    mesh.loops.add(len(shape.corner))
+    mesh.loops.foreach_set("vertex_index", shape.corner.astype(np.int32))
+    mesh.polygons.add(len(shape.start))
+    mesh.polygons.foreach_set("loop_start", shape.start.astype(np.int32))
+    mesh.update(calc_edges=True)
+    layer = mesh.uv_layers.new(name="uv", do_init=False)
+    if uv is not None:
+        layer.data.foreach_set("uv", np.ascontiguousarray(uv, np.float32).ravel())
+    return mesh
+
+
+def _in_edit_mode(scene, copy, operate) -> None:
+    import bpy
+
+    layer = scene.view_layers[0]
+    layer.objects.active = copy
+    copy.select_set(True, view_layer=layer)
+    scene.tool_settings.use_uv_select_sync = True  # what is selected in the mesh is in its UVs
+    with bpy.context.temp_override(
+        scene=scene, view_layer=layer, object=copy, active_object=copy, edit_object=copy,
+        selected_objects=[copy], selected_editable_objects=[copy], objects_in_mode=[copy],
+        objects_in_mode_unique_data=[copy],
+    ):
+        bpy.ops.object.mode_set(mode="EDIT")
+        try:
+            bpy.ops.mesh.select_all(action="SELECT")
+            operate()
+        finally:
+            bpy.ops.object.mode_set(mode="OBJECT")

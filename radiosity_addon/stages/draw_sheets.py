@@ -1,0 +1,83 @@
+"""Draw sheets: from light at texels to images with their margins. Imports no bpy."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..bake.dilate import extend_islands
+from ..bake.texels import OVERLAP, coverage
+from ..bake.windows import Place
+from .job import Job
+from .layout import Layout
+from .sheets import Sheet, place_of
+
+
+def draw_sheet(
+    job: Job, sheet: Sheet, layout: Layout, light: np.ndarray
+) -> tuple[np.ndarray, list[str]]:
+    """(height, width, 4) float32: the texels' ``light`` and the margin around them; and warnings.
+
+    Texels that are buried are filled like those of the margin, but belong to a face; deeper ones
+    are dark. Of a kept image all texels stay but those that are baked now.
+    """
+    width, height = sheet.size
+    flat = [_texels(layout.part(i).grid, place_of(job, i)) for i in sheet.targets]
+    values = [light[slice(*layout.spans[i : i + 2])] for i in sheet.targets]
+    covered = np.zeros(height * width, bool)
+    pixels = np.zeros((height * width, 3), np.float32)
+    for texels, mine in zip(flat, values):
+        covered[texels] = True
+        pixels[texels] = mine
+    warnings = _mix_shared(job, sheet, layout, flat, values, pixels)
+    buried = np.zeros(height * width, bool)
+    for index in sheet.targets if layout.buried is not None else ():
+        mine = layout.buried.grid[layout.buried.grid[:, 0] == index]
+        buried[_texels(mine, place_of(job, index))] = True
+    if sheet.kept is not None:
+        kept = sheet.kept.pixels.reshape(-1, 4)
+        stays = (kept[:, 3] > 0) & ~covered & ~buried
+        pixels[stays], covered[stays] = kept[stays, :3], True
+    shape = height, width
+    image = extend_islands(
+        pixels.reshape(*shape, 3), covered.reshape(shape), job.settings.margin
+    )
+    image[buried.reshape(shape), 3] = 1
+    return image, warnings
+
+
+def _texels(grid: np.ndarray, place: Place) -> np.ndarray:
+    """(n,) numbers of a window's texels, row by row through the whole image."""
+    row, column = grid[:, 1].astype(np.int64) + place.row, grid[:, 2] + place.column
+    return row * place.size[0] + column
+
+
+def _mix_shared(job: Job, sheet: Sheet, layout: Layout, flat, values, pixels) -> list[str]:
+    """Texels that several objects have become the mean by how much of it each covers; a warning
+    where objects lie on one another."""
+    owner = np.repeat(np.arange(len(flat)), [len(part) for part in flat])
+    texel, inverse, count = np.unique(
+        np.concatenate(flat), return_inverse=True, return_counts=True
+    )
+    if (count < 2).all():
+        return []
+    shares = [_covers(job, layout, index) for index in sheet.targets]
+    share, value = np.concatenate(shares), np.concatenate(values)
+    total = np.bincount(inverse, share, len(texel))
+    mean = np.stack([np.bincount(inverse, share * v, len(texel)) for v in value.T], 1)
+    shared = count > 1
+    pixels[texel[shared]] = mean[shared] / total[shared, None]
+    over = shared & (total > OVERLAP)
+    if not over.any():
+        return []
+    names = [repr(job.targets[sheet.targets[i]].name) for i in np.unique(owner[over[inverse]])]
+    more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+    return [
+        f"{', '.join(names[:3])}{more} overlap in the atlas {sheet.name!r} on {int(over.sum())} "
+        "texels, which hold their mean; lay their UVs out side by side, or name no --uv-map"
+    ]
+
+
+def _covers(job: Job, layout: Layout, index: int) -> np.ndarray:
+    """(count,) how much of each texel a target covers."""
+    target, place = job.targets[index], place_of(job, index)
+    return coverage(layout.part(index), target.uv, target.start, (place.width, place.height))

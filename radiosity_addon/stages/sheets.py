@@ -1,0 +1,34 @@
+"""Sheets: the images of a bake, each with the texels of one object or of several. No bpy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..bake.windows import Place, whole
+from .job import Job, Kept
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """An image: what it is called after the bake's name, and whose texels it holds."""
+
+    name: str
+    size: tuple[int, int]  # width and height
+    targets: tuple[int, ...]
+    kept: Kept | None  # of an earlier bake: the part of objects that are not baked now
+
+
+def place_of(job: Job, index: int) -> Place:
+    """Where a target's texels lie."""
+    return job.targets[index].place or whole(job.settings.size)
+
+
+def sheets_of(job: Job) -> list[Sheet]:
+    """The images of a bake in the order of their first targets."""
+    members: dict[str, list[int]] = {}
+    for index, target in enumerate(job.targets):
+        members.setdefault(place_of(job, index).sheet or target.name, []).append(index)
+    return [
+        Sheet(name, place_of(job, mine[0]).size, tuple(mine), job.kept.get(name))
+        for name, mine in members.items()
+    ]
