@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-status = 0
+status = 1  # of a session that never began
 
 
 def pytest_sessionfinish(exitstatus):
