@@ -339,7 +339,9 @@ def test_ies_light_is_that_of_cycles(blender, export, name):
         assert any("Soft Falloff" in w for w in exported.warnings)
         return
     soft = "shadow_soft_size" in LAYOUTS[name][2]
-    np.testing.assert_allclose(expected, theirs, rtol=0.015 if soft else 4e-3)
+    # What 4.5 renders of a tree and what its lamps send out differ by up to 0.7 %, measured.
+    hard = 4e-3 if blender.app.version >= (5, 0, 0) else 1e-2
+    np.testing.assert_allclose(expected, theirs, rtol=0.015 if soft else hard)
     assert not exported.warnings
 
 

@@ -109,7 +109,10 @@ def test_guided_rays_change_no_mean(monkeypatch, useful):
     expected = exact.closed_sphere(
         q[scene.object], rho[scene.object], meshes.areas(scene.vertices, scene.triangles)
     )
-    found = solve(scene, meshes.triangle_receivers(scene), Settings(error=0.005))
-    level = found.emission + found.reflectance / np.pi * (found.direct + found.indirect)
-    assert np.pi * level[:, 0] == pytest.approx(expected, rel=0.03)
-    assert np.mean(np.pi * level[:, 0] / expected) == pytest.approx(1, abs=2e-3)
+    means = []
+    for seed in range(3):  # a correction that is noise alone has a mean of up to a quarter of the error
+        found = solve(scene, meshes.triangle_receivers(scene), Settings(error=0.005, seed=seed))
+        level = found.emission + found.reflectance / np.pi * (found.direct + found.indirect)
+        assert np.pi * level[:, 0] == pytest.approx(expected, rel=0.03)
+        means.append(np.mean(np.pi * level[:, 0] / expected))
+    assert np.mean(means) == pytest.approx(1, abs=2e-3)
