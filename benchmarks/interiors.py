@@ -18,7 +18,6 @@ import numpy as np
 from benchmarks.interior_scenes import INTERIORS
 from radiosity_addon.bake_job import prepare
 from radiosity_addon.settings import Settings
-from radiosity_addon.solver.adaptive.relative_error import FLOOR
 from radiosity_addon.solver.geometry.footprints import build_footprints
 from radiosity_addon.solver.geometry.triangles import build_geometry
 from radiosity_addon.solver.progress import silent
@@ -26,6 +25,7 @@ from radiosity_addon.solver.sampling.points import footprint_points
 from radiosity_addon.solver.sequence import open_scene, solve
 from radiosity_addon.stages.bury import open_layout
 from radiosity_addon.stages.layout import lay_out
+from verification.error import FLOOR, local_squares
 from verification.path_tracer import irradiance
 
 TEXELS = 200  # that are traced
@@ -49,9 +49,7 @@ class Traced:
         over the square of max(own, a quarter of the mean) has no part of the tracer's noise."""
         scale = reflectance[self.chosen] / np.pi
         a, b = (half * scale for half in self.halves)
-        level = np.maximum((a + b).mean(axis=1) / 2, FLOOR * self.mean)[:, None]
-        x = found[self.chosen] * scale
-        square = ((x - a) * (x - b) / level**2).mean(axis=1)
+        _, square = local_squares(found[self.chosen] * scale, a, b, self.mean)
         error = np.sqrt(max(square.mean(), 0.0))
         spread = square.std() / np.sqrt(len(square))
         return float(error), float(spread / (2 * error) if error > 0 else np.sqrt(spread))

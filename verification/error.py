@@ -50,11 +50,17 @@ def relative_error(
     light = (a + b).mean(axis=1) / 2
     if not share @ light > 0:
         raise ValueError("the reference is black; a relative error needs light")
-    scale = np.maximum(light, FLOOR * (share @ light))[:, None]
-    squares = ((x - a) * (x - b) / scale**2).mean(axis=1)
+    scale, squares = local_squares(x, a, b, float(share @ light))
     error = float(np.sqrt(max(share @ squares, 0.0)))
     noise = 0.0 if a is b else _noise(x, a, b, scale, share)
     return Measured(error, noise / (2 * error) if error > 0 else float(np.sqrt(noise)))
+
+
+def local_squares(x: np.ndarray, a: np.ndarray, b: np.ndarray, mean: float):
+    """(n, 1) what errors are relative to, max(L, L̄/4) with L̄ the ``mean`` brightness of the surface, and
+    (n,) squared relative errors, means over channels, in which independent noise of a and b has no part."""
+    scale = np.maximum((a + b).mean(axis=1) / 2, FLOOR * mean)[:, None]
+    return scale, ((x - a) * (x - b) / scale**2).mean(axis=1)
 
 
 def _noise(x, a, b, scale, share) -> float:

@@ -96,8 +96,9 @@ class RADIOSITY_PT_target(RadiosityPanel, bpy.types.Panel):
             layout.column(align=True).prop(item, "radiosity_own_resolution")
 
 
-class RADIOSITY_PT_atlas(RadiosityPanel, bpy.types.Panel):
-    bl_label = "Atlas"
+class ImagePanel(RadiosityPanel):
+    """A part of *Target* for images alone, which the property ``switch`` turns on."""
+
     bl_parent_id = "RADIOSITY_PT_target"
     bl_options = {"DEFAULT_CLOSED"}
 
@@ -106,12 +107,22 @@ class RADIOSITY_PT_atlas(RadiosityPanel, bpy.types.Panel):
         return context.scene.radiosity.target == "IMAGE"
 
     def draw_header(self, context):
-        self.layout.prop(context.scene.radiosity, "use_atlas", text="")
+        self.layout.prop(context.scene.radiosity, self.switch, text="")
+
+    def switched_layout(self, properties):
+        """As ``split_layout``, gray while the part is off or a bake runs."""
+        layout = self.split_layout()
+        layout.enabled = getattr(properties, self.switch) and session.current() is None
+        return layout
+
+
+class RADIOSITY_PT_atlas(ImagePanel, bpy.types.Panel):
+    bl_label = "Atlas"
+    switch = "use_atlas"
 
     def draw(self, context):
-        layout = self.split_layout()
         properties = context.scene.radiosity
-        layout.enabled = properties.use_atlas and session.current() is None
+        layout = self.switched_layout(properties)
         layout.prop(properties, "atlas", text="Name")
         if properties.uv_map.strip():
             layout.label(text="The UV map is used as it is", icon="INFO")
@@ -123,22 +134,13 @@ class RADIOSITY_PT_atlas(RadiosityPanel, bpy.types.Panel):
         layout.prop(properties, "atlas_images")
 
 
-class RADIOSITY_PT_files(RadiosityPanel, bpy.types.Panel):
+class RADIOSITY_PT_files(ImagePanel, bpy.types.Panel):
     bl_label = "Image Files"
-    bl_parent_id = "RADIOSITY_PT_target"
-    bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, context):
-        return context.scene.radiosity.target == "IMAGE"
-
-    def draw_header(self, context):
-        self.layout.prop(context.scene.radiosity, "write_files", text="")
+    switch = "write_files"
 
     def draw(self, context):
-        layout = self.split_layout()
         properties = context.scene.radiosity
-        layout.enabled = properties.write_files and session.current() is None
+        layout = self.switched_layout(properties)
         layout.prop(properties, "image_dir")
         layout.prop(properties, "format")
         if properties.format in {"PNG", "PNG16"}:

@@ -77,10 +77,8 @@ def _beams_of(context: Context, kind: FacingDiscs, lights: np.ndarray) -> np.nda
     if len(spots) == 0:
         return spots
     which = np.repeat(place[spots], TRIAL)
-    xi = sobol(TRIAL, 2, Stream.BEAM_TRIALS)
-    origin, direction, _ = kind.leave(which, np.tile(xi, (len(spots), 1)))
-    origin, direction = (np.ascontiguousarray(a, np.float32) for a in (origin, direction))
-    hits = context.tracer.intersect(origin, direction)
+    xi = np.tile(sobol(TRIAL, 2, Stream.BEAM_TRIALS), (len(spots), 1))
+    _, direction, _, hits = _shot(context, kind, which, xi)
     met = hits.triangle >= 0
     normal = context.geometry.normal[hits.triangle[met]]
     cosine = np.abs(np.einsum("ij,ij->i", normal, direction[met]))
@@ -141,11 +139,9 @@ def _landed(context: Context, light: int):
     (n, channels) that is reflected there."""
     kind, place = context.sources.named(light)
     xi = sobol(PARTICLES, 4, context.seed, Stream.BEAMS, light)
-    origin, direction, beam = kind.leave(np.full(PARTICLES, place), xi)
+    origin, direction, beam, first = _shot(context, kind, np.full(PARTICLES, place), xi)
     power = kind.color[place] * (2 * np.pi * (1 - kind.edge[place]) / PARTICLES * beam)[:, None]
-    origin, direction = (np.ascontiguousarray(a, np.float32) for a in (origin, direction))
-    first = context.tracer.intersect(origin, direction)
-    met = [(np.arange(PARTICLES), first, 1.0)]
+    met = [(np.arange(PARTICLES), first, np.ones(power.shape))]
     if context.transmits.any():
         met += followed(context, origin, direction, first)
     parts = []
@@ -153,11 +149,18 @@ def _landed(context: Context, light: int):
         some = np.flatnonzero(hits.triangle >= 0)
         triangle, front = hits.triangle[some], hits.front[some]
         uv = np.stack([hits.u[some], hits.v[some]], 1).astype(float)
-        back = context.reflectance(triangle, uv, front) * power[rays[some]]
-        back *= weight if np.ndim(weight) == 0 else weight[some]
+        back = context.reflectance(triangle, uv, front) * power[rays[some]] * weight[some]
         dark = context.sources.unlinked(light, context.scene, triangle)
         if dark is not None:
             back[dark] = 0
         normal = np.where(front[:, None], 1, -1) * context.geometry.normal[triangle]
         parts.append((context.geometry.at(triangle, uv), normal, back))
     return tuple(np.concatenate(part) for part in zip(*parts))
+
+
+def _shot(context: Context, kind: FacingDiscs, which: np.ndarray, xi: np.ndarray):
+    """Particles of lamps ``which`` (n,): origins and directions (n, 3) float32, brightness (n,), and
+    what they hit. See ``FacingDiscs.leave``."""
+    origin, direction, beam = kind.leave(which, xi)
+    origin, direction = (np.ascontiguousarray(a, np.float32) for a in (origin, direction))
+    return origin, direction, beam, context.tracer.intersect(origin, direction)
