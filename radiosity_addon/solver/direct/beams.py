@@ -6,7 +6,7 @@ a beam's reflection lights is sampled as other direct light is, and no ray has t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -47,13 +47,12 @@ def split_beams(context: Context) -> Split:
     if len(beams) == 0:
         return Split(context, None, None, context)
     sources, polygons = context.sources, beam_spots(context, beams)
-    rest = replace(context, sources=sources.without(beams))
-    alone = replace(context, sources=sources.only(beams))
+    rest, alone = context.under(sources.without(beams)), context.under(sources.only(beams))
     if polygons is None:
         return Split(rest, alone, None, rest)
     spots = sources.only(beams[:0]).and_polygons(polygons)
     both = rest.sources.and_polygons(polygons)
-    return Split(rest, alone, replace(context, sources=spots), replace(context, sources=both))
+    return Split(rest, alone, context.under(spots), context.under(both))
 
 
 def find_beams(context: Context) -> np.ndarray:

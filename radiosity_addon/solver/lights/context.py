@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -65,6 +65,13 @@ class Context:
         if shadow is None:
             return None
         return find_crossings(self.geometry, shadow, self.threads, self.tick("elements"))
+
+    def under(self, sources: Sources) -> Context:
+        """The same scene under other lights. Where its triangles cross is not found once more."""
+        found = replace(self, sources=sources)
+        if "crossings" in vars(self):
+            vars(found)["crossings"] = self.crossings
+        return found
 
     def _distinct(self) -> list[Tracer]:
         tracers = [self.tracer, *(t for b in self.blockers for t in (b.shadow, b.veil) if t)]
