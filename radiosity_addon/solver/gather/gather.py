@@ -70,7 +70,7 @@ def gather(
         bounced, first, brought = 0.0, 0.0, None
         unseen = []
         for part in met:
-            entries = patches.hit(part.hits)
+            entries = patches.hit_resolved(part.hits)
             unknown = _unknown(radiosity, part, entries, share)
             if len(unknown):
                 worth = 1 if weight is None else of_first(weight, part)[unknown]

@@ -122,7 +122,7 @@ def _arrived(
     arriving, rays, patches = 0.0, len(directions), radiosity.patches
     ends, lost = [], []
     for part in met:
-        entry = patches.hit(part.hits)
+        entry = patches.hit_resolved(part.hits)
         if part.rays is None:
             find_lost(entry, patches, count)
         light = np.take(radiosity.reflected, entry, axis=0)

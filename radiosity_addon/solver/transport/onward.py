@@ -20,31 +20,31 @@ from .rays import Met, shoot_apart, sums_of
 
 MOST_BOUNCES = 64  # of one ray; chance ends nearly all long before
 FULL_BOUNCES = 6  # after which chance ends rays as reflectances tell, and weights stay
-BACK = 4 * OFFSET  # [unit box]: rays go on from so far before where they ended
+BACK = 4 * OFFSET  # [unit box]: rays go on from so far before where they ended, or half of their way
 STAGE = "transport"
 
 
 @dataclass(frozen=True)
 class Ends:
     """Where k rays ended: their owners (k,) int, the places, ``weight`` (k, channels) of the light
-    that comes back to the owner, and the unit ``direction`` (k, 3) float32 they came in."""
+    that comes back to the owner, and ``back`` (k, 3) float32 from there a little on the way they came."""
 
     owner: np.ndarray
     places: Places
     weight: np.ndarray
-    direction: np.ndarray
+    back: np.ndarray
 
     def take(self, chosen: np.ndarray) -> Ends:
         """Some of them."""
         return Ends(
-            self.owner[chosen], self.places[chosen], self.weight[chosen], self.direction[chosen]
+            self.owner[chosen], self.places[chosen], self.weight[chosen], self.back[chosen]
         )
 
     def points(self, context: Context, turn: np.ndarray) -> Points:
         """A point of its own at each end, a little back on the ray's way: a hit close to a wall that
         stands there may else be rounded to its other side."""
         points = self.places.points(context.geometry, turn)
-        return replace(points, position=points.position - np.float32(BACK) * self.direction)
+        return replace(points, position=points.position + self.back)
 
     def surviving(self, chance: np.ndarray, xi: np.ndarray) -> Ends:
         """Russian roulette: those whose number ``xi`` (k,) lies below their ``chance`` (k,), with the
@@ -64,8 +64,9 @@ def ends_of(
     if met.weight is not None:
         weight = weight * met.weight[chosen]
     number = chosen if met.rays is None else met.rays[chosen]
-    direction = directions.reshape(-1, 3)[number]
-    return Ends(owner, places_at(entry, met.hits, chosen), weight, direction)
+    length = np.minimum(np.float32(BACK), met.hits.distance[chosen] / 2)
+    back = -length[:, None] * directions.reshape(-1, 3)[number]
+    return Ends(owner, places_at(entry, met.hits, chosen), weight, back)
 
 
 def join_ends(parts: list[Ends], channels: int) -> Ends:
@@ -73,11 +74,11 @@ def join_ends(parts: list[Ends], channels: int) -> Ends:
     if not parts:
         nothing = np.zeros((0, 3), np.float32)
         return Ends(np.zeros(0, np.int64), no_places(), np.zeros((0, channels)), nothing)
-    owner, weight, direction = (
+    owner, weight, back = (
         np.concatenate([getattr(part, name) for part in parts])
-        for name in ("owner", "weight", "direction")
+        for name in ("owner", "weight", "back")
     )
-    return Ends(owner, join_places([part.places for part in parts]), weight, direction)
+    return Ends(owner, join_places([part.places for part in parts]), weight, back)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,9 @@ Rays look radiosities up by *entry*: the fronts of the P patches of receivers, t
 miss, onward and nowhere, then 2·cell + back for the sides of the elements' cells. *Patches* are
 numbered alike: those of receivers, then 2·P + 2·element + back. Where a ray ends on a baked object,
 but on none of its patches, it goes *onward*: it is reflected there and brings light that it finds
-itself. Such places are few: near walls that divide a receiver, on faces without texels.
+itself. Such places are few: near walls that divide a receiver, on faces without texels. So do rays
+to receivers that end on a patch nearer than its own size: light in strips narrower than it counts by
+where the strips lie.
 """
 
 from __future__ import annotations
@@ -26,6 +28,7 @@ from .receiver_map import NOTHING, ReceiverMap, build_receiver_map
 MOST_PATCHES = 2_000_000  # of receivers: their rows are kept in memory
 EXTENT = 2.0  # times the mean edge of a receiver: cells further apart are different patches
 BAKED = 0.5  # of an object's area: with as much in patches its other faces get no elements
+NEAR = 0.5  # length of a receiver's patch per distance: above it rays find the light where they end
 SMALLEST = 1e-6  # extent of a patch [unit box], at least
 ONWARD, SEVERAL = NOTHING - 1, NOTHING - 2  # in ``ReceiverPatches.patch``, see there
 
@@ -47,6 +50,7 @@ class ReceiverPatches:
     footprints: Footprints
     first: np.ndarray  # (R,) int32: each receiver's first triangle,
     area: np.ndarray  # (R,) float32: and its area, by which they are known
+    length: np.ndarray  # (P,) float32: edges of squares as large as the patches
 
     def are_of(self, footprints: Footprints) -> bool:
         """Whether these are the receivers' own patches."""
@@ -123,6 +127,16 @@ class Patches:
     def hit(self, hits: Hits) -> np.ndarray:
         """(n,) int32 entries of hits; the miss where nothing was hit."""
         return self.at(hits.triangle, hits.u, hits.v, hits.front)
+
+    def hit_resolved(self, hits: Hits) -> np.ndarray:
+        """The same, but onward where a ray ends on a receiver's patch from so near that a part of the
+        patch counts more than the rest: the mean over it is not what arrives."""
+        entry = self.hit(hits)
+        if self.receivers is not None:
+            own = np.flatnonzero(entry < self.first)
+            length = np.take(self.receivers.length, entry[own] % self.receivers.footprints.count)
+            entry[own[length > NEAR * hits.distance[own]]] = self.onward
+        return entry
 
     def at(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray):
         """(n,) int32 entries at barycentric (u, v) on sides of triangles; -1 is the miss."""
@@ -206,8 +220,10 @@ def build_receiver_patches(
     several[owner[group != patch[owner]]] = True
     patch[several] = SEVERAL
     some = several[owner[first]]
+    grouped = footprints.grouped(group)
     return ReceiverPatches(
         place, patch, pair[some],
-        group[first[some]].astype(np.int32), baked, footprints.grouped(group),
+        group[first[some]].astype(np.int32), baked, grouped,
         footprints.triangle[footprints.start[:-1]], footprints.area.astype(np.float32),
+        np.sqrt(grouped.area).astype(np.float32),
     )
