@@ -304,10 +304,10 @@ def test_small_large_mesh(blender):
     level 2; each two triangles. Two heads of level 1, one of level 2, and the box's 12."""
     from benchmarks.large import FIGURES, measure
 
-    report = measure(2, 0.4)
+    report = measure(2, 0.1)
     assert set(FIGURES) < set(report)
     assert report["triangles"] == 2 * 2 * 1968 + 2 * 4 * 1968 + 12
-    assert report["estimated_error"] <= 0.4
+    assert report["estimated_error"] <= 0.1
 
 
 def test_vertex_colours_beside_finer_ones(blender):

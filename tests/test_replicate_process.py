@@ -108,7 +108,7 @@ def test_one_that_ends_at_work_is_a_message():
                 os.kill(process._process.pid, signal.SIGSEGV)
 
         with pytest.raises(ReplicateLost, match="status -11.*lower the resolution"):
-            solve(scene, receivers, replace(SETTINGS, error=1e-3), crash, beside=process)
+            solve(scene, receivers, replace(SETTINGS, error=5e-3), crash, beside=process)
 
 
 def test_stopping_leaves_no_process():
