@@ -18,7 +18,7 @@ REPORT = {
 
 
 @pytest.fixture
-def file(addon, room):
+def file(addon, room, one_core):
     addon.ops.wm.open_mainfile(filepath=str(room))
     return addon
 
