@@ -13,10 +13,9 @@ from ..solver.progress import Progress, silent
 from ..solver.receivers import Projection
 from ..solver.solution import Solution, Statistics, compose
 from .bury import open_layout
-from .draw_sheets import draw_sheet
+from .draw_sheets import draw_sheets
 from .job import Job, Result
 from .layout import Layout, lay_out, shaded_layout
-from .sheets import sheets_of
 
 
 def run(job: Job, progress: Progress = silent, kept=None, beside=None) -> Result:
@@ -42,15 +41,12 @@ def run(job: Job, progress: Progress = silent, kept=None, beside=None) -> Result
     light = compose(solution, job.settings.passes)
     colors = []
     told: list[str] = []
-    sheets = [] if fits else sheets_of(job)
     for index, fit in enumerate(fits or ()):
         colors.append(fit.colors(light[slice(*layout.spans[index : index + 2])]))
         progress("Write", (index + 1) / len(fits))
-    for index, sheet in enumerate(sheets):
-        image, warnings = draw_sheet(job, sheet, layout, light)
-        colors.append(image)
-        told += warnings
-        progress("Write", (index + 1) / len(sheets))
+    if fits is None:
+        colors, told = draw_sheets(job, layout, light, solution, context)
+        progress("Write", 1.0)
     figures = solution.statistics
     return Result(
         colors=tuple(colors),
