@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .clip import doubled_areas
-from .continuations import Parts, Seams, into_faces
+from .continuations import Parts, Seams, face_normals_of, into_faces
 from .islands import Charted, Edges
 from .shown import Sheets, Stencils
 from .texels import expand
@@ -60,7 +60,7 @@ def sample_seams(charted: Charted, edges: Edges, seams: Seams, sheets: Sheets) -
         stencils.append(sheets.stencils(charted.sheet[own.triangle], start + along * (end - start)))
         start, end = own.ends(charted.vertices[charted.triangles])
         beside.append(start + along * (end - start) + _aside(charted, own))
-        up.append(_normals(charted, own.triangle))
+        up.append(face_normals_of(charted, own.triangle))
     return SeamSamples(*stencils, weight, beside[0], up[0], beside[1], up[1])
 
 
@@ -86,9 +86,3 @@ def _aside(charted: Charted, edges: Edges) -> np.ndarray:
     height = area / np.maximum(np.linalg.norm(end - start, axis=1), 1e-300)
     far = np.minimum(ASIDE * np.sqrt(area / np.maximum(texels, 1e-300)), DEEP * height)
     return far[:, None] * into_faces(charted, edges)
-
-
-def _normals(charted: Charted, triangle: np.ndarray) -> np.ndarray:
-    a, b, c = charted.vertices[charted.triangles[triangle]].transpose(1, 0, 2)
-    normal = np.cross(b - a, c - a)
-    return normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)

@@ -46,15 +46,26 @@ class Seams:
 
 
 def find_seams(charted: Charted, edges: Edges) -> Seams:
-    """Where the borders ``edges`` continue each other."""
+    """Where the borders ``edges`` continue each other, wholly or in part."""
     ends, place = _weld(charted, edges)
     number = np.arange(len(edges.triangle))
-    whole = _continued(charted, edges, _parts(number, np.tile([0.0, 1.0], (len(number), 1)), ends))
+    whole = _whole(charted, edges, ends, BENT)
     alone = np.ones(len(number), bool)
     for part in (whole.one, whole.other):
         alone[part.edge] = False
-    cut = _continued(charted, edges, _cut(number[alone], ends, place))
+    cut = _continued(charted, edges, _cut(number[alone], ends, place), BENT)
     return Seams(_joined(whole.one, cut.one), _joined(whole.other, cut.other))
+
+
+def find_whole_seams(charted: Charted, edges: Edges, bent: float) -> Seams:
+    """Where whole ``edges`` continue each other; normals' cosines are at least ``bent``."""
+    return _whole(charted, edges, _weld(charted, edges)[0], bent)
+
+
+def _whole(charted: Charted, edges: Edges, ends: np.ndarray, bent: float) -> Seams:
+    number = np.arange(len(edges.triangle))
+    parts = _parts(number, np.tile([0.0, 1.0], (len(number), 1)), ends)
+    return _continued(charted, edges, parts, bent)
 
 
 def _joined(one: Parts, other: Parts) -> Parts:
@@ -138,7 +149,7 @@ def _lines(start: np.ndarray, way: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return line, way[first[line]]
 
 
-def _continued(charted: Charted, edges: Edges, parts: Parts) -> Seams:
+def _continued(charted: Charted, edges: Edges, parts: Parts, bent: float) -> Seams:
     """The pairs of parts between the same points whose faces continue each other."""
     order = np.lexsort((parts.edge, parts.high, parts.low))
     parts = parts.take(order[parts.low[order] < parts.high[order]])
@@ -151,24 +162,26 @@ def _continued(charted: Charted, edges: Edges, parts: Parts) -> Seams:
     one = start[first][group] + offset[group]
     other = start[first][group] + other
     one, other = one[one < other], other[one < other]
-    good = _faces_continue(charted, edges, parts.take(one), parts.take(other))
+    good = _faces_continue(charted, edges, parts.take(one), parts.take(other), bent)
     return Seams(parts.take(one[good]), parts.take(other[good]))
 
 
-def _faces_continue(charted: Charted, edges: Edges, one: Parts, other: Parts) -> np.ndarray:
+def _faces_continue(
+    charted: Charted, edges: Edges, one: Parts, other: Parts, bent: float
+) -> np.ndarray:
     """(k,) bool: to both sides of the line, and by one normal in its middle."""
     ways, true, shaded = [], [], []
     for part in (one, other):
         own = edges.take(part.edge)
         ways.append(into_faces(charted, own))
-        true.append(_face_normals(charted, own.triangle))
+        true.append(face_normals_of(charted, own.triangle))
         middle = part.along.mean(1)[:, None]
         start, end = own.ends(charted.normals)
         mean = (1 - middle) * start + middle * end
         length = np.linalg.norm(mean, axis=1, keepdims=True)
         shaded.append(np.where(length > 1e-6, mean / np.maximum(length, 1e-300), true[-1]))
     cosine = [np.einsum("ij,ij->i", *pair) for pair in (ways, true, shaded)]
-    return (cosine[0] < FOLDED) & (cosine[1] > 0) & (cosine[2] >= BENT)
+    return (cosine[0] < FOLDED) & (cosine[1] > 0) & (cosine[2] >= bent)
 
 
 def into_faces(charted: Charted, edges: Edges) -> np.ndarray:
@@ -180,7 +193,8 @@ def into_faces(charted: Charted, edges: Edges) -> np.ndarray:
     return _unit(away - np.einsum("ij,ij->i", away, along)[:, None] * along)
 
 
-def _face_normals(charted: Charted, triangle: np.ndarray) -> np.ndarray:
+def face_normals_of(charted: Charted, triangle: np.ndarray) -> np.ndarray:
+    """(k, 3) true unit normals of triangles (k,)."""
     a, b, c = charted.vertices[charted.triangles[triangle]].transpose(1, 0, 2)
     return _unit(np.cross(b - a, c - a))
 
