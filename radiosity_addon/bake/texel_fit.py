@@ -25,7 +25,7 @@ from .bounded import solve_bounded
 from .shown import Sheets, Stencils
 
 EQUAL = 8.0  # λ [texels per texel of length]: how much both sides of a seam are to be the same
-STAY = 0.01  # ε [texels]: how much texels stay what they are without the fit
+STAY = 0.001  # ε [texels]: how much texels stay what they are without the fit
 TOLERANCE = 1e-4  # of the residual: far below what anybody sees
 ROUNDS = 2  # of keeping texels within their bounds
 WHOLE = 0.999  # of a texel covered: its mean is its value
