@@ -111,3 +111,13 @@ def test_a_wall_between_pieces_keeps_their_colors_apart():
     wall = np.array([(1, -3, 0), (1, 4, 0), (1, 4, 3), (1, -3, 3)], float), QUAD
     first, second = by_corner(level([(SQUARE, QUAD), (turned(0), QUAD), wall], 2, domain="point"))
     assert first[1].min() > 5 * second[0].max()
+
+
+def test_a_closed_smooth_mesh_stays_as_it_is():
+    """A tetrahedron of which every vertex is one unknown has no edge that could be joined."""
+    vertices = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
+    triangles = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])
+    label = joined_unknowns(
+        vertices, triangles, triangles, 4, np.zeros(4, int), lambda ways: np.ones(len(ways.starts), bool)
+    )
+    assert label.tolist() == [0, 1, 2, 3]
