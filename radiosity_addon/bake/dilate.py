@@ -14,6 +14,13 @@ def extend_islands(pixels: np.ndarray, covered: np.ndarray, margin: int) -> np.n
     margin too: it says which texels belong to a face. Beyond the margin the colour is black.
     Raises ValueError when the shapes differ or the margin is negative.
     """
+    return extended(pixels, covered, margin)[0]
+
+
+def extended(
+    pixels: np.ndarray, covered: np.ndarray, margin: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """The same, and which texels have a color, (height, width) bool: all others are black."""
     if pixels.shape != (*covered.shape, 3):
         raise ValueError(f"pixels have shape {pixels.shape}; it must be {(*covered.shape, 3)}")
     if margin < 0:
@@ -24,7 +31,9 @@ def extend_islands(pixels: np.ndarray, covered: np.ndarray, margin: int) -> np.n
     if margin and covered.any() and not covered.all():
         to, source = _nearest(covered, margin)
         image[to[0], to[1], :3] = pixels[source[0], source[1]]
-    return image
+        covered = covered.copy()
+        covered[to] = True
+    return image, covered
 
 
 def _nearest(covered, margin) -> tuple[tuple, np.ndarray]:

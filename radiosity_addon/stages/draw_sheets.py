@@ -4,18 +4,31 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..bake.dilate import extend_islands
+from ..bake.dilate import extended
 from ..bake.texels import OVERLAP, coverage
 from ..bake.windows import Place
+from ..solver.lights.context import Context
+from ..solver.solution import Solution
+from .fit_sheets import Drawn, fit_sheets
 from .job import Job
 from .layout import Layout
-from .sheets import Sheet, place_of
+from .sheets import Sheet, place_of, sheets_of
 
 
-def draw_sheet(
-    job: Job, sheet: Sheet, layout: Layout, light: np.ndarray
-) -> tuple[np.ndarray, list[str]]:
-    """(height, width, 4) float32: the texels' ``light`` and the margin around them; and warnings.
+def draw_sheets(
+    job: Job, layout: Layout, light: np.ndarray, solution: Solution, context: Context
+) -> tuple[list[np.ndarray], list[str]]:
+    """(height, width, 4) float32 of every sheet: the texels' ``light``, fitted beside borders, and
+    the margin around them; and warnings. Without a margin all texels keep their means."""
+    sheets, told = sheets_of(job), []
+    drawn = [_draw(job, sheet, layout, light, told) for sheet in sheets]
+    if job.settings.margin and layout.receivers.count:
+        told += fit_sheets(job, sheets, layout, drawn, solution, context)
+    return [each.image for each in drawn], told
+
+
+def _draw(job: Job, sheet: Sheet, layout: Layout, light: np.ndarray, told: list[str]) -> Drawn:
+    """The texels' ``light`` and the margin around them.
 
     Texels that are buried are filled like those of the margin, but belong to a face; deeper ones
     are dark. Of a kept image all texels stay but those that are baked now.
@@ -23,13 +36,12 @@ def draw_sheet(
     width, height = sheet.size
     flat = [_texels(layout.part(i).grid, place_of(job, i)) for i in sheet.targets]
     values = [light[slice(*layout.spans[i : i + 2])] for i in sheet.targets]
-    covered = np.zeros(height * width, bool)
+    covered, buried, stays = (np.zeros(height * width, bool) for _ in range(3))
     pixels = np.zeros((height * width, 3), np.float32)
     for texels, mine in zip(flat, values):
         covered[texels] = True
         pixels[texels] = mine
-    warnings = _mix_shared(job, sheet, layout, flat, values, pixels)
-    buried = np.zeros(height * width, bool)
+    told += _mix_shared(job, sheet, layout, flat, values, pixels)
     for index in sheet.targets if layout.buried is not None else ():
         mine = layout.buried.grid[layout.buried.grid[:, 0] == index]
         buried[_texels(mine, place_of(job, index))] = True
@@ -38,11 +50,11 @@ def draw_sheet(
         stays = (kept[:, 3] > 0) & ~covered & ~buried
         pixels[stays], covered[stays] = kept[stays, :3], True
     shape = height, width
-    image = extend_islands(
+    image, filled = extended(
         pixels.reshape(*shape, 3), covered.reshape(shape), job.settings.margin
     )
     image[buried.reshape(shape), 3] = 1
-    return image, warnings
+    return Drawn(image, filled.ravel(), stays)
 
 
 def _texels(grid: np.ndarray, place: Place) -> np.ndarray:

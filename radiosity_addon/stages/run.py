@@ -7,16 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..bake.corner_fit import CornerFit, corner_fit
-from ..bake.faces import receiver_areas
 from ..solver.progress import Progress, silent
 from ..solver.receivers import Projection
 from ..solver.solution import Solution, Statistics, compose
 from .bury import open_layout
-from .draw_sheets import draw_sheet
+from .draw_sheets import draw_sheets
 from .job import Job, Result
-from .layout import Layout, lay_out, shaded_layout
-from .sheets import sheets_of
+from .joint_fits import JointFit, joint_fits
+from .layout import lay_out, shaded_layout
 
 
 def run(job: Job, progress: Progress = silent, kept=None, beside=None) -> Result:
@@ -34,23 +32,18 @@ def run(job: Job, progress: Progress = silent, kept=None, beside=None) -> Result
     context = open_scene(job.scene, layout.receivers, job.settings, progress, beside)
     layout = shaded_layout(job, open_layout(layout, context))
     laid_out = time.perf_counter() - began
-    receivers, fits = layout.receivers, _fits(job, layout)
-    judged = fits and _where_judged(layout, fits)
+    receivers = layout.receivers
+    fits = None if job.settings.target == "image" else joint_fits(job, layout, context)
+    judged = fits and _where_judged(fits)
     solution = solve(job.scene, receivers, job.settings, progress, judged, kept, beside, context)
     started = time.perf_counter()
     progress("Write", 0.0)
     light = compose(solution, job.settings.passes)
-    colors = []
-    told: list[str] = []
-    sheets = [] if fits else sheets_of(job)
-    for index, fit in enumerate(fits or ()):
-        colors.append(fit.colors(light[slice(*layout.spans[index : index + 2])]))
-        progress("Write", (index + 1) / len(fits))
-    for index, sheet in enumerate(sheets):
-        image, warnings = draw_sheet(job, sheet, layout, light)
-        colors.append(image)
-        told += warnings
-        progress("Write", (index + 1) / len(sheets))
+    if fits is None:
+        colors, told = draw_sheets(job, layout, light, solution, context)
+    else:
+        colors, told = _mesh_colors(fits, light, progress), []
+    progress("Write", 1.0)
     figures = solution.statistics
     return Result(
         colors=tuple(colors),
@@ -63,6 +56,15 @@ def run(job: Job, progress: Progress = silent, kept=None, beside=None) -> Result
     )
 
 
+def _mesh_colors(fits: list[JointFit], light: np.ndarray, progress: Progress) -> list[np.ndarray]:
+    """Colors of each target, in order."""
+    colors = {}
+    for number, each in enumerate(fits):
+        colors.update(zip(each.targets, each.colors(light)))
+        progress("Write", (number + 1) / len(fits))
+    return [colors[index] for index in sorted(colors)]
+
+
 def _charged(figures: Statistics, stage: str, seconds: float) -> Statistics:
     """The figures with more seconds of a stage."""
     return replace(
@@ -70,39 +72,16 @@ def _charged(figures: Statistics, stage: str, seconds: float) -> Statistics:
     )
 
 
-def _fits(job: Job, layout: Layout) -> list[CornerFit] | None:
-    """What turns light into each mesh's colours; None for images."""
-    if job.settings.target == "image":
-        return None
-    fits = []
-    for index, target in enumerate(job.targets):
-        part = layout.part(index)
-        area = receiver_areas(job.scene.vertices, job.scene.triangles, part)
-        hidden = _hidden_faces(layout, target.start, target.stop)
-        fits.append(corner_fit(target, part, area, job.settings.domain, hidden))
-    return fits
-
-
-def _hidden_faces(layout: Layout, start: int, stop: int) -> np.ndarray:
-    """(n,) bool: triangles from ``start`` to ``stop`` whose receivers are all buried."""
-    buried, shown = (
-        np.isin(np.arange(start, stop), [] if some is None else some.triangle)
-        for some in (layout.buried, layout.receivers)
-    )
-    return buried & ~shown
-
-
-def _where_judged(layout: Layout, fits: list[CornerFit]) -> Projection:
+def _where_judged(fits: list[JointFit]) -> Projection:
     """From light at all receivers to the colours whose error counts.
 
     A vertex colour is a mean over many receivers, and its error less than theirs.
     """
-    spans = [slice(*layout.spans[i : i + 2]) for i in range(len(fits))]
 
     def apply(light: np.ndarray) -> np.ndarray:
-        return np.concatenate([fit.rough_colors(light[span]) for fit, span in zip(fits, spans)])
+        return np.concatenate([each.fit.rough_colors(each.light(light)) for each in fits])
 
-    return Projection(apply, np.concatenate([fit.areas() for fit in fits]))
+    return Projection(apply, np.concatenate([each.fit.areas() for each in fits]))
 
 
 def _warn_of_darkness(solution: Solution, passes: tuple[str, ...]) -> list[str]:
