@@ -9,6 +9,10 @@ from pathlib import Path
 
 START, START_PER_CORE = 1700 << 20, 100 << 20  # bytes of address space, as measured
 ALWAYS, PER_RECEIVER, PER_TRIANGLE = 450e6, 2900.0, 500.0  # bytes of a bake, measured
+# Texels of images: more than WHOLE are baked in tiles of at most TILE, after a survey of SURVEY coarse
+# ones. The last two set the memory, and the smaller they are the more is done twice, where tiles overlap.
+WHOLE, TILE, SURVEY = 2_100_000, 1_100_000, 400_000
+KEPT, DRAWN = 20.0, 100.0  # bytes of each texel that is done, and of the largest image's, measured
 
 
 def peak_memory() -> int:
@@ -43,6 +47,13 @@ def of_a_bake(receivers: float, triangles: float) -> float:
     docs/stability.md compares it with what was measured.
     """
     return PER_RECEIVER * receivers + PER_TRIANGLE * triangles
+
+
+def of_images(texels: float, largest: float, triangles: float) -> float:
+    """The same for images of so many ``texels`` together, of which the ``largest`` has that many."""
+    if texels <= WHOLE:
+        return of_a_bake(texels, triangles)
+    return of_a_bake(TILE + SURVEY, triangles) + KEPT * texels + DRAWN * largest
 
 
 def require(needed: int, what: str, remedy: str) -> None:

@@ -21,7 +21,7 @@ def draw_sheet(
     are dark. Of a kept image all texels stay but those that are baked now.
     """
     width, height = sheet.size
-    flat = [_texels(layout.part(i).grid, place_of(job, i)) for i in sheet.targets]
+    flat = [texels_of(layout.part(i).grid, place_of(job, i)) for i in sheet.targets]
     values = [light[slice(*layout.spans[i : i + 2])] for i in sheet.targets]
     covered = np.zeros(height * width, bool)
     pixels = np.zeros((height * width, 3), np.float32)
@@ -32,11 +32,8 @@ def draw_sheet(
     buried = np.zeros(height * width, bool)
     for index in sheet.targets if layout.buried is not None else ():
         mine = layout.buried.grid[layout.buried.grid[:, 0] == index]
-        buried[_texels(mine, place_of(job, index))] = True
-    if sheet.kept is not None:
-        kept = sheet.kept.pixels.reshape(-1, 4)
-        stays = (kept[:, 3] > 0) & ~covered & ~buried
-        pixels[stays], covered[stays] = kept[stays, :3], True
+        buried[texels_of(mine, place_of(job, index))] = True
+    keep_others(sheet, pixels, covered, buried)
     shape = height, width
     image = extend_islands(
         pixels.reshape(*shape, 3), covered.reshape(shape), job.settings.margin
@@ -45,7 +42,17 @@ def draw_sheet(
     return image, warnings
 
 
-def _texels(grid: np.ndarray, place: Place) -> np.ndarray:
+def keep_others(
+    sheet: Sheet, pixels: np.ndarray, covered: np.ndarray, buried: np.ndarray
+) -> None:
+    """Put what stays of a kept image into ``pixels`` (n, 3), and ``covered`` (n,) bool."""
+    if sheet.kept is not None:
+        kept = sheet.kept.pixels.reshape(-1, 4)
+        stays = (kept[:, 3] > 0) & ~covered & ~buried
+        pixels[stays], covered[stays] = kept[stays, :3], True
+
+
+def texels_of(grid: np.ndarray, place: Place) -> np.ndarray:
     """(n,) numbers of a window's texels, row by row through the whole image."""
     row, column = grid[:, 1].astype(np.int64) + place.row, grid[:, 2] + place.column
     return row * place.size[0] + column
@@ -69,12 +76,17 @@ def _mix_shared(job: Job, sheet: Sheet, layout: Layout, flat, values, pixels) ->
     over = shared & (total > OVERLAP)
     if not over.any():
         return []
-    names = [repr(job.targets[sheet.targets[i]].name) for i in np.unique(owner[over[inverse]])]
+    names = [job.targets[sheet.targets[i]].name for i in np.unique(owner[over[inverse]])]
+    return [overlap_warning(sheet.name, names, int(over.sum()))]
+
+
+def overlap_warning(sheet: str, names: list[str], texels: int) -> str:
+    """One sentence on objects that lie on one another in an atlas."""
     more = f" and {len(names) - 3} more" if len(names) > 3 else ""
-    return [
-        f"{', '.join(names[:3])}{more} overlap in the atlas {sheet.name!r} on {int(over.sum())} "
+    return (
+        f"{', '.join(map(repr, names[:3]))}{more} overlap in the atlas {sheet!r} on {texels} "
         "texels, which hold their mean; lay their UVs out side by side, or name no --uv-map"
-    ]
+    )
 
 
 def _covers(job: Job, layout: Layout, index: int) -> np.ndarray:

@@ -155,7 +155,7 @@ def _check_images(names: list[str], settings: Settings) -> None:
     if settings.atlas:
         sizes = [settings.size] * min(settings.atlas_images, len(names))
     memory.require(
-        memory.of_a_bake(sum(w * h for w, h in sizes), 0),
+        memory.of_images(sum(w * h for w, h in sizes), max((w * h for w, h in sizes), default=0), 0),
         f"baking {len(sizes)} images of {width} x {height} texels",
         "lower --resolution or name fewer --objects",
     )
@@ -163,14 +163,15 @@ def _check_images(names: list[str], settings: Settings) -> None:
 
 def _check_triangles(exported: Exported, settings: Settings) -> None:
     sizes = [target.stop - target.start for target in exported.objects]
+    triangles = len(exported.scene.triangles)
     if settings.target == "image":
         images = {each.place.sheet or each.name: each.place.size for each in exported.objects}
-        receivers = sum(width * height for width, height in images.values())
+        texels = [width * height for width, height in images.values()]
+        needed = memory.of_images(sum(texels), max(texels), triangles)
     else:
-        receivers = most_receivers(sizes)
-    triangles = len(exported.scene.triangles)
+        needed = memory.of_a_bake(most_receivers(sizes), triangles)
     memory.require(
-        memory.of_a_bake(receivers, triangles),
+        needed,
         f"baking {len(sizes)} objects in a scene of {triangles} triangles",
         "name fewer --objects or simplify their meshes",
     )
