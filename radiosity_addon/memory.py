@@ -5,14 +5,16 @@ from __future__ import annotations
 import ctypes
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 START, START_PER_CORE = 1700 << 20, 100 << 20  # bytes of address space, as measured
 ALWAYS, PER_RECEIVER, PER_TRIANGLE = 450e6, 2900.0, 500.0  # bytes of a bake, measured
 # Texels of images: more than WHOLE are baked in tiles of at most TILE, after a survey of SURVEY coarse
 # ones. The last two set the memory, and the smaller they are the more is done twice, where tiles overlap.
-WHOLE, TILE, SURVEY = 2_100_000, 1_100_000, 400_000
-KEPT, DRAWN = 20.0, 100.0  # bytes of each texel that is done, and of the largest image's, measured
+WHOLE, TILE, SURVEY = 1_500_000, 1_100_000, 400_000
+KEPT, DRAWN = 17.0, 60.0  # bytes of each texel that is done, and of the largest image's, measured
+ROUND = 16  # texels: edges of images that are told to fit are multiples of it
 
 
 def peak_memory() -> int:
@@ -54,6 +56,25 @@ def of_images(texels: float, largest: float, triangles: float) -> float:
     if texels <= WHOLE:
         return of_a_bake(texels, triangles)
     return of_a_bake(TILE + SURVEY, triangles) + KEPT * texels + DRAWN * largest
+
+
+def fitting_share(free: float, needed: Callable[[float], float]) -> float:
+    """The largest share in [0, 1] whose ``needed(share)`` bytes, which grow with it, are ``free``;
+    0 where none is."""
+    low, high = 0.0, 1.0
+    if needed(high) <= free:
+        return high
+    for _ in range(40):
+        middle = (low + high) / 2
+        low, high = (middle, high) if needed(middle) <= free else (low, middle)
+    return low
+
+
+def fitting_edge(edge: int, free: float, texels: float, largest: float, triangles: float) -> int:
+    """To what the ``edge`` of images of so many ``texels``, the ``largest`` of that many, must be
+    lowered for them to fit into ``free`` bytes; 0 where none fits."""
+    share = fitting_share(free, lambda s: of_images(s * texels, s * largest, triangles))
+    return edge if share == 1 else int(edge * share**0.5) // ROUND * ROUND
 
 
 def require(needed: int, what: str, remedy: str) -> None:

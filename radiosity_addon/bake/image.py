@@ -20,8 +20,9 @@ RESERVED = re.compile(r"(?i)^(con|prn|aux|nul|com\d|lpt\d)(\.|$)")  # names Wind
 LONGEST_STEM = 180  # bytes
 
 
-def write_image(name: str, pixels: np.ndarray):
-    """Create or update the packed 32-bit float image ``name``; returns the bpy image.
+def write_image(name: str, pixels: np.ndarray, frees: bool = False):
+    """Create or update the packed 32-bit float image ``name``; returns the bpy image. Where it
+    ``frees`` memory Blender reads the packed pixels again when they are looked at.
 
     ``pixels`` (height, width, 4) float32, row 0 at the bottom, linear in the scene's working
     space, which is the colour space Blender gives a new float image. Colours of texels with alpha
@@ -36,6 +37,8 @@ def write_image(name: str, pixels: np.ndarray):
     image.pixels.foreach_set(np.ascontiguousarray(pixels, np.float32).ravel())
     image.update()
     image.pack()
+    if frees:
+        image.buffers_free()
     return image
 
 

@@ -29,6 +29,9 @@ from .solution import Solution, Statistics
 from .workers.parallel import thread_count
 
 
+SURVEY = 0.2  # of the time limit, at most
+
+
 class TiledSolve:
     """One solve, and light at tiles of receivers one after the other."""
 
@@ -41,7 +44,10 @@ class TiledSolve:
         raised."""
         self._settings, self._context, clock = settings, context, Clock()
         self._opened = begin(scene, survey, settings, None, kept, beside, context, clock)
-        estimate, self._solved = self._opened.rounds.run(self._opened.plan)
+        limit = settings.time_limit
+        deadline = None if limit is None else clock.start + SURVEY * limit
+        rounds = replace(self._opened.rounds, deadline=deadline)
+        estimate, self._solved = rounds.run(self._opened.plan)
         self._brightness = estimate.brightness
         self._tiles: list[tuple[float, float, np.ndarray]] = []  # area, squared error, bounds
 
@@ -65,6 +71,10 @@ class TiledSolve:
         estimate, solved = mine.run(plan)
         self._note(estimate, solved)
         return solution_of(self._context, judge, estimate, Statistics())
+
+    def skip(self) -> None:
+        """The time since the last light is none of the solver's."""
+        self._opened.rounds.clock.skip()
 
     def _deadline(self, share: float) -> float | None:
         """When a tile that is such a ``share`` of the rest must be done."""

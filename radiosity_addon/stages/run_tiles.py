@@ -68,6 +68,7 @@ def run_tiles(
             lit |= has_light(solution)
             del solution
         drawing.add(part, layout, windows, light)
+        solve.skip()
     figures = solve.statistics()
     dark = [] if lit else warn_of_darkness(job.settings.passes)
     return Result(

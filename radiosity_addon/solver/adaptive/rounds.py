@@ -56,6 +56,10 @@ class Clock:
         self.laps[stage] = self.laps.get(stage, 0.0) + now - self._last
         self._last = now
 
+    def skip(self) -> None:
+        """Book the time since the last lap on nothing: somebody else counts it."""
+        self._last = time.perf_counter()
+
     def move(self, stage: str, other: str, seconds: float) -> None:
         """Book ``seconds`` of ``stage`` on ``other`` instead."""
         self.laps[stage] -= seconds
