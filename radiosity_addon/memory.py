@@ -10,8 +10,8 @@ from pathlib import Path
 
 START, START_PER_CORE = 1700 << 20, 100 << 20  # bytes of address space, as measured
 ALWAYS, PER_RECEIVER, PER_TRIANGLE = 450e6, 2900.0, 500.0  # bytes of a bake, measured
-# Texels of images: more than WHOLE are baked in tiles of at most TILE, after a survey of SURVEY coarse
-# ones. The last two set the memory, and the smaller they are the more is done twice, where tiles overlap.
+# Texels that belong to a face: more than WHOLE are baked in tiles of at most TILE, after a survey of
+# SURVEY coarse ones. These two set the memory; the smaller they are the more is done twice, where tiles overlap.
 WHOLE, TILE, SURVEY = 1_500_000, 1_100_000, 400_000
 KEPT, DRAWN = 9.0, 60.0  # bytes of each texel that is done, and of the largest image's, measured
 ROUND = 16  # texels: edges of images that are told to fit are multiples of it

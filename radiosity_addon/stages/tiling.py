@@ -11,15 +11,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .. import memory
+from ..bake.clip import doubled_areas
 from ..bake.windows import Place
 from ..export.exported import ExportedObject
 from .job import Job
 from .sheets import place_of
 
 
+LEAST = 0.25  # of an image: a window with less is taken to have that much
+
+
 @dataclass(frozen=True)
 class Tiling:
-    """Numbers of texels. Changing them changes memory and time, and the light within its error."""
+    """Numbers of texels that belong to a face. Changing them changes memory and time, and the light
+    within its error."""
 
     whole: int = memory.WHOLE  # of a bake: more are baked in tiles
     tile: int = memory.TILE  # of a tile, at most, without its overlap
@@ -56,19 +61,28 @@ def _ramp(place: np.ndarray, width: int) -> np.ndarray:
 def tiles_of(job: Job, tiling: Tiling) -> list[list[Window]]:
     """The windows of each tile, image by image; [] for a job that is not divided."""
     places = [place_of(job, index) for index in range(len(job.targets))]
-    sizes = [place.width * place.height for place in places]
-    if job.settings.target != "image" or sum(sizes) <= tiling.whole:
+    if job.settings.target != "image":
+        return []
+    shares = [covered_share(target) for target in job.targets]
+    if sum(p.width * p.height * share for p, share in zip(places, shares)) <= tiling.whole:
         return []
     tiles, room = [], 0
     for index in _by_sheet(job):
-        for each in windows_of(index, places[index], tiling):
-            texels = each.width * each.height
+        own = replace(tiling, tile=int(tiling.tile / shares[index]))
+        for each in windows_of(index, places[index], own):
+            texels = each.width * each.height * shares[index]
             if not tiles or texels > room:
                 tiles.append([])
                 room = tiling.tile
             tiles[-1].append(each)
             room -= texels
     return tiles
+
+
+def covered_share(target: ExportedObject) -> float:
+    """About which part of its texels belongs to a face, at least LEAST."""
+    area = np.abs(doubled_areas(target.uv)) / 2
+    return float(np.clip(area[np.isfinite(area)].sum(), LEAST, 1.0))
 
 
 def _by_sheet(job: Job) -> list[int]:
