@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ from radiosity_addon.export.exported import ExportedObject
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.scene import Material, PointLamp, Scene
-from radiosity_addon.stages.canvas import Spool
+from radiosity_addon.stages.spool import Spool, drop_pages
 from radiosity_addon.stages.tiling import Tiling, part_of, survey_of, tiles_of, windows_of
 
 SMALL = Tiling(whole=3000, tile=600, survey=1000, overlap=8)  # a 96² image: 16 tiles
@@ -187,6 +189,24 @@ def test_spooled_images_are_what_they_were(tmp_path):
         for kept, image in zip([spool.keep(image) for image in images], images):
             assert np.array_equal(kept, image)
             assert isinstance(kept, np.memmap) == (most == 1)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads Linux' tables")
+def test_what_was_read_of_a_spool_is_given_back():
+    """64 MB are read and dropped: the pages that are mapped to files grow by them and fall again."""
+
+    def mapped() -> int:
+        lines = Path("/proc/self/status").read_text().splitlines()
+        return next(int(line.split()[1]) * 1024 for line in lines if line.startswith("RssFile"))
+
+    kept = Spool(1, 1).keep(np.ones((2000, 2000, 4), np.float32))
+    before = mapped()
+    assert kept.sum() == 2000 * 2000 * 4
+    assert mapped() - before > 60e6
+    drop_pages(kept)
+    assert mapped() - before < 4e6
+    assert kept[7, 7, 2] == 1
+    drop_pages(np.ones(3))
 
 
 def test_a_full_disk_is_told(monkeypatch):

@@ -22,6 +22,7 @@ from .job import Job, Result
 from .prepare import discard
 from .restore import remember_colors, remember_image
 from .sheets import Sheet, sheets_of
+from .spool import drop_pages
 
 
 def apply(
@@ -124,6 +125,7 @@ def _image_steps(job: Job, result: Result, objects, files, undo, warnings, encod
         if paths[index] is not None:
             yield (index + 0.5) / len(sheets)
             _save_file(job, image, result.colors[index], files.stage(paths[index]), encoding)
+        drop_pages(result.colors[index])
     earlier += _leave_others(job, sheets, undo)
     return earlier
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
-
 import numpy as np
 
 from ..bake.dilate import extend_islands
@@ -79,26 +77,3 @@ class Canvas:
         mine = np.unique(np.concatenate([self._first[over], self._last[over]]))
         names = [job.targets[i].name for i in mine]
         return [overlap_warning(self._sheet.name, names, int(over.sum()))]
-
-
-class Spool:
-    """Images that are done, in a temporary file where they take ``most`` bytes or more together."""
-
-    def __init__(self, total: int, most: int):
-        """``total`` bytes are to come. Raises OSError where there is no temporary file."""
-        self._file = tempfile.TemporaryFile(prefix="radiosity-") if total >= most else None
-
-    def keep(self, image: np.ndarray) -> np.ndarray:
-        """The image, to be read only. Raises OSError when the disk is full."""
-        if self._file is None:
-            return image
-        start = self._file.seek(0, 2)
-        try:
-            self._file.write(memoryview(np.ascontiguousarray(image)).cast("B"))
-            self._file.flush()
-        except OSError as error:
-            raise OSError(
-                f"{tempfile.gettempdir()} takes no image of {image.nbytes / 2**20:.0f} MB "
-                f"({error.strerror or error}); free some space there, or set TMPDIR to another disk"
-            ) from error
-        return np.memmap(self._file, image.dtype, "r", start, image.shape)

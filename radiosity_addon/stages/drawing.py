@@ -7,10 +7,11 @@ from collections import Counter
 
 import numpy as np
 
-from .canvas import Canvas, Spool
+from .canvas import Canvas
 from .job import Job
 from .layout import Layout
 from .sheets import sheets_of
+from .spool import Spool
 from .tiling import Window
 
 IN_MEMORY = 1 << 30  # bytes of images that are done; more go to a file

@@ -9,6 +9,7 @@ import numpy as np
 from ..bake.encodings import BITS, coding_error, decode, encode, scale_of, share_above
 from ..solver.workers.parallel import ranges
 from .job import Job, Result
+from .spool import drop_pages
 
 MOST_JUDGED = 2_000_000  # colours: of more, evenly spaced ones are judged
 BAND = 1 << 23  # numbers that are looked at together
@@ -65,6 +66,7 @@ def _bands(result: Result, matrix: np.ndarray):
     for colors in result.colors:
         for rows in ranges(len(colors), max(BAND * len(colors) // max(colors.size, 1), 1)):
             yield _covered(colors[rows]) @ matrix
+        drop_pages(colors)
 
 
 def _covered(colors: np.ndarray) -> np.ndarray:
