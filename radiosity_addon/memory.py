@@ -12,8 +12,10 @@ START, START_PER_CORE = 1700 << 20, 100 << 20  # bytes of address space, as meas
 ALWAYS, PER_RECEIVER, PER_TRIANGLE = 450e6, 2900.0, 500.0  # bytes of a bake, measured
 # Texels that belong to a face: more than WHOLE are baked in tiles of at most TILE, after a survey of
 # SURVEY coarse ones. These two set the memory; the smaller they are the more is done twice, where tiles overlap.
-WHOLE, TILE, SURVEY = 1_500_000, 1_100_000, 400_000
-KEPT, DRAWN = 9.0, 60.0  # bytes of each texel that is done, and of the largest image's, measured
+WHOLE, TILE, SURVEY = 1_500_000, 700_000, 400_000
+OVERLAPS = 1.1  # times a tile's texels, with those that others have, too
+SURVEYED = 600.0  # bytes of each texel of the survey that stay
+KEPT, DRAWN = 8.0, 60.0  # bytes of each texel that is done, and of the largest image's, measured
 ROUND = 16  # texels: edges of images that are told to fit are multiples of it
 
 
@@ -53,9 +55,11 @@ def of_a_bake(receivers: float, triangles: float) -> float:
 
 def of_images(texels: float, largest: float, triangles: float) -> float:
     """The same for images of so many ``texels`` together, of which the ``largest`` has that many."""
+    whole = of_a_bake(min(texels, WHOLE), triangles)
     if texels <= WHOLE:
-        return of_a_bake(texels, triangles)
-    return of_a_bake(TILE + SURVEY, triangles) + KEPT * texels + DRAWN * largest
+        return whole
+    tile = of_a_bake(OVERLAPS * TILE, triangles) + SURVEYED * SURVEY
+    return max(whole, tile + KEPT * texels + DRAWN * largest)
 
 
 def fitting_share(free: float, needed: Callable[[float], float]) -> float:
