@@ -9,24 +9,34 @@ import numpy as np
 
 from ..solver.progress import Progress, silent
 from ..solver.receivers import Projection
-from ..solver.solution import Solution, Statistics, compose
+from ..solver.solution import Statistics, compose
 from .bury import open_layout
 from .draw_sheets import draw_sheets
 from .job import Job, Result
 from .joint_fits import JointFit, joint_fits
 from .layout import lay_out, shaded_layout
+from .light import has_light, warn_of_darkness
+from .run_tiles import run_tiles
+from .tiling import Tiling, tiles_of
 
 
-def run(job: Job, progress: Progress = silent, kept=None, beside=None) -> Result:
+def run(
+    job: Job, progress: Progress = silent, kept=None, beside=None, tiling: Tiling | None = None
+) -> Result:
     """Solve the scene and turn the light into each target's colours. Imports no bpy.
 
     ``kept`` (solver.adaptive.solve_cache.SolveCache) has solves of an earlier bake to use
     again, and takes this one's.
     ``beside`` (replicate_process) does half of the work in another process.
+    ``tiling`` tells which bakes are done in tiles; None: those of more texels than usual.
     Raises solver.progress.Cancelled (or whatever else ``progress`` raises) when told to stop.
     """
     from ..solver.sequence import open_scene, solve
 
+    tiling = tiling or Tiling()
+    tiles = tiles_of(job, tiling)
+    if tiles:
+        return run_tiles(job, tiles, tiling, progress, kept, beside)
     began = time.perf_counter()
     layout = lay_out(job, progress)
     context = open_scene(job.scene, layout.receivers, job.settings, progress, beside)
@@ -49,7 +59,9 @@ def run(job: Job, progress: Progress = silent, kept=None, beside=None) -> Result
         colors=tuple(colors),
         statistics=_charged(figures, "elements", laid_out),
         warnings=(
-            *layout.warnings, *told, *_warn_of_darkness(solution, job.settings.passes), *figures.warnings
+            *layout.warnings, *told,
+            *([] if has_light(solution) else warn_of_darkness(job.settings.passes)),
+            *figures.warnings,
         ),
         seconds={"fit": time.perf_counter() - started},
         receivers=receivers.count,
@@ -82,11 +94,3 @@ def _where_judged(fits: list[JointFit]) -> Projection:
         return np.concatenate([each.fit.rough_colors(each.light(light)) for each in fits])
 
     return Projection(apply, np.concatenate([each.fit.areas() for each in fits]))
-
-
-def _warn_of_darkness(solution: Solution, passes: tuple[str, ...]) -> list[str]:
-    """Only what the passes ask for was looked for."""
-    light = (solution.emission, solution.direct, solution.indirect)
-    if any(part.any() for part in light) or not {"direct", "indirect"} & set(passes):
-        return []
-    return ["nothing that is baked receives light: the result is black; add a lamp or a sky"]
