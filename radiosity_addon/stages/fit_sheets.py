@@ -62,7 +62,8 @@ def fit_sheets(
     seams = sample_seams(charted, edges, find_seams(charted, edges), charts.sheets)
     seams = seams.take(_same_material(seams, known, _shown_material(job, solution, first)))
     seams = seams.take(_is_free(seams, context))
-    free = np.concatenate([each.filled & ~each.kept for each in drawn])
+    beside = [each.image[..., 3].ravel() == 0 for each in drawn]  # on no face
+    free = np.concatenate([each.filled & ~each.kept for each in drawn]) & np.concatenate(beside)
     borders = sample_borders(charted, edges, charts.sheets)
     texel, value = fit_texels(charts.sheets, known, borders, seams, pixels, free)
     sheet, row, column = charts.sheets.place(texel)
