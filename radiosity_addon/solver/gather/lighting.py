@@ -16,7 +16,7 @@ from ..sampling.sobol import uniform
 from ..sampling.streams import Stream
 from ..transport.onward import join_ends
 from ..transport.radiosity import Radiosity
-from .gather import gather
+from .gather import Bundle, gather
 from .late_rows import light_unseen
 
 MOST_POINTS = 256  # of a receiver that share its rays in one round
@@ -120,9 +120,8 @@ def add_gathered(
         own_key, owners = (*key, rays), _simple_first(footprints, owners)
         per = gcd(rays, int(np.clip(rays // 4, 4, MOST_POINTS)))  # every point has as many rays
         place = place_on(footprints, owners, per, *own_key)
-        found = gather(
-            context, radiosity, len(owners), rays, place, own_key, "gather", owners, learns, guide
-        )
+        bundle = Bundle(owners, rays, place, own_key, guide)
+        found = gather(context, radiosity, bundle, "gather", learns)
         worth = np.full((len(owners), 1), rays, float)
         if guide is not None:
             worth *= guide.worth[guide.cluster[owners]][:, None]
