@@ -43,19 +43,28 @@ from .workers.parallel import thread_count
 def solve(
     scene: Scene, receivers: Receivers, settings: SolverSettings, progress: Progress | None = None,
     project: Projection | None = None, kept: SolveCache | None = None,
-    beside: RemoteReplicate | None = None, context: Context | None = None,
+    beside: RemoteReplicate | None = None,
 ) -> Solution:
     """Light at the receivers, to the relative error ``settings.target_error``.
 
     ``project`` tells where the error is judged, for colours that are means over receivers; None
     judges the receivers themselves. ``progress`` may raise to stop. ``kept`` has solves to use
     again and takes those made. ``beside`` does the second replicate in another process; None does
-    both here. The result is the same. ``context`` is the scene's where it is open already. Raises
-    ValueError for a scene that cannot be solved.
+    both here. The result is the same. Raises ValueError for a scene that cannot be solved.
     """
     clock = Clock()
-    context = context or open_scene(scene, receivers, settings, progress, beside)
-    opened = begin(scene, receivers, settings, project, kept, beside, context, clock)
+    context = open_scene(scene, receivers, settings, progress, beside)
+    return solve_opened(context, receivers, settings, project, kept, beside, clock)
+
+
+@np.errstate(under="ignore")
+def solve_opened(
+    context: Context, receivers: Receivers, settings: SolverSettings,
+    project: Projection | None = None, kept: SolveCache | None = None,
+    beside: RemoteReplicate | None = None, clock: Clock | None = None,
+) -> Solution:
+    """The same of a scene that ``open_scene`` has opened. ``clock`` started before that; None: now."""
+    opened = begin(context, receivers, settings, project, kept, beside, clock or Clock())
     verdict, solved = opened.rounds.run(opened.plan)
     reached = Reached(verdict.error, verdict.error_95, solved)
     statistics = statistics_of(opened, reached, settings)
@@ -81,10 +90,11 @@ class Reached:
 
 
 def begin(
-    scene: Scene, receivers: Receivers, settings: SolverSettings, project: Projection | None,
-    kept: SolveCache | None, beside: RemoteReplicate | None, context: Context, clock: Clock,
+    context: Context, receivers: Receivers, settings: SolverSettings, project: Projection | None,
+    kept: SolveCache | None, beside: RemoteReplicate | None, clock: Clock,
 ) -> Opened:
-    """Both replicates opened. Arguments as in ``solve``."""
+    """Both replicates opened. Arguments as in ``solve_opened``."""
+    scene = context.scene
     threads = thread_count(settings.threads)
     if threads == 1:
         beside = None

@@ -23,7 +23,6 @@ from .adaptive.second_replicate import RemoteReplicate
 from .adaptive.solve_cache import SolveCache
 from .lights.context import Context
 from .receivers import Receivers
-from .scene import Scene
 from .sequence import Reached, begin, judge_of, solution_of, statistics_of
 from .solution import Solution, Statistics
 from .workers.parallel import thread_count
@@ -36,13 +35,12 @@ class TiledSolve:
 
     @np.errstate(under="ignore")
     def __init__(
-        self, scene: Scene, survey: Receivers, settings: SolverSettings, context: Context,
+        self, context: Context, survey: Receivers, settings: SolverSettings,
         kept: SolveCache | None = None, beside: RemoteReplicate | None = None,
     ):
-        """Solve the ``survey``; the arguments are as in ``sequence.solve``, which see for what is
-        raised."""
+        """Solve the ``survey``; the arguments are as in ``sequence.solve_opened``."""
         self._settings, self._context, clock = settings, context, Clock()
-        self._opened = begin(scene, survey, settings, None, kept, beside, context, clock)
+        self._opened = begin(context, survey, settings, None, kept, beside, clock)
         limit = settings.time_limit
         deadline = None if limit is None else clock.start + SURVEY * limit
         rounds = replace(self._opened.rounds, deadline=deadline)

@@ -31,7 +31,7 @@ def run(
     ``tiling`` tells which bakes are done in tiles; None: those of more texels than usual.
     Raises solver.progress.Cancelled (or whatever else ``progress`` raises) when told to stop.
     """
-    from ..solver.sequence import open_scene, solve
+    from ..solver.sequence import open_scene, solve_opened
 
     tiling = tiling or Tiling()
     tiles = tiles_of(job, tiling)
@@ -45,7 +45,7 @@ def run(
     receivers = layout.receivers
     fits = None if job.settings.target == "image" else joint_fits(job, layout, context)
     judged = fits and _where_judged(fits)
-    solution = solve(job.scene, receivers, job.settings, progress, judged, kept, beside, context)
+    solution = solve_opened(context, receivers, job.settings, judged, kept, beside)
     started = time.perf_counter()
     progress("Write", 0.0)
     light = compose(solution, job.settings.passes)

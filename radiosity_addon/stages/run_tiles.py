@@ -52,7 +52,7 @@ def run_tiles(
     ground = surroundings_of(context)
     survey, ground = _opened(survey, context, ground)
     receivers = shaded_layout(coarse, survey).receivers
-    solve = TiledSolve(job.scene, receivers, job.settings, context, kept, beside)
+    solve = TiledSolve(context, receivers, job.settings, kept, beside)
     drawing, texels = Drawing(job, tiles), [sum(w.width * w.height for w in tile) for tile in tiles]
     lit = False
     for number, windows in enumerate(tiles):

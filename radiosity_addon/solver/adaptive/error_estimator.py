@@ -35,6 +35,8 @@ LEAST_MORE = 1.25  # times the samples of a receiver: it gets none if fewer woul
 DIRECT_SHARE = 0.4  # of the squared error that is allowed; the rest is for gathered light
 PARTS = (np.arange(64) + 0.5) / 64  # of the surface, whose bounds are told
 
+Means = tuple[np.ndarray, np.ndarray, np.ndarray]  # see ``Lighting.means``
+
 
 @dataclass(frozen=True)
 class Surface:
@@ -113,6 +115,15 @@ class _Part:
         return sample * np.float32(np.sqrt(whole / shown) if shown > 0 else 1.0), square
 
 
+def _of_passes(shadows: _Part, gathered: _Part) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Of each half the direct light, what is gathered first-hand among it, and the indirect light."""
+    channels = shadows.a.shape[1]
+    return [
+        (shadow + half[:, :channels], half[:, channels:])
+        for shadow, half in ((shadows.a, gathered.a), (shadows.b, gathered.b))
+    ]
+
+
 @dataclass(frozen=True)
 class ErrorEstimator:
     """What the error is measured on. ``project``: see ``sequence.solve``."""
@@ -131,50 +142,32 @@ class ErrorEstimator:
         """Combine the halves. ``left`` are the squared relative biases (count,) that each half
         knows of and could not correct; None: of none."""
         unit = self._typical(halves)
-        (direct_a, bounced_a, first_a), (direct_b, bounced_b, first_b) = (
-            half.means(unit) for half in halves
-        )
-        channels = direct_a.shape[1]
+        one, two = (half.means(unit) for half in halves)
+        (direct_a, bounced_a, first_a), (direct_b, bounced_b, first_b) = one, two
         direct, indirect = direct_a + direct_b + first_a + first_b, bounced_a + bounced_b
         rough = self._radiance(direct / 2, indirect / 2, unit)
         brightness = None if self.brightness is None else self.brightness / unit
         level = level_of(rough, self.surface.share, brightness)
         weight = self._gain / level  # from irradiance to relative error
-        lit, bounced = (weight * np.float32(name in self.passes) for name in (Pass.DIRECT, Pass.INDIRECT))
+        weights = [weight * np.float32(name in self.passes) for name in (Pass.DIRECT, Pass.INDIRECT)]
         lattices = self._neighbors(direct, indirect)
-        gathered = [np.hstack(half) for half in ((first_a, bounced_a), (first_b, bounced_b))]
-        shadows, gathered = map_chunks(
-            lambda part: self._smoothed(lattices, *part),
-            [(direct_a, direct_b, lit), (*gathered, np.hstack([lit, bounced]))],
-            self.threads,
-            lambda fraction: None,
-        )
-        light = [
-            (shadow + half[:, :channels], half[:, channels:])
-            for shadow, half in ((shadows.a, gathered.a), (shadows.b, gathered.b))
-        ]
-        (one_direct, one_indirect), (two_direct, two_indirect) = light
-        level /= self._level([self._radiance(*half, unit) for half in light], brightness)
-        share = self.surface.share
-        samples, found = zip(*(part.error(share, level) for part in (shadows, gathered)))
+        parts = self._smoothed_parts(lattices, one, two, weights)
+        light = _of_passes(*parts)
+        radiance = [self._radiance(*half, unit) for half in light]
+        level /= self._level(radiance, brightness)
+        samples, found = zip(*(part.error(self.surface.share, level) for part in parts))
         shadow_square, gather_square = map_chunks(
             lambda square: self._pooled(lattices, square), found, self.threads,
             lambda fraction: None,
         )  # fmt: skip
-        if self.project is None:
-            square = mean_over(share, shadow_square) + mean_over(share, gather_square)
-            sample = sum(samples)
-        else:
-            share, sample = self._projected([self._radiance(*half, unit) for half in light])
-            square = mean_over(share, sample**2)
-        error_95, *bounds = bounds_of(share, sample, np.append(MOST, PARTS))
+        sampled, (error_95, *bounds) = self._judged((shadow_square, gather_square), samples, radiance)
         lacking = sum(mean_over(self.surface.share, each) for each in left if each is not None)
-        sampled, square = square, square + lacking / len(left)
+        (one_direct, one_indirect), (two_direct, two_indirect) = light
         return Estimate(
             unit=unit,
             direct=(one_direct + two_direct) / 2,
             indirect=(one_indirect + two_indirect) / 2,
-            error=float(np.sqrt(max(square, 0.0))),
+            error=float(np.sqrt(max(sampled + lacking / len(left), 0.0))),
             sampled=float(np.sqrt(max(sampled, 0.0))),
             error_95=float(error_95),
             bounds=np.array(bounds),
@@ -182,8 +175,38 @@ class ErrorEstimator:
             share=self.surface.share,
             direct_square=shadow_square,
             gather_square=gather_square,
-            apart=bounced * (bounced_a - bounced_b) / 2,
+            apart=weights[1] * (bounced_a - bounced_b) / 2,
         )
+
+    def _smoothed_parts(
+        self, lattices: Sequence[Neighborhood], one: Means, two: Means, weights: list[np.ndarray]
+    ) -> list[_Part]:
+        """Explicit and gathered light of both halves, smoothed. ``weights``, (count, channels) each,
+        of direct and of indirect light: from irradiance to relative error."""
+        (direct_a, bounced_a, first_a), (direct_b, bounced_b, first_b) = one, two
+        gathered = [np.hstack(half) for half in ((first_a, bounced_a), (first_b, bounced_b))]
+        return list(map_chunks(
+            lambda part: self._smoothed(lattices, *part),
+            [(direct_a, direct_b, weights[0]), (*gathered, np.hstack(weights))],
+            self.threads,
+            lambda fraction: None,
+        ))  # fmt: skip
+
+    def _judged(
+        self, squares: tuple[np.ndarray, np.ndarray], samples: tuple[np.ndarray, np.ndarray],
+        radiance: list[np.ndarray],
+    ) -> tuple[float, np.ndarray]:
+        """Where colours end: the mean squared error, of ``squares`` (count,) and ``samples`` (count,
+        channels) of the errors of explicit and of gathered light, or of the halves' ``radiance``;
+        and the bounds for MOST of the surface and for PARTS."""
+        share = self.surface.share
+        if self.project is None:
+            square = mean_over(share, squares[0]) + mean_over(share, squares[1])
+            sample = sum(samples)
+        else:
+            share, sample = self._projected(radiance)
+            square = mean_over(share, sample**2)
+        return square, bounds_of(share, sample, np.append(MOST, PARTS))
 
     def lacking(self, estimate: Estimate, goal: float, light: Lighting):
         """How many points and rays receivers lack for a relative error ``goal``: (count,) float64

@@ -15,7 +15,7 @@ from ..gather.lighting import Lighting, Samples
 from ..sampling.guide import Guide, joined, make_guide
 from .error_estimator import DIRECT_SHARE, ErrorEstimator, Estimate
 from .plan import Plan, round_up
-from .replicate import MOST_PATHS, Replicate, SolveFigures
+from .replicate import MOST_PATHS, Replicate, RoundResult, SolveFigures
 from .requests import (
     AddLight,
     Answer_co,
@@ -90,28 +90,23 @@ class Rounds:
         told = []  # since the last solve: rays of a receiver, and what is squared error of theirs
         for step in range(MAX_ROUNDS):
             began, work = time.perf_counter(), _samples(direct, gathered)
-            halves = self._both(AddLight(direct, gathered, step, guide, learns))
-            light = [half.light for half in halves]
-            estimate = self.estimator.weigh(light, [half.left for half in halves])
-            self.clock.lap("gather")
+            halves, estimate = self._gathered(AddLight(direct, gathered, step, guide, learns))
+            light = halves[0].light
             if estimate.error <= plan.enough:
                 break
             if learns:
                 learning = joined(learning, *self._both(Learn()))
                 guide = make_guide(learning)
                 learns = guide is not None  # the first rays tell well enough whether one pays
-            shadows, dim = estimate.squares()
-            told.append((light[0].rays.mean(), dim))
-            floor = _floor(told, min(shadows, DIRECT_SHARE * plan.goal**2), plan.enough)
+            floor = _least_error(told, estimate, light, plan)
             excess = max(self.estimator.common(estimate), floor) / (ELEMENTS_SHARE * plan.goal)
             coarse = excess > 1 and plan.elements < MOST_ELEMENTS
             if coarse and step < LAST_RESTART and not self.solved:
                 plan, told = plan.refined(excess), []
-                laps = self.clock.laps
-                if not self._time_for(2 * (laps.get("transport", 0.0) + laps["gather"])):
+                if not self._time_for(self._seconds_of_restart()):
                     break
                 plan = self._solve(plan)
-                rays = round_up(np.median(light[0].rays), 4, MAX_SAMPLES)
+                rays = round_up(np.median(light.rays), 4, MAX_SAMPLES)
                 direct, gathered = [], [(everyone, rays)]
                 continue
             audited = self._audited(estimate, plan)
@@ -124,6 +119,19 @@ class Rounds:
             if not self._time_for((time.perf_counter() - began) * ahead / max(work, 1)):
                 break
         return estimate, [half.solved for half in halves]
+
+    def _gathered(self, request: AddLight) -> tuple[tuple[RoundResult, RoundResult], Estimate]:
+        """What both replicates have after one more round, and the estimate by it."""
+        halves = self._both(request)
+        light = [half.light for half in halves]
+        estimate = self.estimator.weigh(light, [half.left for half in halves])
+        self.clock.lap("gather")
+        return halves, estimate
+
+    def _seconds_of_restart(self) -> float:
+        """About what it takes to solve with finer elements, and to gather anew."""
+        laps = self.clock.laps
+        return 2 * (laps.get("transport", 0.0) + laps["gather"])
 
     def _time_for(self, seconds: float) -> bool:
         return self.deadline is None or time.perf_counter() + seconds <= self.deadline
@@ -168,12 +176,12 @@ class Rounds:
         self.clock.lap("transport")
         return True
 
-    def _more(self, estimate: Estimate, plan: Plan, light: list[Lighting], guide: Guide | None):
+    def _more(self, estimate: Estimate, plan: Plan, light: Lighting, guide: Guide | None):
         """[(owners, samples of each)] to add, of points for direct light and of rays."""
-        points, rays = self.estimator.lacking(estimate, plan.goal, light[0])
-        points = _bounded(points, light[0].points[:, 0], GROWTH)
-        large = GROWTH * light[0].rays.sum() > LARGE_ROUND
-        rays = _bounded(rays, light[0].rays[:, 0], LARGE_GROWTH if large else GROWTH)
+        points, rays = self.estimator.lacking(estimate, plan.goal, light)
+        points = _bounded(points, light.points[:, 0], GROWTH)
+        large = GROWTH * light.rays.sum() > LARGE_ROUND
+        rays = _bounded(rays, light.rays[:, 0], LARGE_GROWTH if large else GROWTH)
         if guide is not None:
             rays /= guide.worth[guide.cluster]
         return _alike(points, 4), _alike(rays, 8)
@@ -190,6 +198,15 @@ def _alike(samples: np.ndarray, least: int) -> list[tuple[np.ndarray, int]]:
     some = np.flatnonzero(samples >= least / 2)
     exponent = np.rint(np.log2(np.clip(samples[some], least, MAX_SAMPLES))).astype(int)
     return [(some[exponent == e], 1 << int(e)) for e in np.unique(exponent)]
+
+
+def _least_error(
+    told: list[tuple[float, float]], estimate: Estimate, light: Lighting, plan: Plan
+) -> float:
+    """The error that stays however many rays there are. This round is added to ``told``."""
+    shadows, dim = estimate.squares()
+    told.append((light.rays.mean(), dim))
+    return _floor(told, min(shadows, DIRECT_SHARE * plan.goal**2), plan.enough)
 
 
 def _floor(told: list[tuple[float, float]], shadows: float, enough: float) -> float:

@@ -245,22 +245,36 @@ def _parted_border(border: Border, number: np.ndarray, dark: np.ndarray, sees: S
     return border.take(kept)
 
 
+@dataclass(frozen=True)
+class _Surface:
+    """Pictures of a lattice's texels: positions and normals (3, height, width), the square of how far
+    a pair's middle may lie from the texel, of its distance (height, width), and bool where texels
+    are."""
+
+    place: np.ndarray
+    facing: np.ndarray
+    flat: np.ndarray
+    covered: np.ndarray
+
+
 def _weights(
     lattice: Lattice, position: np.ndarray, normal: np.ndarray, flat: np.ndarray, levels: int,
     threads: int,
 ) -> tuple:
-    place, facing = lattice.spread(position), lattice.spread(normal)
-    flat = lattice.spread(flat[:, None])[0]
-    covered = lattice.spread(np.ones((len(position), 1), bool))[0] > 0
-    height, width = lattice.inner(covered, 0, 0).shape
+    surface = _Surface(
+        lattice.spread(position),
+        lattice.spread(normal),
+        lattice.spread(flat[:, None])[0],
+        lattice.spread(np.ones((len(position), 1), bool))[0] > 0,
+    )
+    height, width = lattice.inner(surface.covered, 0, 0).shape
     weights = np.empty((levels, len(DIRECTIONS), height, width), np.float32)
 
     def weigh(rows: slice) -> None:
         pairs = [
-            [_pairs(lattice, place, facing, flat, covered, dy << level, dx << level, rows)
-             for dy, dx, _ in DIRECTIONS]
+            [_pairs(lattice, surface, dy << level, dx << level, rows) for dy, dx, _ in DIRECTIONS]
             for level in range(levels)
-        ]  # fmt: skip
+        ]
         # The usual width of a step, from the nearest pairs.
         usual = np.minimum.reduce([np.where(ok, step, np.float32(np.inf)) for ok, step in pairs[0]])
         usual *= STRETCH**2
@@ -273,9 +287,8 @@ def _weights(
 
 
 def _pairs(
-    lattice: Lattice, place: np.ndarray, facing: np.ndarray, flat: np.ndarray, covered: np.ndarray,
-    dy: int, dx: int, rows: slice,
-):
+    lattice: Lattice, surface: _Surface, dy: int, dx: int, rows: slice
+) -> tuple[np.ndarray, np.ndarray]:
     """Where the texels (dy, dx) to both sides lie in one plane with this one, (rows, width) bool,
     and the square of how wide a step between them is; without the padding."""
 
@@ -283,15 +296,15 @@ def _pairs(
         sides = (0, 0), (dy, dx), (-dy, -dx)
         return (lattice.inner(picture, *side)[..., rows, :] for side in sides)
 
-    here, one, other = three(place)
+    here, one, other = three(surface.place)
     apart = one - other
     width = dot(apart, apart)
     bent = one + other
     bent -= 2 * here
-    ok = dot(bent, bent) <= lattice.inner(flat, 0, 0)[rows] * width
-    for part in three(covered):
+    ok = dot(bent, bent) <= lattice.inner(surface.flat, 0, 0)[rows] * width
+    for part in three(surface.covered):
         ok &= part
-    normal, one, other = three(facing)
+    normal, one, other = three(surface.facing)
     ok &= dot(one + other, normal) > np.float32(1.98)
     width *= np.float32(1 / (dy * dy + dx * dx))
     return ok, width

@@ -126,18 +126,9 @@ def build_sources(
             rows[kind].append(row)
             linked[kind].append(pair)
             shaped[kind].append(getattr(lamp, "distribution", None))
-    made = {
-        kind: kind(*(np.array(column) for column in zip(*mine)))
-        for kind, mine in rows.items() if mine
-    }
-    for kind in (FacingDiscs, SphereLights):
-        if kind in made:
-            shapes = make_distributions(shaped[kind])
-            made[kind] = replace(made[kind], shapes=shapes)
-    if len(faces.color):
-        made[Polygons] = join_polygons([faces, made[Polygons]]) if Polygons in made else faces
+    made = _batches(rows, shaped, faces, spots)
     if spots is not None:
-        made[SkySpots], linked[SkySpots] = spots, [(None, None)] * len(spots.color)
+        linked[SkySpots] = [(None, None)] * len(spots.color)
     present = [kind for kind in rows if kind in made]
     kinds = tuple(made[kind] for kind in present)
     sizes = [len(kind.color) for kind in kinds]
@@ -152,6 +143,26 @@ def build_sources(
     allowed = allowed if len(allowed) > 1 else None
     sources = Sources(kinds, kind, place, link, allowed, block, blocking, always, pools)
     return sources, explicit
+
+
+def _batches(
+    rows: dict[type, list], shaped: dict[type, list], faces: Polygons, spots: SkySpots | None
+) -> dict[type, LightBatch]:
+    """Batches of the lamps' ``rows``, of which those of some kinds are ``shaped`` by distributions,
+    of emissive ``faces``, and of the sky's bright ``spots``."""
+    made = {
+        kind: kind(*(np.array(column) for column in zip(*mine)))
+        for kind, mine in rows.items() if mine
+    }  # fmt: skip
+    for kind in (FacingDiscs, SphereLights):
+        if kind in made:
+            shapes = make_distributions(shaped[kind])
+            made[kind] = replace(made[kind], shapes=shapes)
+    if len(faces.color):
+        made[Polygons] = join_polygons([faces, made[Polygons]]) if Polygons in made else faces
+    if spots is not None:
+        made[SkySpots] = spots
+    return made
 
 
 def _pairs(lit: tuple | None, shading: tuple | None, count: int) -> list[tuple]:

@@ -204,16 +204,7 @@ def build_receiver_patches(
     triangles = len(objects)
     owner = np.repeat(np.arange(footprints.count), np.diff(footprints.start))
     used = np.ones(len(owner), bool) if divided is None else ~divided[owner]
-    # The cells that a triangle has in a receiver, and what they have in common with others'.
-    pair, first, mine = np.unique(
-        owner * triangles + footprints.triangle, return_index=True, return_inverse=True
-    )
-    facing = np.rint(1.5 * footprints.normal[first]).astype(np.int64)
-    size = EXTENT * np.sqrt(footprints.cumulative[-1] / max(footprints.count, 1))
-    cube = np.floor((footprints.origin[first] + 0.5) / max(size, SMALLEST)).astype(np.int64)
-    common = np.column_stack([owner[first], facing, cube])
-    _, group = np.unique(common, axis=0, return_inverse=True)
-    group = group.reshape(-1)[mine.reshape(-1)]
+    pair, first, group = _groups_of_cells(footprints, owner, triangles)
     cell_area = np.diff(footprints.cumulative)
     area = np.bincount(group, cell_area)
     fine = used & (area[group] <= largest)
@@ -237,3 +228,18 @@ def build_receiver_patches(
         footprints.triangle[footprints.start[:-1]], footprints.area.astype(np.float32),
         np.sqrt(grouped.area).astype(np.float32),
     )
+
+
+def _groups_of_cells(footprints: Footprints, owner: np.ndarray, triangles: int):
+    """Cells (n,) of receivers ``owner`` (n,) on a scene's ``triangles``: the numbers (p,) of pairs of
+    a receiver and a triangle that have cells in common, the first cell (p,) of each pair, and the
+    group (n,) of each cell: one receiver's that face alike in one cube are together."""
+    pair, first, mine = np.unique(
+        owner * triangles + footprints.triangle, return_index=True, return_inverse=True
+    )
+    facing = np.rint(1.5 * footprints.normal[first]).astype(np.int64)
+    size = EXTENT * np.sqrt(footprints.cumulative[-1] / max(footprints.count, 1))
+    cube = np.floor((footprints.origin[first] + 0.5) / max(size, SMALLEST)).astype(np.int64)
+    common = np.column_stack([owner[first], facing, cube])
+    _, group = np.unique(common, axis=0, return_inverse=True)
+    return pair, first, group.reshape(-1)[mine.reshape(-1)]

@@ -128,7 +128,7 @@ def solve_radiosity(
         patches = replace(patches, elements=elements)
         places = places.on(patches)
         places = places[patches.somewhere(places.entry)]
-        patches, lit = _refined(context, patches, places, share, per, target, tolerance, key)
+        patches, lit = _refined(context, patches, places, share, plan, tolerance, key)
         known.append((lit, plan.row_rays))
     samples = RowSamples(plan.row_rays, per, plan.patch_rays, plan.patch_points)
     transport = trace_transport(context, patches, known, samples, (*key, 12))
@@ -224,11 +224,12 @@ def _seeds(
 
 
 def _refined(
-    context: Context, patches: Patches, places: Places, part: float, per: int, target: int,
+    context: Context, patches: Patches, places: Places, part: float, plan: SolvePlan,
     tolerance: float, key: tuple[int, ...],
 ):
     """Patches with the elements divided where direct light varies, and their sides that receivers
     see, lit. The ``places`` are that ``part`` of all."""
+    target, per = plan.elements, plan.row_points
     known = light_patches(context, places, patches.of(places.entry), per, (*key, 11))
     mean = float((known.share @ known.lit).mean())
     for step in range(MAX_REFINEMENTS):
