@@ -118,12 +118,15 @@ def build_parser() -> argparse.ArgumentParser:
         help="also write the scene as glTF: the bake in COLOR_0, or as MOZ_lightmap on a second UV",
     )
     parser.add_argument("--report", metavar="FILE.json", help="write the report as JSON")
-    _add_destination(parser.add_argument_group("where the colours go"))
+    destination = parser.add_argument_group("where the colours go")
+    _add_targets(destination)
+    _add_uv_maps(destination)
+    _add_colors(destination)
     _add_accuracy(parser.add_argument_group("accuracy and cost"))
     return parser
 
 
-def _add_destination(group) -> None:
+def _add_targets(group) -> None:
     add = group.add_argument
     add(
         "--objects",
@@ -145,6 +148,10 @@ def _add_destination(group) -> None:
         default=(DEFAULTS.resolution, None),
         help=f"image target: texels along an edge, or width x height ({DEFAULTS.resolution})",
     )
+
+
+def _add_uv_maps(group) -> None:
+    add = group.add_argument
     add("--atlas", metavar="NAME", help="image target: all objects share the image NAME_<atlas>")
     add(
         "--atlas-images",
@@ -179,6 +186,10 @@ def _add_destination(group) -> None:
         default=DEFAULTS.margin,
         help="texels by which islands are extended (%(default)s)",
     )
+
+
+def _add_colors(group) -> None:
+    add = group.add_argument
     add("--image-dir", metavar="DIR", help="also write the images as files into this folder")
     add("--format", choices=FORMATS, help="of the files in --image-dir (exr)")
     add(
