@@ -1,4 +1,4 @@
-"""The command line's words: argparse on one side, a Request on the other."""
+"""The command line's words: argparse on one side, a BakeRequest on the other."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SCALED = ("png", "png16", "rgbm")  # formats with a scale
 
 
 @dataclass(frozen=True)
-class Request:
+class BakeRequest:
     """What one run is to do. Paths are as the user wrote them; None where not given."""
 
     settings: Settings
@@ -34,13 +34,13 @@ class Request:
     more: tuple[str, ...] = ()  # further files to bake, each like the first
     single_user: bool = False  # meshes that several objects share are copied first
 
-    def each(self) -> list[Request]:
+    def each(self) -> list[BakeRequest]:
         """One request for each file."""
         one = replace(self, more=())
         return [one, *(replace(one, scene=path) for path in self.more)]
 
 
-def parse(argv: list[str], opened: bool = False) -> Request:
+def parse(argv: list[str], opened: bool = False) -> BakeRequest:
     """Read the options; ``opened``: a file is open already, so none need be named.
 
     Raises SystemExit with status 2 after one line on stderr for wrong usage, and with status 0
@@ -77,7 +77,7 @@ def parse(argv: list[str], opened: bool = False) -> Request:
     except ValueError as error:
         parser.error(str(error))
     first, *more = found.scene or [None]
-    return Request(
+    return BakeRequest(
         settings, first, found.demo, found.output, found.report, found.export, tuple(more),
         found.single_user,
     )

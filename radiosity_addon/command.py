@@ -130,7 +130,7 @@ def _interrupted(publication: files.Publication) -> str:
     )
 
 
-def _check(request: arguments.Request) -> None:
+def _check(request: arguments.BakeRequest) -> None:
     """Raise what EXPECTED lists for wishes that cannot come true, before any work is done."""
     request.settings.check()
     check_input(request)

@@ -13,7 +13,7 @@ import numpy as np
 from ..bake.windows import Place, sheet_of, whole, window
 from ..solver.scene import Scene, Sky
 from .assemble import (
-    Geometry,
+    Assembly,
     Placed,
     assemble,
     corner_loops,
@@ -263,13 +263,13 @@ def _corner_map(mesh, placed: Placed, trace: Trace | None):
     return one_hot(corner_loops(placed), len(mesh.loops))
 
 
-def _uvs(geometry: Geometry, name: str, atlases) -> np.ndarray:
+def _uvs(geometry: Assembly, name: str, atlases) -> np.ndarray:
     """(n_triangles, 3, 2) float32 of a UV map, or of the atlases of evaluated materials."""
     return scatter_atlas(geometry, atlases) if name == ATLAS else scatter_uvs(geometry, name)
 
 
 def _exported(
-    geometry: Geometry, palette, illumination: Illumination, objects, skipped, warnings
+    geometry: Assembly, palette, illumination: Illumination, objects, skipped, warnings
 ) -> Exported:
     if not objects:
         reasons = "; ".join(f"{name} {reason}" for name, reason in skipped)
