@@ -14,6 +14,7 @@ from .settings import (
     TARGETS,
     UNWRAPS,
     Settings,
+    Target,
 )
 
 DEMO_NAMES = ("cornell",)
@@ -58,16 +59,16 @@ def parse(argv: list[str], opened: bool = False) -> BakeRequest:
         parser.error(f"--report is {found.report!r}; it is JSON, and no .blend may be lost to it")
     if found.export and not found.export.lower().endswith(".glb"):
         parser.error(f"--export is {found.export!r}; its name must end in .glb")
-    if found.image_dir and found.target != "image":
+    if found.image_dir and found.target != Target.IMAGE:
         parser.error("--image-dir writes images; add --target image")
     if found.format and not found.image_dir:
         parser.error("--format is for image files; say where with --image-dir DIR")
-    if found.color_type == "byte" and found.target != "vertex":
+    if found.color_type == "byte" and found.target != Target.VERTEX:
         parser.error("--color-type is for vertex colours; images have --format")
     if found.scale is not None and not (found.color_type == "byte" or found.format in SCALED):
         parser.error(f"--scale is for --color-type byte and --format {', '.join(SCALED)}")
     for option in ("atlas", "density"):
-        if getattr(found, option) is not None and found.target != "image":
+        if getattr(found, option) is not None and found.target != Target.IMAGE:
             parser.error(f"--{option} is for images; add --target image")
     if len(found.scene) > 1:
         _check_several(parser, found)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bake.windows import Place, sheet_of, whole, window
+from ..settings import Target
 from ..solver.scene import Scene, Sky
 from .assemble import (
     Assembly,
@@ -104,9 +105,9 @@ def steps(scene, view_layer, settings, progress):
     for fraction in evaluate_steps(read.parts, palette, lambda: _find_scene(name)):
         yield 0.5 + 0.2 * fraction
     turned, windows = {}, [(None, None)] * len(read.receivers)
-    if settings.target == "image":
+    if settings.target == Target.IMAGE:
         windows = [_window(*pair) for pair in zip(read.receivers, geometry.placed)]
-    if settings.target == "image" and settings.shading_normals:
+    if settings.target == Target.IMAGE and settings.shading_normals:
         here = [(placed, *found) for placed, found in zip(geometry.placed, windows)]
         for fraction in texel_normal_steps(here, lambda: _find_scene(name), turned):
             yield 0.7 + 0.1 * fraction
@@ -178,7 +179,7 @@ def _render(scene, view_layer, chosen, settings, progress):
     copies: dict[str, str] = {}
 
     def prepare(temporary):
-        if settings.target == "vertex":
+        if settings.target == Target.VERTEX:
             changed = [t for t in chosen if t.type == "MESH" and changes_faces(t)]
             copies.update(add_copies(temporary, changed))
 
@@ -218,7 +219,7 @@ def _object(
     if stop == start:
         return NO_FACES
     weights = vertex = groups = None
-    if settings.target == "vertex":
+    if settings.target == Target.VERTEX:
         mesh = _find_mesh(receiver)
         if mesh is None:
             return EDITED

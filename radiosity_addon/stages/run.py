@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..settings import Target
 from ..solver.progress import Progress, silent
 from ..solver.receivers import Projection
 from ..solver.solution import Statistics, compose
@@ -43,7 +44,7 @@ def run(
     layout = shaded_layout(job, open_layout(layout, context))
     laid_out = time.perf_counter() - began
     receivers = layout.receivers
-    fits = None if job.settings.target == "image" else joint_fits(job, layout, context)
+    fits = None if job.settings.target == Target.IMAGE else joint_fits(job, layout, context)
     judged = fits and _where_judged(fits)
     solution = solve_opened(context, receivers, job.settings, judged, kept, beside)
     started = time.perf_counter()
