@@ -2,7 +2,7 @@
 
     python -m benchmarks.shares [--scenes cornell] [--errors 0.03 0.01 0.003] [--repeats 3]
 
-Prints the table of docs/cost.md. Both halves run on one thread. Time inside Embree is counted by
+Prints the table of docs/cost.md. Both replicates run on one thread. Time inside Embree is counted by
 the tracer in the quickest of ``repeats`` bakes; the other shares are of one more under a profiler,
 which charges Python more than NumPy. Some works hold others. Needs bpy.
 """

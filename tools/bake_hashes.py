@@ -324,7 +324,7 @@ def hashes(name: str, threads: int) -> list[str]:
         if change:
             change()
         job = bake_job.prepare(bpy.context, settings)
-        found.append(digest(bake_job.run(job, kept=kept, tiling=bake.tiling)))
+        found.append(digest(bake_job.run(job, cache=kept, tiling=bake.tiling)))
         bake_job.discard(bpy.context, job)
     return found
 

@@ -42,29 +42,29 @@ from .workers.parallel import thread_count
 @np.errstate(under="ignore")  # light that vanishes beside the brightest is nothing
 def solve(
     scene: Scene, receivers: Receivers, settings: SolverSettings, progress: Progress | None = None,
-    project: Projection | None = None, kept: SolveCache | None = None,
+    project: Projection | None = None, cache: SolveCache | None = None,
     beside: RemoteReplicate | None = None,
 ) -> Solution:
     """Light at the receivers, to the relative error ``settings.target_error``.
 
     ``project`` tells where the error is judged, for colours that are means over receivers; None
-    judges the receivers themselves. ``progress`` may raise to stop. ``kept`` has solves to use
+    judges the receivers themselves. ``progress`` may raise to stop. ``cache`` has solves to use
     again and takes those made. ``beside`` does the second replicate in another process; None does
     both here. The result is the same. Raises ValueError for a scene that cannot be solved.
     """
     clock = Clock()
     context = open_scene(scene, receivers, settings, progress, beside)
-    return solve_opened(context, receivers, settings, project, kept, beside, clock)
+    return solve_opened(context, receivers, settings, project, cache, beside, clock)
 
 
 @np.errstate(under="ignore")
 def solve_opened(
     context: Context, receivers: Receivers, settings: SolverSettings,
-    project: Projection | None = None, kept: SolveCache | None = None,
+    project: Projection | None = None, cache: SolveCache | None = None,
     beside: RemoteReplicate | None = None, clock: Clock | None = None,
 ) -> Solution:
     """The same of a scene that ``open_scene`` has opened. ``clock`` started before that; None: now."""
-    opened = begin(context, receivers, settings, project, kept, beside, clock or Clock())
+    opened = begin(context, receivers, settings, project, cache, beside, clock or Clock())
     verdict, solved = opened.rounds.run(opened.plan)
     reached = Reached(verdict.error, verdict.error_95, solved)
     statistics = statistics_of(opened, reached, settings)
@@ -82,7 +82,7 @@ class Opened:
 
 @dataclass(frozen=True)
 class Reached:
-    """The relative error that was reached, as estimated, and what each half solved."""
+    """The relative error that was reached, as estimated, and what each replicate solved."""
 
     error: float
     error_95: float
@@ -91,7 +91,7 @@ class Reached:
 
 def begin(
     context: Context, receivers: Receivers, settings: SolverSettings, project: Projection | None,
-    kept: SolveCache | None, beside: RemoteReplicate | None, clock: Clock,
+    cache: SolveCache | None, beside: RemoteReplicate | None, clock: Clock,
 ) -> Opened:
     """Both replicates opened. Arguments as in ``solve_opened``."""
     scene = context.scene
@@ -101,19 +101,19 @@ def begin(
     if beside is not None:
         beside.open(scene, receivers, settings, threads - context.threads)
     footprints = build_footprints(context.geometry, receivers)
-    needs = requirements_of(context, settings.passes)
+    requirements = requirements_of(context, settings.passes)
     first = Replicate(
-        0, context, split_beams(context), receivers, footprints, needs, settings.target_error
+        0, context, split_beams(context), receivers, footprints, requirements, settings.target_error
     )
     judge = judge_of(first, settings.passes, project, threads)
     corners = project is not None
     plan = make_plan(settings.target_error, receivers.count, bool(judge.lattices), corners)
-    if kept is not None:
-        kept.begin(scene_key(scene, receivers, settings.seed))
+    if cache is not None:
+        cache.begin(scene_key(scene, receivers, settings.seed))
     clock.lap("elements")
     deadline = None if settings.time_limit is None else clock.start + settings.time_limit
     second, lost = _opened(beside, first)
-    return Opened(Rounds(first, second, judge, deadline, clock, kept), plan, lost)
+    return Opened(Rounds(first, second, judge, deadline, clock, cache), plan, lost)
 
 
 def solution_of(
@@ -137,10 +137,10 @@ def statistics_of(opened: Opened, reached: Reached, settings: SolverSettings) ->
     energy = energy_balance(context)
     rounds.clock.lap("solve")
     return Statistics(
-        elements=sum(half.unknowns for half in solved) // 2,
+        elements=sum(replicate.unknowns for replicate in solved) // 2,
         rays=context.rays + second.rays,
-        iterations=max(half.iterations for half in solved),
-        residual=max(half.residual for half in solved),
+        iterations=max(replicate.iterations for replicate in solved),
+        residual=max(replicate.residual for replicate in solved),
         target_error=settings.target_error,
         estimated_error=reached.error,
         error_95=reached.error_95,
@@ -155,7 +155,7 @@ def open_scene(
     beside: RemoteReplicate | None = None,
 ) -> Context:
     """The scene made ready for rays, checked, with the threads that are left where ``beside`` does
-    the second half. Raises ValueError for a scene that cannot be solved."""
+    the second replicate. Raises ValueError for a scene that cannot be solved."""
     check_scene(scene, receivers)
     threads = thread_count(settings.threads)
     if beside is not None:
@@ -214,7 +214,7 @@ def _warnings(context: Context, reached: Reached, settings: SolverSettings):
             f"the error asked for, {settings.target_error:.3g}, was not reached {reason}: "
             f"estimated {reached.error:.3g}"
         )
-    residual = max(half.residual for half in reached.solved)
+    residual = max(replicate.residual for replicate in reached.solved)
     if residual > 0.1 * settings.target_error:
         yield (
             f"the linear system was solved to a residual of {residual:.2g} only; "

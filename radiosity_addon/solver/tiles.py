@@ -36,11 +36,11 @@ class TiledSolve:
     @np.errstate(under="ignore")
     def __init__(
         self, context: Context, survey: Receivers, settings: SolverSettings,
-        kept: SolveCache | None = None, beside: RemoteReplicate | None = None,
+        cache: SolveCache | None = None, beside: RemoteReplicate | None = None,
     ):
         """Solve the ``survey``; the arguments are as in ``sequence.solve_opened``."""
         self._settings, self._context, clock = settings, context, Clock()
-        self._opened = begin(context, survey, settings, None, kept, beside, clock)
+        self._opened = begin(context, survey, settings, None, cache, beside, clock)
         limit = settings.time_limit
         deadline = None if limit is None else clock.start + SURVEY * limit
         rounds = replace(self._opened.rounds, deadline=deadline)
@@ -63,7 +63,7 @@ class TiledSolve:
         rounds.clock.lap("elements")
         plan = make_plan(settings.target_error, smaller, bool(judge.lattices))
         mine = replace(
-            rounds, estimator=judge, deadline=self._deadline(share), kept=None, solved=True
+            rounds, estimator=judge, deadline=self._deadline(share), cache=None, solved=True
         )
         estimate, solved = mine.run(plan)
         self._note(estimate, solved)

@@ -22,11 +22,11 @@ from .tiling import Tiling, tiles_of
 
 
 def run(
-    job: Job, progress: Progress = silent, kept=None, beside=None, tiling: Tiling | None = None
+    job: Job, progress: Progress = silent, cache=None, beside=None, tiling: Tiling | None = None
 ) -> Result:
     """Solve the scene and turn the light into each target's colours. Imports no bpy.
 
-    ``kept`` (solver.adaptive.solve_cache.SolveCache) has solves of an earlier bake to use
+    ``cache`` (solver.adaptive.solve_cache.SolveCache) has solves of an earlier bake to use
     again, and takes this one's.
     ``beside`` (replicate_process) does half of the work in another process.
     ``tiling`` tells which bakes are done in tiles; None: those of more texels than usual.
@@ -37,7 +37,7 @@ def run(
     tiling = tiling or Tiling()
     tiles = tiles_of(job, tiling)
     if tiles:
-        return run_tiles(job, tiles, tiling, progress, kept, beside)
+        return run_tiles(job, tiles, tiling, progress, cache, beside)
     began = time.perf_counter()
     layout = lay_out(job, progress)
     context = open_scene(job.scene, layout.receivers, job.settings, progress, beside)
@@ -46,7 +46,7 @@ def run(
     receivers = layout.receivers
     fits = None if job.settings.target == Target.IMAGE else joint_fits(job, layout, context)
     judged = fits and _where_judged(fits)
-    solution = solve_opened(context, receivers, job.settings, judged, kept, beside)
+    solution = solve_opened(context, receivers, job.settings, judged, cache, beside)
     started = time.perf_counter()
     progress("Write", 0.0)
     light = compose(solution, job.settings.passes)

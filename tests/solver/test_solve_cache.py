@@ -50,7 +50,7 @@ def room(left=50.0, right=10.0):
 
 
 def bake(scene, kept=None, divisions=2, settings=SETTINGS):
-    return solve(scene, triangle_receivers(scene, divisions), settings, kept=kept)
+    return solve(scene, triangle_receivers(scene, divisions), settings, cache=kept)
 
 
 def relative_error(found, truth) -> float:

@@ -24,11 +24,11 @@ from ..workers.parallel import map_chunks
 from .relative_error import MOST, area_shares, bounds_of, level_of, mean_over
 
 # Smoothing that trades bias for noise as well as it can leaves a squared bias of half the squared
-# noise (h² against 1/h in two dimensions), and halves that come out more alike than they are, as
+# noise (h² against 1/h in two dimensions), and replicates that come out more alike than they are, as
 # levels are chosen by the same numbers: measured, what their difference does not show is one and a
 # half times what it does (docs/theory.md).
 BALANCE = 1.5
-DOUBTFUL = 4.0  # ratio of the halves' brightness above which one of them may be all wrong
+DOUBTFUL = 4.0  # ratio of the replicates' brightness above which one of them may be all wrong
 LEAST = 1e-20  # of the brightest emission: a typical irradiance is taken to be that much at least
 SIGN_DRAWS = 4  # draws of signs that tell what neighborhoods share from noise
 LEAST_MORE = 1.25  # times the samples of a receiver: it gets none if fewer would do
@@ -69,7 +69,7 @@ class Estimate:
     share: np.ndarray  # (count,) float64 of the surface; they add up to 1
     direct_square: np.ndarray  # (count,) relative, mean over channels
     gather_square: np.ndarray  # (count,)
-    apart: np.ndarray  # (count, channels) relative: half the halves' difference, as gathered
+    apart: np.ndarray  # (count, channels) relative: half the replicates' difference, as gathered
 
     @property
     def square(self) -> np.ndarray:
@@ -91,9 +91,9 @@ class Estimate:
 
 @dataclass(frozen=True)
 class _Part:
-    """Smoothed halves (count, k · channels) of k kinds of light; half their difference, summed over the
+    """Smoothed replicates (count, k · channels) of k kinds of light; half their difference, summed over the
     kinds (count, channels); what the smoothing's error is more than noise, its square (count,), summed
-    over channels; and (count,) whether it smoothed at all. All but the halves are relative."""
+    over channels; and (count,) whether it smoothed at all. All but the replicates are relative."""
 
     a: np.ndarray
     b: np.ndarray
@@ -103,7 +103,7 @@ class _Part:
 
     def error(self, share: np.ndarray, level: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """A sample (count, channels) of the error, and its square (count,), mean over channels, relative
-        to what ``level`` (count, 1) times it was. What the halves' difference does not show is taken
+        to what ``level`` (count, 1) times it was. What the replicates' difference does not show is taken
         to be spread over the surface as what it does, and to be no less."""
         sample, channels = level * self.apart, self.apart.shape[1]
         noise, bias = row_squares(sample), level[:, 0] ** 2 * self.bias
@@ -116,11 +116,11 @@ class _Part:
 
 
 def _of_passes(shadows: _Part, gathered: _Part) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Of each half the direct light, what is gathered first-hand among it, and the indirect light."""
+    """Of each replicate the direct light, what is gathered first-hand among it, and the indirect light."""
     channels = shadows.a.shape[1]
     return [
-        (shadow + half[:, :channels], half[:, channels:])
-        for shadow, half in ((shadows.a, gathered.a), (shadows.b, gathered.b))
+        (shadow + both[:, :channels], both[:, channels:])
+        for shadow, both in ((shadows.a, gathered.a), (shadows.b, gathered.b))
     ]
 
 
@@ -137,12 +137,12 @@ class ErrorEstimator:
     brightness: float | None = None  # mean radiance of all, where these are a part; None: all
 
     def weigh(
-        self, halves: list[Lighting], left: Sequence[np.ndarray | None] = (None, None)
+        self, replicates: list[Lighting], left: Sequence[np.ndarray | None] = (None, None)
     ) -> Estimate:
-        """Combine the halves. ``left`` are the squared relative biases (count,) that each half
+        """Combine the replicates. ``left`` are the squared relative biases (count,) that each replicate
         knows of and could not correct; None: of none."""
-        unit = self._typical(halves)
-        one, two = (half.means(unit) for half in halves)
+        unit = self._typical(replicates)
+        one, two = (replicate.means(unit) for replicate in replicates)
         (direct_a, bounced_a, first_a), (direct_b, bounced_b, first_b) = one, two
         direct, indirect = direct_a + direct_b + first_a + first_b, bounced_a + bounced_b
         rough = self._radiance(direct / 2, indirect / 2, unit)
@@ -153,7 +153,7 @@ class ErrorEstimator:
         lattices = self._neighbors(direct, indirect)
         parts = self._smoothed_parts(lattices, one, two, weights)
         light = _of_passes(*parts)
-        radiance = [self._radiance(*half, unit) for half in light]
+        radiance = [self._radiance(*replicate, unit) for replicate in light]
         level /= self._level(radiance, brightness)
         samples, found = zip(*(part.error(self.surface.share, level) for part in parts))
         shadow_square, gather_square = map_chunks(
@@ -181,10 +181,10 @@ class ErrorEstimator:
     def _smoothed_parts(
         self, lattices: Sequence[Neighborhood], one: Means, two: Means, weights: list[np.ndarray]
     ) -> list[_Part]:
-        """Explicit and gathered light of both halves, smoothed. ``weights``, (count, channels) each,
+        """Explicit and gathered light of both replicates, smoothed. ``weights``, (count, channels) each,
         of direct and of indirect light: from irradiance to relative error."""
         (direct_a, bounced_a, first_a), (direct_b, bounced_b, first_b) = one, two
-        gathered = [np.hstack(half) for half in ((first_a, bounced_a), (first_b, bounced_b))]
+        gathered = [np.hstack(replicate) for replicate in ((first_a, bounced_a), (first_b, bounced_b))]
         return list(map_chunks(
             lambda part: self._smoothed(lattices, *part),
             [(direct_a, direct_b, weights[0]), (*gathered, np.hstack(weights))],
@@ -197,7 +197,7 @@ class ErrorEstimator:
         radiance: list[np.ndarray],
     ) -> tuple[float, np.ndarray]:
         """Where colours end: the mean squared error, of ``squares`` (count,) and ``samples`` (count,
-        channels) of the errors of explicit and of gathered light, or of the halves' ``radiance``;
+        channels) of the errors of explicit and of gathered light, or of the replicates' ``radiance``;
         and the bounds for MOST of the surface and for PARTS."""
         share = self.surface.share
         if self.project is None:
@@ -250,12 +250,12 @@ class ErrorEstimator:
             dark &= part[:, channel] == 0
         if dark.all() or not dark.any():
             return self.lattices
-        return [lattice.parted(dark, self.sees) for lattice in self.lattices]
+        return [lattice.separated(dark, self.sees) for lattice in self.lattices]
 
     def common(self, estimate: Estimate) -> float:
         """Relative error that wide neighbourhoods share: that of the elements.
 
-        Averaged widely, the halves' differences have lost nearly all of each receiver's own noise.
+        Averaged widely, the replicates' differences have lost nearly all of each receiver's own noise.
         What it leaves is measured by giving every difference a sign at random, several times: where
         one of these leaves as much, nothing is shared (a sign test); else their mean is taken off.
         """
@@ -269,7 +269,7 @@ class ErrorEstimator:
     def _smoothed(
         self, lattices: Sequence[Neighborhood], a: np.ndarray, b: np.ndarray, weight: np.ndarray
     ) -> _Part:
-        """Halves (count, k · channels) of k parts smoothed alike. ``weight`` (count, k · channels):
+        """Replicates (count, k · channels) of k parts smoothed alike. ``weight`` (count, k · channels):
         from light to relative error."""
         smoothed = smooth(lattices, a, b, weight, self.threads)
         apart = weight * (smoothed.a - smoothed.b) / 2
@@ -279,7 +279,7 @@ class ErrorEstimator:
         return _Part(smoothed.a, smoothed.b, both, bias, smoothed.touched)  # parts share rays
 
     def _pooled(self, lattices: Sequence[Neighborhood], square: np.ndarray) -> np.ndarray:
-        """(count,) squared errors averaged with those around, by area, as two halves of one
+        """(count,) squared errors averaged with those around, by area, as two replicates of one
         receiver may agree by chance; their mean over the surface stays."""
         share = self.surface.share
         area = (share * len(share)).astype(np.float32)
@@ -288,14 +288,14 @@ class ErrorEstimator:
         found, mean = mean_over(share, pooled), mean_over(share, square)
         return pooled * (mean / found) if found > 0 and mean > 0 else square
 
-    def _level(self, halves: list[np.ndarray], brightness: float | None) -> np.ndarray:
+    def _level(self, replicates: list[np.ndarray], brightness: float | None) -> np.ndarray:
         """(count, 1) what errors are judged against, from smoothed radiances (count, channels): noise
-        of the light before smoothing is none of it. Where the halves are far apart they are judged
+        of the light before smoothing is none of it. Where the replicates are far apart they are judged
         against either alone: a ray that brings much too much to one of them raises their mean's
         brightness, too, but not the other's."""
         share = self.surface.share
-        level = level_of((halves[0] + halves[1]) / 2, share, brightness)
-        one, other = (level_of(half, share, brightness) for half in halves)
+        level = level_of((replicates[0] + replicates[1]) / 2, share, brightness)
+        one, other = (level_of(replicate, share, brightness) for replicate in replicates)
         doubtful = np.maximum(one, other) > DOUBTFUL * np.minimum(one, other)
         least = np.minimum(one, other)  # the sum of inverse squares, without what overflows
         either = least * np.sqrt(2 / (1 + (least / np.maximum(one, other)) ** 2))
@@ -317,16 +317,16 @@ class ErrorEstimator:
             light += (self.surface.emission / unit).astype(np.float32)
         return light
 
-    def _typical(self, halves: list[Lighting]) -> float:
+    def _typical(self, replicates: list[Lighting]) -> float:
         """An irradiance such as there is, above 0, by which all is divided: it makes float32 do."""
-        irradiance = float(np.mean([half.typical() for half in halves]))
+        irradiance = float(np.mean([replicate.typical() for replicate in replicates]))
         least = LEAST * float(self.surface.emission.max(initial=0))
         return max(irradiance, least) or 1.0
 
-    def _projected(self, halves: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    def _projected(self, replicates: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """Where colours end: shares (m,) of the surface, and a sample (m, channels) of the relative
-        error of the halves' mean."""
-        a, b = (half.astype(float) for half in halves)
+        error of the replicates' mean."""
+        a, b = (replicate.astype(float) for replicate in replicates)
         share = area_shares(self.project.area)
         level = level_of(self.project.apply((a + b) / 2), share)
         return share, self.project.apply(a - b) / (2 * level)

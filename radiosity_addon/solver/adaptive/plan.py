@@ -16,14 +16,14 @@ DRAFT = 0.06  # error
 # Receivers for which to gather again costs more than elements do; how many an element may serve.
 VERY_MANY_RECEIVERS, RECEIVERS_PER_ELEMENT = 1_200_000, 200
 # At 3 %. Many small faces lie where one element of a room's size gets their light wrong, alike in
-# both halves. Measured when each corner counted as much as any other, however small its faces.
+# both replicates. Measured when each corner counted as much as any other, however small its faces.
 ELEMENTS, CORNER_ELEMENTS = 1000.0, 8000.0
 MOST_ROW_RAYS = 10_000_000  # of all elements together: they are kept in memory
 
 
 @dataclass(frozen=True)
 class Plan:
-    """Numbers are per half; rays and points are 2^k or 3·2^k, as Sobol sets want."""
+    """Numbers are per replicate; rays and points are 2^k or 3·2^k, as Sobol sets want."""
 
     goal: float  # estimated relative error that more samples are sized for
     enough: float  # estimated relative error at which to stop

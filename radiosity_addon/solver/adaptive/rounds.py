@@ -75,7 +75,7 @@ class Rounds:
     estimator: ErrorEstimator
     deadline: float | None  # perf_counter seconds after which no round may end
     clock: Clock
-    kept: SolveCache | None
+    cache: SolveCache | None
     solved: bool = False  # the radiosities are there, and stay as they are
 
     def run(self, plan: Plan) -> tuple[Estimate, list[SolveFigures]]:
@@ -90,8 +90,8 @@ class Rounds:
         told = []  # since the last solve: rays of a receiver, and what is squared error of theirs
         for step in range(MAX_ROUNDS):
             began, work = time.perf_counter(), _samples(direct, gathered)
-            halves, estimate = self._gathered(AddLight(direct, gathered, step, guide, learns))
-            light = halves[0].light
+            replicates, estimate = self._gathered(AddLight(direct, gathered, step, guide, learns))
+            light = replicates[0].light
             if estimate.error <= plan.enough:
                 break
             if learns:
@@ -118,15 +118,15 @@ class Rounds:
                 break
             if not self._time_for((time.perf_counter() - began) * ahead / max(work, 1)):
                 break
-        return estimate, [half.solved for half in halves]
+        return estimate, [replicate.solved for replicate in replicates]
 
     def _gathered(self, request: AddLight) -> tuple[tuple[RoundResult, RoundResult], Estimate]:
         """What both replicates have after one more round, and the estimate by it."""
-        halves = self._both(request)
-        light = [half.light for half in halves]
-        estimate = self.estimator.weigh(light, [half.left for half in halves])
+        replicates = self._both(request)
+        light = [replicate.light for replicate in replicates]
+        estimate = self.estimator.weigh(light, [replicate.left for replicate in replicates])
         self.clock.lap("gather")
-        return halves, estimate
+        return replicates, estimate
 
     def _seconds_of_restart(self) -> float:
         """About what it takes to solve with finer elements, and to gather anew."""
@@ -144,9 +144,9 @@ class Rounds:
     def _solve(self, plan: Plan) -> Plan:
         """Two independent solves, of which the second may still be under way. The plan they were
         made for is finer than ``plan`` where such solves were kept."""
-        keeps = self.kept is not None and self.first.needs.reflected
+        keeps = self.cache is not None and self.first.requirements.reflected
         context, error = self.first.split.reflected, self.first.error
-        found = solved_before(self.kept, plan, context, error) if keeps else None
+        found = solved_before(self.cache, plan, context, error) if keeps else None
         if found:
             one, other = found.replicates
             self.second.ask(TakeRadiosity(other))
@@ -155,18 +155,18 @@ class Rounds:
             return replace(plan, elements=found.plan.elements, row_rays=found.plan.row_rays)
         self.second.ask(SolveFor(plan))
         solved = self.first.solve(plan)
-        if self.first.needs.reflected:
+        if self.first.requirements.reflected:
             self.clock.lap("transport")
             self.clock.move("transport", "solve", solved.seconds)
         if keeps:
             solved = Solve(plan, self._both(GiveRadiosity()), self.first.context.unit)
-            self.kept.put(self.kept.key(plan), solved)
+            self.cache.put(self.cache.key(plan), solved)
         return plan
 
     def _audited(self, estimate: Estimate, plan: Plan) -> bool:
         """Whether both replicates have followed more paths along the residual, as they know of a
         bias that is too large and not corrected."""
-        if not self.first.needs.reflected or self.first.paths >= MOST_PATHS:
+        if not self.first.requirements.reflected or self.first.paths >= MOST_PATHS:
             return False
         known = np.sqrt(max(estimate.error**2 - estimate.sampled**2, 0.0))
         excess = known / (AUDIT_SHARE * plan.goal)

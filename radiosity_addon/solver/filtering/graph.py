@@ -45,12 +45,12 @@ class Graph:
         """(n,)."""
         return picture
 
-    def left(self, level: int) -> float:
+    def variance_left(self, level: int) -> float:
         """The share of independent noise's variance that the kernel of ``level`` leaves: it is
         spread over NEAREST receivers, and over as many more each time."""
         return 1 / (NEAREST << level)
 
-    def around(self, level: int) -> int:
+    def levels_around(self, level: int) -> int:
         """Levels of kernels that average what decides whether to go to ``level``."""
         return min(level + 2, 3)
 
@@ -67,7 +67,7 @@ class Graph:
             values = self.kernel @ values
         return list(np.ascontiguousarray(values.T))
 
-    def parted(self, dark: np.ndarray, sees: Sees) -> Graph:
+    def separated(self, dark: np.ndarray, sees: Sees) -> Graph:
         """Without the links by which receivers that are ``dark`` (n,) bool would get light from
         others that are not and that they do not see: ``sees(one, other)`` (k,) bool."""
         row = np.repeat(np.arange(len(dark)), np.diff(self.kernel.indptr))

@@ -91,13 +91,13 @@ class Lattice:
     def _prepared(self) -> list:
         return [border.prepared(self.shape[0] * self.shape[1]) for border in self.borders]
 
-    def left(self, level: int) -> float:
+    def variance_left(self, level: int) -> float:
         """The share of independent noise's variance that kernels up to ``level`` leave: together
         they are triangles 2m wide along both axes."""
         m = 2 << level
         return ((2 * m * m + 1) / (3 * m**3)) ** 2
 
-    def around(self, level: int) -> int:
+    def levels_around(self, level: int) -> int:
         """Levels of kernels that average what decides whether to go to ``level``. The finer an
         image, the fewer rays a texel has, and the more often a few of them mislead."""
         return min(max(level, len(self.cell) > MANY) + 2, self.levels)
@@ -108,7 +108,7 @@ class Lattice:
 
         return maximum_filter(picture, 3)
 
-    def parted(self, dark: np.ndarray, sees: Sees) -> Lattice:
+    def separated(self, dark: np.ndarray, sees: Sees) -> Lattice:
         """Without the pairs by which receivers that are ``dark`` (count,) bool would get light from
         others that are not and that they do not see: ``sees(one, other)`` (k,) bool."""
         number = np.full(self.shape[0] * self.shape[1], -1)
@@ -132,7 +132,7 @@ class Lattice:
                 if weights[level][k] is self.weights[level][k]:
                     weights[level][k] = weights[level][k].copy()
                 weights[level][k].ravel()[place[some[cut]]] = 0
-        borders = tuple(_parted_border(each, number, dark, sees) for each in self.borders)
+        borders = tuple(_separated_border(each, number, dark, sees) for each in self.borders)
         return replace(self, weights=tuple(weights), borders=borders)
 
     def inner(self, picture: np.ndarray, dy: int, dx: int) -> np.ndarray:
@@ -237,7 +237,7 @@ def _is_blocked(border: Border, missing: list, blocked: list, level: int) -> np.
     return result
 
 
-def _parted_border(border: Border, number: np.ndarray, dark: np.ndarray, sees: Sees) -> Border:
+def _separated_border(border: Border, number: np.ndarray, dark: np.ndarray, sees: Sees) -> Border:
     one, other = number[border.cell], number[border.other]
     kept = ~dark[one] | dark[other]
     some = np.flatnonzero(~kept)

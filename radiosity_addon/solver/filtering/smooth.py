@@ -139,11 +139,11 @@ def _smooth_picture(
         np.subtract(total, gain, out=change)
         change *= 1 / count
         mean = change
-        for k in range(lattice.around(level)):
+        for k in range(lattice.levels_around(level)):
             (mean,) = lattice.step(mean, level=k, into=[two[k % 2]])
-        while averaged < lattice.around(level):
+        while averaged < lattice.levels_around(level):
             (noise,), averaged = lattice.step(noise, level=averaged), averaged + 1
-        remains = np.float32(lattice.left(level))
+        remains = np.float32(lattice.variance_left(level))
         better = mean < MARGIN * noise * (remains - left)
         for chosen, new in zip([*best, gain], [*after, total]):
             np.copyto(chosen, new, where=better)

@@ -38,7 +38,7 @@ class Gathered:
 
     bounced: np.ndarray
     first: np.ndarray
-    unseen: Ends  # where nothing is known; the weight is the share in the owner's mean
+    unknown: Ends  # where nothing is known; the weight is the share in the owner's mean
     lessons: list[Lesson]
 
 
@@ -75,7 +75,7 @@ class _Brought:
 
     bounced: np.ndarray
     first: np.ndarray | float
-    unseen: list[Ends]
+    unknown: list[Ends]
     light: np.ndarray | None
 
 
@@ -84,7 +84,7 @@ def gather(
 ) -> Gathered:
     """Light that a ``bundle`` of rays brings; where somebody ``learns``, lessons are given."""
     count = len(bundle.owners)
-    totals, unseen, lessons = np.zeros((2, count, context.channels)), [], []
+    totals, unknown, lessons = np.zeros((2, count, context.channels)), [], []
     emitted = first_hand_table(context, radiosity)
 
     def work(chunk: tuple[int, slice]):
@@ -96,10 +96,10 @@ def gather(
     for chosen, found, lesson in map_chunks(work, chunks, context.threads, context.tick(stage)):
         totals[0, chosen] = found.bounced
         totals[1, chosen] = found.first
-        unseen += found.unseen
+        unknown += found.unknown
         if learns:
             lessons.append(lesson)
-    return Gathered(*totals, join_ends(unseen, context.channels), lessons)
+    return Gathered(*totals, join_ends(unknown, context.channels), lessons)
 
 
 def _shoot(context: Context, bundle: Bundle, group: int, chosen: slice) -> _Shot:
@@ -126,12 +126,12 @@ def _brought_by(
     """What rays bring. ``emitted``: see ``first_hand_table``. The light of each is kept where
     somebody ``learns``."""
     patches, (rays, count) = radiosity.patches, shot.directions.shape[:2]
-    bounced, first, brought, unseen = 0.0, 0.0, None, []
+    bounced, first, brought, ends = 0.0, 0.0, None, []
     for part in shot.met:
         entries = patches.hit_resolved(part.hits)
         unknown = _unknown(radiosity, part, entries, shot.share)
         if len(unknown):
-            unseen.append(_ends_unknown(shot, part, entries, unknown, context.channels))
+            ends.append(_ends_unknown(shot, part, entries, unknown, context.channels))
         if part.rays is None:
             find_lost(entries, patches, count)
         light = np.take(radiosity.reflected, entries, axis=0)
@@ -143,7 +143,7 @@ def _brought_by(
         if learns:
             seen = light if shot.share is None else light * of_first(shot.share, part)
             brought = _brought(seen, part, brought)
-    return _Brought(bounced, first, unseen, brought)
+    return _Brought(bounced, first, ends, brought)
 
 
 def _ends_unknown(
@@ -163,7 +163,7 @@ def _lesson(bundle: Bundle, shot: _Shot, light: np.ndarray) -> Lesson:
     if shot.cells is not None:
         return sums_by_cell(shot.cells, light)
     places, owners = sobol(bundle.rays, 2, *shot.key), bundle.owners[shot.numbers]
-    return PlainRays(places, shot.points.turn[:, 2], owners, light)
+    return PlainRays(places, shot.points.shift[:, 2], owners, light)
 
 
 def _unknown(

@@ -181,7 +181,7 @@ def _direct(context: Context, points: Points, key: tuple[int, ...]) -> np.ndarra
         np.repeat(points.normal, LIGHT_SAMPLES, axis=0),
         np.broadcast_to(points.triangle, shape),
         lambda: np.broadcast_to(points.uv, (*shape, 2)),
-        points.turn,
+        points.shift,
     ).single()  # owners of their own, as their numbers are independent
     light, _ = direct_at(context, repeated, key, STAGE)
     return light.reshape(*shape, -1).mean(axis=0)

@@ -180,7 +180,7 @@ class FacingDiscs:
         beam = self.beam(which, unit)
         return beam * self.shapes.at(which, -unit) if self.uneven(which) else beam
 
-    def strength(
+    def importance(
         self, which: np.ndarray, place: np.ndarray, normal: np.ndarray, reach: np.ndarray
     ) -> np.ndarray:
         """See ``LightBatch``."""

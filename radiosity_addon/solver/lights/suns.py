@@ -60,7 +60,7 @@ class Suns:
             segments, value, np.inf,
         )
 
-    def strength(
+    def importance(
         self, which: np.ndarray, place: np.ndarray, normal: np.ndarray, reach: np.ndarray
     ) -> np.ndarray:
         """See ``LightBatch``."""
