@@ -1,4 +1,4 @@
-"""Our own bake of an object in the open file, timed. Depends on bpy and NumPy."""
+"""Our own bake of an object in the open file, timed."""
 
 from __future__ import annotations
 

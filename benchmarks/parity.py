@@ -4,7 +4,7 @@
 
 Without names the whole page docs/parity.md is written; with names of groups or cases only their
 lines are. The error is the relative error of our bake against two independent Cycles bakes
-(error.py), which are kept (references.py) until the cases' source changes. Depends on bpy.
+(error.py), which are kept (references.py) until the cases' source changes.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Parity cases of geometry: how things come to stand in a scene. Depends on bpy and NumPy."""
+"""Parity cases of geometry: how things come to stand in a scene."""
 
 from __future__ import annotations
 

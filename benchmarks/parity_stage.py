@@ -1,4 +1,4 @@
-"""The stage of every parity case, and what cases put on it. Depends on bpy and NumPy.
+"""The stage of every parity case, and what cases put on it.
 
 A floor and two walls of 4 m are baked; a red slab hovers above the floor, casts a shadow and
 bounces its colour. Cases add one lamp, world, material or kind of geometry to that.

@@ -27,7 +27,7 @@ from .sequence import Reached, begin, judge_of, solution_of, statistics_of
 from .solution import Solution, Statistics
 from .workers.parallel import thread_count
 
-SURVEY = 0.2  # of the time limit, at most
+SURVEY = 0.2  # share [of the time limit] for the survey, at most
 
 
 class TiledSolve:

@@ -28,12 +28,13 @@ from .relative_error import MOST, area_shares, bounds_of, level_of, mean_over
 # levels are chosen by the same numbers: measured, what their difference does not show is one and a
 # half times what it does (docs/theory.md).
 BALANCE = 1.5
-DOUBTFUL = 4.0  # ratio of the replicates' brightness above which one of them may be all wrong
-LEAST = 1e-20  # of the brightest emission: a typical irradiance is taken to be that much at least
-SIGN_DRAWS = 4  # draws of signs that tell what neighborhoods share from noise
-LEAST_MORE = 1.25  # times the samples of a receiver: it gets none if fewer would do
-DIRECT_SHARE = 0.4  # of the squared error that is allowed; the rest is for gathered light
-PARTS = (np.arange(64) + 0.5) / 64  # of the surface, whose bounds are told
+DOUBTFUL = 4.0  # ratio [of the replicates' brightness]: above it one of them may be all wrong
+LEAST = 1e-20  # irradiance [of the brightest emission]: the least that is taken as typical
+SIGN_DRAWS = 4  # number [draws of signs] that tell what neighborhoods share from noise
+LEAST_MORE = 1.25  # factor [samples of a receiver]: it gets none where fewer would do
+# Share [of the squared error] allowed to direct light; the rest is for gathered light.
+DIRECT_SHARE = 0.4
+PARTS = (np.arange(64) + 0.5) / 64  # shares [of the surface] whose bounds of the error are reported
 
 Means = tuple[np.ndarray, np.ndarray, np.ndarray]  # see ``Lighting.means``
 

@@ -38,16 +38,16 @@ from .requirements import Requirements, SolverSettings, requirements_of
 # Edges of elements differ by half between the two, so that few coincide: what the elements'
 # size does to the light then shows in the difference of the replicates.
 SHARE_OF_ELEMENTS = (0.6, 1.35)
-SHARE_OF_ROW_RAYS = (1.5, 0.75)  # so that the replicates cost about the same
-FEWEST_PATHS, MOST_PATHS = 2000, 40_000  # along the residual
-DIVISION_PATHS = 4000  # at most, to find elements to divide
-MORE_PATHS = 1.5  # times the paths so far: to follow fewer more is not worth it
-MEAN_ERROR = 0.25  # of the error asked for: standard error of the mean over paths
-MANY_ELEMENTS = 5_000  # before any is divided: to solve them again takes longer than it tells
-FEW_ON_ELEMENTS = 0.01  # share of rows' rays: with fewer on elements these are not divided
-MAX_DIVISIONS = 5  # rounds of dividing elements that bring a bias
-MOST_DIVIDED = 30  # times the elements at the start
-SMALL_BIAS = 0.2  # of the error asked for: the sum of a bias that is left to the correction
+SHARE_OF_ROW_RAYS = (1.5, 0.75)  # factors [rays of a row]: make both replicates cost about the same
+FEWEST_PATHS, MOST_PATHS = 2000, 40_000  # numbers [paths along the residual]: at the start, and in all
+DIVISION_PATHS = 4000  # number [paths], at most, to find elements to divide
+MORE_PATHS = 1.5  # factor [paths so far]: fewer more are not worth following
+MEAN_ERROR = 0.25  # error [of that asked for] of the mean over paths: sets their number
+MANY_ELEMENTS = 5_000  # number [elements at the start]: with more, none is divided, as it does not pay
+FEW_ON_ELEMENTS = 0.01  # share [of rows' rays] on elements: with fewer, none is divided
+MAX_DIVISIONS = 5  # number [rounds] of dividing elements that bring a bias
+MOST_DIVIDED = 30  # factor [elements at the start]: with more, no further one is divided
+SMALL_BIAS = 0.2  # bias [of the error asked for] of all elements: less is left to the correction
 
 
 @dataclass(frozen=True)

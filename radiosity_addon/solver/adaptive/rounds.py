@@ -30,17 +30,19 @@ from .second_replicate import SecondReplicate
 from .solve_cache import Solve, SolveCache, solved_before
 
 MAX_ROUNDS = 20
-MAX_SAMPLES = 1 << 14  # rays or points of a receiver in one round
-ELEMENTS_SHARE = 0.8  # of the goal: a larger error common to neighbours wants finer elements
+MAX_SAMPLES = 1 << 14  # number [rays or points of a receiver] in one round, at most
+ELEMENTS_SHARE = 0.8  # error [of the goal] common to neighbors: above it elements get finer
 MOST_ELEMENTS = 200_000
-LAST_RESTART = 6  # rounds: later, too much would be gathered anew
-GROWTH = 8  # times the samples so far, at most, in one round;
-LARGE_ROUND, LARGE_GROWTH = 1.5e7, 3  # with so many rays this: the elements may be too coarse
-AUDIT_SHARE = 0.7  # of the goal: a larger error of the elements wants more paths along the residual
-MOST_MORE_PATHS = 8  # times the paths along the residual, at most, in one round
-CLOSE = 0.95  # of what is enough: an error that stays so near to it leaves rays next to no room
-NEAR = 1.1  # times what more rays would not lower: they are not worth their time
-TELLING = 1.25  # times the rays, from which on two rounds tell what more rays would not lower
+LAST_RESTART = 6  # number [rounds]: after so many, solving anew would waste too much
+GROWTH = 8  # factor [samples so far]: the most in one round
+# Number [rays] of a large round, and its GROWTH: elements may be too coarse.
+LARGE_ROUND, LARGE_GROWTH = 1.5e7, 3
+# Error [of the goal] known of elements: above it more paths along the residual are followed.
+AUDIT_SHARE = 0.7
+MOST_MORE_PATHS = 8  # factor [paths along the residual]: the most in one round
+CLOSE = 0.95  # error [of what is enough] that rays do not lower: above it elements get finer
+NEAR = 1.1  # factor [of the error that rays do not lower]: below it no more rays are traced
+TELLING = 1.25  # factor [rays of the round before]: from it on, two rounds tell what rays do not lower
 
 
 class Clock:

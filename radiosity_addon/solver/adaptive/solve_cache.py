@@ -23,7 +23,7 @@ from ..transport.lit_patches import light_points
 from ..transport.radiosity import Radiosity, solve_rows
 from .plan import Plan
 
-SOLUTION, TRANSPORT = "solution", "transport"  # what of an earlier bake was used again
+SOLUTION, TRANSPORT = "solution", "transport"  # words: what of an earlier bake was used again
 
 
 @dataclass(frozen=True)

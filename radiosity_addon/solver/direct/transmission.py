@@ -15,8 +15,8 @@ from ..sampling.shade import Shade
 from ..tracing.blockers import Blockers
 from ..tracing.embree import Hits
 
-MAX_LAYERS = 64  # surfaces that a ray is followed through
-FAINT = 1e-3  # of a ray's light: less is not followed
+MAX_LAYERS = 64  # number [surfaces] that a ray is followed through
+FAINT = 1e-3  # share [of a ray's light]: fainter rays are not followed
 
 
 def followed(context: Context, origins: np.ndarray, directions: np.ndarray, hits: Hits):

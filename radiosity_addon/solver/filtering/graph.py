@@ -15,11 +15,11 @@ from scipy.sparse import csr_matrix, diags_array
 from .neighborhood import Sees
 from .walls import Walls
 
-LEVELS = 5  # kernels are applied 1, 2, 4, 8, 16 times
-NEAREST = 9  # with the receiver itself
-LEAST = 512  # receivers; fewer agree by chance, and have rays enough of their own
-FACING = 0.8  # cosine between the normals of neighbours, at least
-SLOPE = 0.4  # height of a neighbour over the receiver's plane, of its distance, at most
+LEVELS = 5  # number [levels]: kernels are applied 1, 2, 4, 8, 16 times
+NEAREST = 9  # number [neighbors], the receiver itself among them
+LEAST = 512  # number [receivers]: fewer agree by chance, and have rays enough of their own
+FACING = 0.8  # cosine between the normals of neighbors, at least
+SLOPE = 0.4  # height [of its distance] of a neighbor over the receiver's plane, at most
 
 
 @dataclass(frozen=True)

@@ -20,13 +20,13 @@ from .border import Border, find_border
 from .neighborhood import Sees
 from .walls import Walls
 
-MANY = 400_000  # texels of an image: a fine one
-BAND = 1 << 16  # texels that are averaged together
-LEVELS = 5  # kernels reach 1, 3, 7, 15, 31 texels
+MANY = 400_000  # number [texels] from which an image is a fine one
+BAND = 1 << 16  # number [texels] that are averaged together: their weights stay in the cache
+LEVELS = 5  # number [levels]: kernels reach 1, 3, 7, 15, 31 texels
 DIRECTIONS = ((0, 1, 1 / 8), (1, 0, 1 / 8), (1, 1, 1 / 16), (1, -1, 1 / 16))  # row, column, weight
-FLAT = 0.1  # a pair counts where its middle is this near the texel [of its distance]
+FLAT = 0.1  # distance [of the pair's] of a pair's middle from the texel: further, it does not count
 ROUND = 0.3  # the same where faces are shaded smooth: edges up to 33° are
-STRETCH = 2.0  # and where it is not this much wider than the texels nearby say
+STRETCH = 2.0  # width [of what texels nearby have] of a pair: wider, it does not count
 
 
 @dataclass(frozen=True)

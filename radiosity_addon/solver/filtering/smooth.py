@@ -18,10 +18,10 @@ from ..geometry.vectors import row_squares
 from ..workers.parallel import map_chunks, ranges
 from .neighborhood import Neighborhood
 
-WINDOW = 33  # receivers
-BAND = 1 << 16  # numbers that are looked at together
-LARGEST = 1e9  # in pictures: they are float32, which holds fourth powers up to here
-MARGIN = 0.2  # of the noise that a wider kernel takes away must not come back as blur
+WINDOW = 33  # width [receivers] of the mean where there is no lattice
+BAND = 1 << 16  # number [values] that are looked at together
+LARGEST = 1e9  # value in pictures: float32 holds fourth powers up to it
+MARGIN = 0.2  # share [of the noise that a wider kernel takes away] that may come back as blur
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from ..transport.radiosity import Radiosity
 from .gather import Bundle, gather
 from .late_rows import light_of_unknown
 
-MOST_POINTS = 256  # of a receiver that share its rays in one round
+MOST_POINTS = 256  # number [points of a receiver] that share its rays in one round
 Samples = list[tuple[np.ndarray, int]]  # [(owners (k,) int, samples of each)]
 
 

@@ -19,11 +19,11 @@ from .light_tree import Emitters, LightTree, build_tree, sample_discrete
 if TYPE_CHECKING:
     from .sources import Sources
 
-FEW = 6  # lights up to here are all sampled at every point
-PER_POINT = 3  # lights sampled at a point where there are more
-ALL = 64  # lights up to here are all compared at every place
-TOP = 64  # nodes of the tree that are all compared at every place, where there are more
-BLOCK = 8  # lights that are compared where a way down the tree ends
+FEW = 6  # number [lights] up to which all are sampled at every point
+PER_POINT = 3  # number [lights] sampled at a point where there are more
+ALL = 64  # number [lights] up to which all are compared at every place
+TOP = 64  # number [nodes of the tree] compared at every place, where there are more
+BLOCK = 8  # number [lights] compared where a way down the tree ends
 
 
 @dataclass(frozen=True)

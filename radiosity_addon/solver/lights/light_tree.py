@@ -12,10 +12,10 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-LEAST = 0.02  # of a node's power that is always thought to leave toward a point
-SLACK = 0.25  # times a node's apparent size: light that leaves although its mean faces away
-NEAREST = 1e-6  # squared distance; float32 knows none that are smaller
-BITS = 10  # of each coordinate in the order along which lights are neighbours
+LEAST = 0.02  # share [of a node's power] that is always taken to leave toward a point
+SLACK = 0.25  # factor [a node's apparent size]: light that leaves although its mean faces away
+NEAREST = 1e-6  # squared distance [unit box]: float32 knows none that are smaller
+BITS = 10  # number [bits] of each coordinate in the order along which lights are neighbors
 
 
 @dataclass(frozen=True)

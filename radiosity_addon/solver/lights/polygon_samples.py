@@ -23,7 +23,7 @@ from .light_tree import sample_discrete
 if TYPE_CHECKING:
     from .polygons import Polygons
 
-SLICES = 8  # of an ellipse that looks large
+SLICES = 8  # number [slices] of an ellipse that looks large
 
 
 def by_area(

@@ -13,8 +13,8 @@ from ..geometry.vectors import columns, dot
 from .shade import Shade, shade_of_cells
 from .sobol import GROUPS, sobol, tangent_axes
 
-FLAT = 1e-6  # normals nearer than this are the same
-LEAST = 64  # owners in a group
+FLAT = 1e-6  # difference between normals: below it they are the same
+LEAST = 64  # number [owners] in a group, at least
 
 
 @dataclass(frozen=True)

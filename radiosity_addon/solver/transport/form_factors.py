@@ -17,9 +17,9 @@ from ..scene import Scene
 from ..tracing.embree import Tracer
 from ..workers.parallel import map_chunks
 
-BLOCK = 1 << 16  # rays traced at once
-SHRINK = 1e-4  # of a triangle: what points keep away from its edges, lest walls there be crossed
-DIMENSIONS = 5  # which triangle, where in it (2), in which direction (2)
+BLOCK = 1 << 16  # number [rays] traced at once
+SHRINK = 1e-4  # distance [of a triangle] of points from its edges, lest walls there be crossed
+DIMENSIONS = 5  # number [random numbers of a ray]: which triangle, where in it (2), direction (2)
 
 
 @dataclass(frozen=True)

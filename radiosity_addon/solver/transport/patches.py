@@ -25,12 +25,13 @@ from ..receivers import Receivers
 from ..tracing.embree import Hits
 from .receiver_map import NOTHING, ReceiverMap, build_receiver_map
 
-MOST_PATCHES = 2_000_000  # of receivers: their rows are kept in memory
-EXTENT = 2.0  # times the mean edge of a receiver: cells further apart are different patches
-BAKED = 0.5  # of an object's area: with as much in patches its other faces get no elements
-NEAR = 1.0  # length of a receiver's patch per distance: above it rays find the light where they end
-SMALLEST = 1e-6  # extent of a patch [unit box], at least
-ONWARD, SEVERAL = NOTHING - 1, NOTHING - 2  # in ``ReceiverPatches.patch``, see there
+MOST_PATCHES = 2_000_000  # number [patches of receivers], at most: bounds the memory of their rows
+EXTENT = 2.0  # distance [mean edges of a receiver]: cells further apart are different patches
+BAKED = 0.5  # share [of an object's area] in patches: above it its other faces get no elements
+# Length [of the distance] of a receiver's patch: above it rays find the light where they end.
+NEAR = 1.0
+SMALLEST = 1e-6  # extent [unit box] of a patch, at least
+ONWARD, SEVERAL = NOTHING - 1, NOTHING - 2  # codes in ``ReceiverPatches.patch``, see there
 
 
 @dataclass(frozen=True)

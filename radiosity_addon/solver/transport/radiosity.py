@@ -34,11 +34,11 @@ from .rows import (
 )
 from .second_kind import solve_second_kind
 
-SEEDS_PER_ELEMENT = 40  # rays from receivers that look for elements
-SEED_RAYS = 16  # from each receiver that takes part in that
+SEEDS_PER_ELEMENT = 40  # number [rays of receivers for each element] that look for elements
+SEED_RAYS = 16  # number [rays] of each receiver that takes part in that
 MAX_REFINEMENTS = 6
-VARIED = 100.0  # times the error, of the mean light: deviation above which a patch has no one value
-HALVINGS = 2  # of an element's edges, where it is divided because it brings a bias
+VARIED = 100.0  # deviation [errors asked for, of the mean light] above which a patch has no one value
+HALVINGS = 2  # number [halvings of its edges] of an element that brings a bias
 
 
 class SolvePlan(Protocol):

@@ -25,7 +25,7 @@ from .patches import Patches
 from .places import Places, join_places, no_places, places_hit
 from .rays import RAYS_PER_CHUNK, Met, find_lost, shoot, sky_mean
 
-MAX_GENERATIONS = 64  # of sides seen by sides seen by ... receivers
+MAX_GENERATIONS = 64  # number [generations] of sides seen by sides seen by ... receivers
 STAGE = "transport"
 BLACK = -2
 
