@@ -26,6 +26,7 @@ sys.path.insert(0, str(ROOT))
 from radiosity_addon import bake_job
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.adaptive.solve_cache import SolveCache
+from radiosity_addon.solver.progress import silent
 from radiosity_addon.stages.tiling import Tiling
 
 VERTEX = Settings(quality="draft", seed=3)
@@ -324,7 +325,7 @@ def hashes(name: str, threads: int) -> list[str]:
         if change:
             change()
         job = bake_job.prepare(bpy.context, settings)
-        found.append(digest(bake_job.run(job, cache=kept, tiling=bake.tiling)))
+        found.append(digest(bake_job.run(job, silent, kept, None, bake.tiling)))
         bake_job.discard(bpy.context, job)
     return found
 

@@ -51,6 +51,25 @@ def solve(
     judges the receivers themselves. ``progress`` may raise to stop. ``cache`` has solves to use
     again and takes those made. ``beside`` does the second replicate in another process; None does
     both here. The result is the same. Raises ValueError for a scene that cannot be solved.
+
+    A cube that glows inside with radiance 1 and reflects half: 1 + 1/2 + 1/4 + ... = 2 everywhere.
+
+    >>> from radiosity_addon.settings import Settings
+    >>> from radiosity_addon.solver.fields import Constant
+    >>> from radiosity_addon.solver.scene import Material
+    >>> from radiosity_addon.solver.solution import compose
+    >>> corners = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
+    >>> quads = [(4, 6, 2, 0), (3, 7, 5, 1), (1, 5, 4, 0), (6, 7, 3, 2), (2, 3, 1, 0), (5, 7, 6, 4)]
+    >>> triangles = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))], np.int32)
+    >>> number, none = np.arange(12, dtype=np.int32), np.zeros(12, np.int32)
+    >>> glow = Material("Glow", Constant(np.full(3, 0.5)), Constant(np.ones(3)))
+    >>> scene = Scene(corners, triangles, none, none, (glow,), ("Cube",))
+    >>> whole = np.tile([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], (12, 1, 1))  # a receiver a triangle
+    >>> receivers = Receivers(12, number, number, whole, np.zeros(12, bool))
+    >>> found = solve(scene, receivers, Settings(error=0.01, threads=1))
+    >>> light = compose(found, Settings().passes)
+    >>> light.shape, bool(np.allclose(light, 2, rtol=0.01))
+    ((12, 3), True)
     """
     clock = Clock()
     context = open_scene(scene, receivers, settings, progress, beside)
