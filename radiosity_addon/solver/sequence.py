@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .adaptive.error_estimator import ErrorEstimator, Estimate, Surface
+from .adaptive.error_estimator import ErrorEstimator
+from .adaptive.estimate import Estimate, Surface
 from .adaptive.plan import Plan, make_plan
 from .adaptive.replicate import Replicate, SolveFigures
 from .adaptive.requirements import SolverSettings, requirements_of

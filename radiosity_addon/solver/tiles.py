@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .adaptive.error_estimator import Estimate
+from .adaptive.estimate import Estimate
 from .adaptive.plan import make_plan
 from .adaptive.relative_error import bound_of_most
 from .adaptive.replicate import SolveFigures

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from radiosity_addon.solver.adaptive.error_estimator import ErrorEstimator, Surface
+from radiosity_addon.solver.adaptive.error_estimator import ErrorEstimator
+from radiosity_addon.solver.adaptive.estimate import Surface
 from radiosity_addon.solver.filtering.lattice import build_lattices
 from radiosity_addon.solver.filtering.smooth import smooth
 

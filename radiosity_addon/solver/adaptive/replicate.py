@@ -24,7 +24,8 @@ from ..sampling.guide import Guide, Learning, Lesson, clusters_of, start_learnin
 from ..sampling.streams import Stream
 from ..scene import Scene
 from ..transport.patches import ReceiverPatches, build_receiver_patches
-from ..transport.radiosity import Radiosity, divided, solve_radiosity, without_reflection
+from ..transport.radiosity import Radiosity
+from ..transport.solve_patches import divided, solve_radiosity, without_reflection
 from .correction import (
     Correction,
     biased_elements,

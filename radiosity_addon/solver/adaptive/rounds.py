@@ -13,7 +13,8 @@ import numpy as np
 
 from ..gather.lighting import Lighting, Samples
 from ..sampling.guide import Guide, joined, make_guide
-from .error_estimator import DIRECT_SHARE, ErrorEstimator, Estimate
+from .error_estimator import DIRECT_SHARE, ErrorEstimator
+from .estimate import Estimate
 from .plan import Plan, round_up
 from .replicate import MOST_PATHS, Replicate, RoundResult, SolveFigures
 from .requests import (

@@ -11,7 +11,8 @@ import numpy as np
 
 from ..lights.context import Context
 from ..transport.onward import Ends, join_ends
-from ..transport.radiosity import Radiosity, extended
+from ..transport.radiosity import Radiosity
+from ..transport.solve_patches import extended
 from .gather import follow_onward, light_at
 
 
