@@ -264,11 +264,40 @@ def nearly_white():
     _lamp()
 
 
-def brighten():
-    """Another energy and place of the room's lamp."""
+def window():
+    """A dark room that gets all light through a small window, from a sky with bright spots."""
+    _box("Room", _matte((0.3, 0.3, 0.3)), quads=INWARD[:1] + INWARD[2:])
+    _box("Roof", _matte((0.3, 0.3, 0.3)), (0.3, 0, 2), (3.1, 2.1, 2.1), OUTWARD)
+    _world(picture=True)
+
+
+def beams():
+    """A room with a narrow spot, and a lamp that shines by direction."""
     import bpy
 
-    bpy.data.objects["POINT"].location.x += 0.3
+    room()
+    _lamp("SPOT", (0.5, 0.5, 1.9), 300.0, spot_size=0.03, spot_blend=0.1, shadow_soft_size=0.0)
+    lamp = _lamp("POINT", (2.6, 1.5, 1.2), 40.0, shadow_soft_size=0.05).data
+    if not lamp.node_tree:
+        lamp.use_nodes = True
+    tree, node = lamp.node_tree, lamp.node_tree.nodes.new("ShaderNodeTexIES")
+    node.mode, node.ies = "INTERNAL", bpy.data.texts.new("Luminaire")
+    node.ies.write("IESNA:LM-63-1995\nTILT=NONE\n1 1000 1.0 3 1 1 2 0 0 0\n1.0 1.0 100\n"
+                   "0 45 90\n0\n800 300 10\n")  # fmt: skip
+    tree.links.new(node.outputs[0], tree.nodes["Emission"].inputs["Strength"])
+
+
+def flush():
+    """A block that stands flush in a corner of a room, and one that lies in its faces."""
+    room()
+    _box("Corner", _matte((0.2, 0.2, 0.7)), (0, 0, 0), (0.7, 0.5, 0.4), OUTWARD)
+    _box("Tile", _matte((0.7, 0.2, 0.2)), (0.2, 1.2, 0), (0.9, 1.7, 0.3), OUTWARD[:3])
+
+
+def brighten():
+    """Another energy of the room's lamp."""
+    import bpy
+
     bpy.data.lights["POINT"].energy *= 2
 
 
@@ -281,6 +310,10 @@ BAKES: dict[str, Bake] = {
     "image again": Bake(room, replace(ROOM, error=0.05), again=brighten),
     "image tiles": Bake(room, ROOM, TILES),
     "image atlas": Bake(room, replace(IMAGE, atlas="Atlas")),
+    "image window": Bake(window, replace(ROOM, error=0.03)),
+    "image beams": Bake(beams, ROOM),
+    "image flush": Bake(flush, replace(IMAGE, objects=("Room", "Corner", "Tile"))),
+    "vertex fine": Bake(room, replace(VERTEX, objects=("Room",), quality="medium")),
     "image sun": Bake(sunny, IMAGE),
     "image sky": Bake(lambda: yard(picture=True), IMAGE),
     "image glow": Bake(glow, ROOM),
