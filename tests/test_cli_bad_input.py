@@ -15,7 +15,6 @@ pytest.importorskip("bpy")
 from tests.one_core import main  # noqa: E402
 
 
-
 def failure(capfd, argv, folder, status: int = 1) -> str:
     """The one line of a failed run that left ``folder`` as it was."""
     before = {path: path.stat().st_mtime_ns for path in folder.rglob("*")}

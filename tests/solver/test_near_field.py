@@ -46,13 +46,17 @@ def form_factor_of_stripes(lower: bool) -> float:
     return total
 
 
+@pytest.mark.parametrize("baked", [True, False])
 @pytest.mark.parametrize("lower", [True, False])
-def test_each_strip_counts_by_where_it_lies(lower):
+def test_each_strip_counts_by_where_it_lies(lower, baked):
     """The row beside the wall gets 0.306 of the sun from the lower halves, 0.181 from the upper ones; by
-    the means of texels it would get 0.243 from either."""
+    the means of texels, or of elements where the wall is not ``baked``, it would get 0.243 from
+    either."""
     scene = striped_corner(lower)
     uv = np.concatenate([SQUARE * [0.5, 1], SQUARE * [0.5, 1] + [0.5, 0]])
-    receivers = texel_receivers(uv, np.arange(4), TEXELS)
+    if not baked:
+        uv = uv[:2]
+    receivers = texel_receivers(uv, np.arange(len(uv)), TEXELS)
     settings = Settings(error=0.03, passes=("direct", "indirect"))
     replicate = build_replicate(scene, receivers, settings, 1)
     replicate.solve(make_plan(0.03, receivers.count, True))

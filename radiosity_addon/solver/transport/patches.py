@@ -9,8 +9,8 @@ miss, onward and nowhere, then 2·cell + back for the sides of the elements' cel
 numbered alike: those of receivers, then 2·P + 2·element + back. Where a ray ends on a baked object,
 but on none of its patches, it goes *onward*: it is reflected there and brings light that it finds
 itself. Such places are few: near walls that divide a receiver, on faces without texels. So do rays
-to patches whose direct light varies, and those of receivers to patches nearer than their own size:
-what they see of these may be another part than the mean's.
+to patches whose direct light varies, and those to patches nearer than their own size, of which rows
+heed elements only: what they see of these may be another part than the mean's.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ import numpy as np
 
 from ..elements.elements import Elements
 from ..geometry.footprints import Footprints
+from ..geometry.triangles import Geometry
 from ..receivers import Receivers
 from ..tracing.embree import Hits
 from .receiver_map import NOTHING, ReceiverMap, build_receiver_map
@@ -28,7 +29,7 @@ from .receiver_map import NOTHING, ReceiverMap, build_receiver_map
 MOST_PATCHES = 2_000_000  # number [patches of receivers], at most: bounds the memory of their rows
 EXTENT = 2.0  # distance [mean edges of a receiver]: cells further apart are different patches
 BAKED = 0.5  # share [of an object's area] in patches: above it its other faces get no elements
-# Length [of the distance] of a receiver's patch: above it rays find the light where they end.
+# Length [of the distance] of a patch: above it rays find the light where they end.
 NEAR = 1.0
 SMALLEST = 1e-6  # extent [unit box] of a patch, at least
 ONWARD, SEVERAL = NOTHING - 1, NOTHING - 2  # codes in ``ReceiverPatches.patch``, see there
@@ -97,7 +98,15 @@ class Patches:
     """The patches of receivers, if there are any, and elements."""
 
     elements: Elements
-    receivers: ReceiverPatches | None = None
+    receivers: ReceiverPatches | None
+    length: np.ndarray  # (entries,) float32 [unit box]: edges of squares as large; 0 for no patch
+
+    def with_elements(self, geometry: Geometry, elements: Elements) -> Patches:
+        """The same patches of receivers, and ``elements``."""
+        patches = replace(self, elements=elements)
+        sides = np.repeat(elements.lengths(geometry), 2)
+        own = [] if self.receivers is None else 2 * [self.receivers.length]
+        return replace(patches, length=patches.table(np.concatenate([*own, sides]), np.float32(0)))
 
     @property
     def first(self) -> int:
@@ -139,14 +148,14 @@ class Patches:
         """(n,) int32 entries of hits; the miss where nothing was hit."""
         return self.at(hits.triangle, hits.u, hits.v, hits.front)
 
-    def hit_resolved(self, hits: Hits) -> np.ndarray:
-        """The same, but onward where a ray ends on a receiver's patch from so near that a part of the
-        patch counts more than the rest: its mean is not what arrives."""
+    def hit_resolved(self, hits: Hits, elements_only: bool = False) -> np.ndarray:
+        """The same, but onward where a ray ends on a patch, or an element, from so near that a part of it
+        counts more than the rest: its mean is not what arrives."""
         entry = self.hit(hits)
-        if self.receivers is not None:
-            own = np.flatnonzero(entry < self.first)
-            length = np.take(self.receivers.length, entry[own] % self.receivers.footprints.count)
-            entry[own[length > NEAR * hits.distance[own]]] = self.onward
+        near = np.take(self.length, entry) > NEAR * hits.distance
+        if elements_only:
+            near &= entry >= self.cells
+        entry[near] = self.onward
         return entry
 
     def at(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray):
@@ -192,6 +201,14 @@ class Patches:
         sides = self.elements.values_of_cells(values[self.first :], nothing)
         none = np.full((3,) + shape, nothing, values.dtype)
         return np.concatenate([values[: self.first], none, sides])
+
+
+def build_patches(
+    geometry: Geometry, elements: Elements, receivers: ReceiverPatches | None = None
+) -> Patches:
+    """The patches of ``receivers``, and ``elements`` elsewhere."""
+    none = np.zeros(0, np.float32)
+    return Patches(elements, receivers, none).with_elements(geometry, elements)
 
 
 def build_receiver_patches(

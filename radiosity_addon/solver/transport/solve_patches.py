@@ -19,7 +19,7 @@ from ..scene import Scene
 from ..workers.parallel import map_chunks, ranges
 from .emission import emission_to_find
 from .lit_patches import join_patches, light_patches, light_receivers
-from .patches import Patches, ReceiverPatches
+from .patches import Patches, ReceiverPatches, build_patches
 from .places import Places, join_places, no_places, places_hit
 from .radiosity import Radiosity, solve_rows
 from .rays import shoot
@@ -66,7 +66,7 @@ def solve_radiosity(
     """
     target, per = plan.elements, plan.row_points
     elements = build_elements(context.geometry, _groups(context.scene), target)
-    patches = Patches(elements, own)
+    patches = build_patches(context.geometry, elements, own)
     places, all_places = _seeds(context, patches, receivers, place, target, key)
     known = []
     if own is not None:
@@ -77,7 +77,7 @@ def solve_radiosity(
     share = len(places.entry) / max(all_places, 1)
     if len(places.entry):
         elements = set_apart(context, elements, target, tolerance)
-        patches = replace(patches, elements=elements)
+        patches = patches.with_elements(context.geometry, elements)
         places = places.on(patches)
         places = places[patches.somewhere(places.entry)]
         patches, lit = _refined(context, patches, places, share, plan, tolerance, key)
@@ -141,7 +141,7 @@ def divided(
     for block in before.blocks:
         kept = ~np.isin(patches.element_of(block.patches.patch), chosen)
         known.append((block.patches.take(np.flatnonzero(kept)), block.rays))
-    patches = replace(patches, elements=elements)
+    patches = patches.with_elements(context.geometry, elements)
     places = places[np.flatnonzero(inside)].on(patches)
     places = places[patches.somewhere(places.entry)]
     known += light_patches_met(context, patches, places, before.samples, (*key, 13))
@@ -151,7 +151,8 @@ def divided(
 
 def without_reflection(context: Context, target: int) -> Radiosity:
     """What rays can meet where nothing that is reflected counts: no unknowns, no rows."""
-    patches = Patches(build_elements(context.geometry, _groups(context.scene), target))
+    elements = build_elements(context.geometry, _groups(context.scene), target)
+    patches = build_patches(context.geometry, elements)
     nothing = np.zeros((patches.entries, context.channels), np.float32)
     emitted, known = emission_to_find(context, patches), np.zeros(len(nothing), bool)
     return Radiosity(patches, nothing, *emitted, known, None, nothing[:0], 0, 0.0, 0.0, 1.0)
@@ -168,7 +169,7 @@ def _seeds(
     def work(part: slice):
         points = place(some[part], 0)
         met, _ = shoot(context, points, SEED_RAYS, *key, 10, part.start)
-        return join_places([places_hit(patches.hit(m.hits), m.hits, patches) for m in met])
+        return join_places([places_hit(patches.hit_resolved(m.hits), m.hits, patches) for m in met])
 
     parts = map_chunks(work, ranges(len(some), 2048), context.threads, context.tick("elements"))
     places = join_places(parts or [no_places()])
@@ -191,7 +192,8 @@ def _refined(
         if len(chosen) == 0 or patches.elements.count > MAX_GROWTH * target:
             break
         kept = ~np.isin(patches.element_of(known.patch), chosen)
-        patches = replace(patches, elements=refine(context.geometry, patches.elements, chosen))
+        finer = refine(context.geometry, patches.elements, chosen)
+        patches = patches.with_elements(context.geometry, finer)
         places = places.on(patches)
         known = known.take(np.flatnonzero(kept))
         patch = patches.of(places.entry)
