@@ -53,6 +53,7 @@ class BakeSession:
         self.detail = ""  # the solver's own word for what it does
         self.fraction = 0.0
         self.report: dict | None = None
+        self.failure: Exception | None = None  # of a step that a timer took, for the operator to tell
         self._start = time.perf_counter()
         self._export_seconds = 0.0
         self._process = None  # a SolverProcess, from the first step on
@@ -61,6 +62,11 @@ class BakeSession:
         self._peak_memory, self._reused = 0, ""
         self._maps: list = []
         self._longest = 0.0  # seconds of the longest piece so far
+
+    @property
+    def wants_operator(self) -> bool:
+        """Whether the timer's part is over: what is left to write or to tell is an operator's."""
+        return self.failure is not None or self.stage is Stage.WRITE
 
     @property
     def elapsed(self) -> float:
@@ -79,6 +85,8 @@ class BakeSession:
         try:
             if self.stage is Stage.SOLVE:
                 self._watch()
+            elif self.stage is Stage.WAIT:
+                self._await_object_mode()
             elif self.stage is not Stage.DONE:
                 self._take_steps(context)
         except BaseException:
@@ -141,18 +149,19 @@ class BakeSession:
         self.fraction = max(self.fraction, share)
         if self._process.finished():
             self._result, self._peak_memory, self._reused = self._process.result()
-            self.stage, self.detail = Stage.WRITE, ""
+            self._await_object_mode()
+
+    def _await_object_mode(self) -> None:
+        """On to WRITE, but not while an object to be written is edited."""
+        self.detail = follow(self._job, self._result).in_edit_mode
+        self.stage = Stage.WAIT if self.detail else Stage.WRITE
 
     def _write(self, context):
-        """From the result to the report, in steps; nothing is written while an object is edited."""
+        """From the result to the report, in steps."""
         from ..report import build_report
         from ..stages.apply import apply_steps, find_encoding
 
-        followed = follow(self._job, self._result)
-        if followed.in_edit_mode:
-            self.stage, self.detail = Stage.WAIT, followed.in_edit_mode
-            return
-        self.stage, self.detail, before = Stage.WRITE, "", self.elapsed
+        followed, before = follow(self._job, self._result), self.elapsed
         give_maps(self._maps)
         encoding = find_encoding(followed.job, followed.result)
         writing = apply_steps(context, followed.job, followed.result, encoding=encoding)

@@ -76,17 +76,21 @@ def test_operator_bakes_and_reports(file):
 
 def press(bpy) -> None:
     """What the button does in a window, events and all: Blender's module has none, so a plain
-    object with the operator's functions takes its place."""
-    from radiosity_addon.ui import bake
+    object with the operator's functions takes its place, and a loop the timer's."""
+    from radiosity_addon.ui import background, bake, session
 
     functions = {k: v for k, v in vars(bake.RADIOSITY_OT_bake).items() if not k.startswith("__")}
     button = type("Button", (), {**functions, "report": lambda *_: None})()
+    button._progress = background.Progress()
     assert button._begin(bpy.context)
-    status = {"PASS_THROUGH"}
-    while status <= {"PASS_THROUGH", "RUNNING_MODAL"}:
-        status = button.modal(bpy.context, SimpleNamespace(type="MOUSEMOVE", value="NOTHING"))
-        status = button.modal(bpy.context, SimpleNamespace(type="TIMER", value="NOTHING"))
+    while not session.current().wants_operator:
+        session.current().step(bpy.context)
         time.sleep(0.01)
+    status = {"RUNNING_MODAL"}
+    while status == {"RUNNING_MODAL"}:
+        status = button.modal(bpy.context, SimpleNamespace(type="MOUSEMOVE", value="NOTHING"))
+        assert status == {"RUNNING_MODAL"}  # nothing else gets an event while colors are written
+        status = button.modal(bpy.context, SimpleNamespace(type="TIMER", value="NOTHING"))
     assert status == {"FINISHED"}
 
 
