@@ -5,7 +5,7 @@ from functools import partial
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
 
-from . import background, session
+from . import background, overlay, session
 from .choice import chosen_objects, why_not
 from .keywords import KEYWORDS, with_keywords
 from .progress_bar import redraw
@@ -140,6 +140,7 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
     def _done(self, context, bake):
         store_report(bake.scene_name, bake.report)
         session.end()
+        overlay.outdate()
         for warning in bake.report["warnings"]:
             self.report({"WARNING"}, warning)
         self.report({"WARNING" if bake.report["warnings"] else "INFO"}, summary(bake.report))

@@ -39,11 +39,12 @@ def annotations() -> dict:
 def _like(each):
     """A property as ``each``, whose value an operator does not remember from call to call."""
     words = {word: getattr(each, name) for word, name in WORDS[each.type].items()}
-    words["default"], options = each.default, {"SKIP_SAVE"}
+    options, flags = {"SKIP_SAVE"}, each.type == "ENUM" and each.is_enum_flag
     if each.type == "ENUM":
         words["items"] = [(i.identifier, i.name, i.description) for i in each.enum_items]
-        if each.is_enum_flag:
-            words["default"], options = set(each.default_flag), {"SKIP_SAVE", "ENUM_FLAG"}
+    if flags:
+        options.add("ENUM_FLAG")
+    words["default"] = set(each.default_flag) if flags else each.default
     return KINDS[each.type](
         name=each.name, description=each.description, options=options, **words
     )

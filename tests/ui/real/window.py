@@ -131,6 +131,10 @@ class Window:
         """Press a key, as xdotool names it."""
         self._tool("xdotool", "key", name)
 
+    def type(self, text: str) -> None:
+        """Type the text, key by key."""
+        self._tool("xdotool", "type", "--delay", "50", text)
+
     def picture(self, path: Path) -> Path:
         """Save what the screen shows."""
         self._tool("import", "-window", "root", str(path))

@@ -1,0 +1,101 @@
+"""A bake behaves like a job of Blender's own: auto-save, menu search, Repeat Last, redo."""
+
+from __future__ import annotations
+
+import sys
+import time
+
+box = sys.modules["box"]  # loaded by conftest.py
+IMPORTS, AREA, VIEW = box.IMPORTS, box.AREA, box.VIEW
+baked, keep, press, progress = box.baked, box.keep, box.press, box.progress
+MOST_PAUSE = 0.1  # seconds between two answers of the window
+AUTOSAVE = """
+paths = bpy.context.preferences.filepaths
+paths.use_auto_save_temporary_files, paths.auto_save_time = True, 1
+paths.temporary_directory = {folder!r}
+"""
+# A bake as the button starts it, with keywords; the mouse's window is ours.
+INVOKE = AREA + """
+with bpy.context.temp_override(window=window, area=area):
+    answer = str(bpy.ops.radiosity.bake("INVOKE_DEFAULT", {keywords}))
+"""
+
+
+def end(window) -> None:
+    window.until(lambda: progress(window) is None, "the bake does not end", patience=240)
+
+
+def test_blender_saves_by_itself_during_a_bake(room, tmp_path):
+    """Every minute, at the shortest; a modal operator would put it off to the end of the bake."""
+    room.ask(AUTOSAVE.format(folder=str(tmp_path)))
+    began = time.time()
+    room.ask(INVOKE.format(keywords="error=1e-4"))
+    room.until(
+        lambda: [f for f in tmp_path.rglob("*autosave.blend") if f.stat().st_mtime > began],
+        "nothing is saved", patience=90,
+    )  # fmt: skip
+    assert progress(room)[0] == "SOLVE"
+    print(f"SAVED after {time.time() - began:.0f} s")
+    room.ask("bpy.context.preferences.filepaths.use_auto_save_temporary_files = False")
+
+
+def test_escape_over_any_editor_cancels(room):
+    for place in (VIEW, (1150, 300), (400, 780), (640, 10)):  # view, outliner, timeline, top bar
+        if progress(room) is None:
+            room.ask(INVOKE.format(keywords="error=1e-4"))
+        room.until(lambda: (progress(room) or ("",))[0] == "SOLVE", "the bake does not start")
+        room.point(*place)
+        room.key("Escape")
+        room.until(lambda: progress(room) is None, f"Esc at {place} does not cancel", patience=5)
+
+
+def test_menu_search_finds_the_bake(room, tmp_path):
+    """Its key, F3, is one that a virtual screen may lack."""
+    room.point(*VIEW)
+    room.ask(press("bpy.ops.wm.search_menu('INVOKE_DEFAULT')"))
+    time.sleep(3)  # all menus are looked through
+    room.type("bake radio")
+    time.sleep(2)
+    keep(room, "search", tmp_path)
+    room.key("Return")
+    room.until(lambda: progress(room) is not None, "menu search does not start the bake")
+    room.key("Escape")
+    room.until(lambda: progress(room) is None, "Esc does not cancel")
+
+
+def answers_quickly(window, act) -> None:
+    """The window answers from ``act`` to the end of the bake that it starts."""
+    window.ask("pauses.clear()")
+    act()
+    window.until(lambda: progress(window) is not None, "the bake does not start")
+    window.until(lambda: (progress(window) or ("",))[0] == "SOLVE", "the solver does not start")
+    end(window)
+    pauses = sorted(window.ask("answer = [pause for _, pause, _ in pauses]"))
+    print(f"ANSWERED 95 % within {pauses[int(0.95 * len(pauses))]:.3f} s, all within {pauses[-1]:.2f} s")
+    assert pauses[int(0.95 * len(pauses))] < MOST_PAUSE, pauses[-10:]
+    own = max(window.ask("answer = [own for _, _, own in pauses]"))
+    assert own < 1, own  # of Blender's thread, while the solver works for five seconds
+
+
+COUNT = "answer = sum('Lit' in i.data.color_attributes for i in bpy.data.objects if i.type == 'MESH')"
+
+
+def test_repeat_last_does_not_freeze_the_window(room):
+    words = "bake_name='Lit', error=0.001, time_limit=5"
+    answers_quickly(room, lambda: room.ask(INVOKE.format(keywords=words)))
+    assert room.ask(COUNT) == 17
+    room.point(*VIEW)
+    room.key("ctrl+z")
+    room.until(lambda: room.ask(COUNT) == 0, "undo does not take the bake back")
+    room.key("ctrl+shift+z")
+    room.until(lambda: room.ask(COUNT) == 17, "redo does not bring the bake")
+    room.ask("""
+for item in bpy.data.objects:
+    if item.type == "MESH":
+        item.data.color_attributes.remove(item.data.color_attributes["Lit"])
+""")
+    room.point(*VIEW)
+    answers_quickly(room, lambda: room.key("shift+r"))
+    assert room.ask(COUNT) == 17  # with the keywords of the first call
+    assert room.ask("answer = bpy.context.scene.radiosity.bake_name") == "Radiosity"
+    assert "Traceback" not in room.log

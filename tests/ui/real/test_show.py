@@ -1,0 +1,213 @@
+"""*Show Result* on a real screen: as the display shows light, with smooth edges, and live.
+
+A square of one color over black lies under the middle of the 3D View, seen from above and turned
+by 10 degrees. What the screen must show there is asked of Blender: an image of that color, saved as a render.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+
+import numpy as np
+import pytest
+
+box = sys.modules["box"]  # loaded by conftest.py
+AREA, keep, press = box.AREA, box.keep, box.press
+NEAR = 2.5 / 255  # the grid of the table, and two roundings to 8 bits
+LIGHT = (0.5, 0.18, 0.04)
+
+SCENE = AREA + """
+import math
+for item in list(bpy.data.objects):
+    bpy.data.objects.remove(item)
+bpy.ops.mesh.primitive_plane_add(size=2, rotation=(0, 0, math.radians(10)))
+item = bpy.context.object
+item.name = "Square"
+view = space.region_3d
+view.view_perspective, view.view_distance = "ORTHO", 10
+view.view_rotation, view.view_location = (1, 0, 0, 0), (0, 0, 0)
+space.show_region_ui = False
+space.overlay.show_overlays = space.show_gizmo = False
+"""
+WRITE = """
+def write(name, color, domain="CORNER", kind="FLOAT_COLOR"):
+    mesh = bpy.data.objects["Square"].data
+    layer = mesh.color_attributes.get(name) or mesh.color_attributes.new(name, kind, domain)
+    layer.data.foreach_set("color", [*color, 1.0] * len(layer.data))
+    mesh.update()
+def paint(name, color):
+    image = bpy.data.images.get(name) or bpy.data.images.new(name, 4, 4, float_buffer=True)
+    image["radiosity_bake"], image.use_fake_user = name, True
+    image.pixels.foreach_set([*color, 1.0] * 16)
+    image.update()
+"""
+PLACE = AREA + """
+from bpy_extras.view3d_utils import location_3d_to_region_2d as flat
+main = next(r for r in area.regions if r.type == "WINDOW")
+x, y = flat(main, space.region_3d, ({x}, {y}, 0))
+answer = [int(main.x + x), int(main.y + y)]
+"""
+DISPLAYED = """
+image = bpy.data.images.new("one", 2, 2, float_buffer=True)
+image.pixels.foreach_set([*{light}, 1.0] * 4)
+scene = bpy.context.scene
+settings = scene.render.image_settings
+settings.file_format, settings.color_mode, settings.color_depth = "PNG", "RGB", "16"
+image.save_render({path!r}, scene=scene)
+bpy.data.images.remove(image)
+saved = bpy.data.images.load({path!r})
+saved.colorspace_settings.name = "Non-Color"
+answer = list(saved.pixels[:3])
+bpy.data.images.remove(saved)
+"""
+
+
+@pytest.fixture(scope="module")
+def square(blender_window):
+    blender_window.ask(SCENE + WRITE + f"write('Radiosity', {LIGHT})")
+    time.sleep(1)
+    blender_window.ask(press("bpy.ops.radiosity.show()"))
+    time.sleep(1)
+    return blender_window
+
+
+def screen(window, path) -> np.ndarray:
+    """(height, width, 3) of the screen, 0 to 1, the lowest row first."""
+    import bpy
+
+    image = bpy.data.images.load(str(window.picture(path)))
+    image.colorspace_settings.name = "Non-Color"
+    width, height = image.size
+    values = np.empty(width * height * image.channels, np.float32)
+    image.pixels.foreach_get(values)
+    bpy.data.images.remove(image)
+    return values.reshape(height, width, -1)[..., :3]
+
+
+def seen(window, tmp_path, x: float = 0.0, y: float = 0.0) -> np.ndarray:
+    """The color of the screen at a place of the scene, once it has settled."""
+    column, row = window.ask(PLACE.format(x=x, y=y))
+    before = None
+    for _ in range(20):
+        time.sleep(0.5)
+        now = screen(window, tmp_path / "seen.png")[row, column]
+        if before is not None and np.array_equal(now, before):
+            break
+        before = now
+    return now
+
+
+def displayed(window, tmp_path, light) -> np.ndarray:
+    """What Blender's own color management makes of ``light``."""
+    return np.array(window.ask(DISPLAYED.format(light=tuple(light), path=str(tmp_path / "d.png"))))
+
+
+def check(window, tmp_path, light=LIGHT) -> None:
+    assert seen(window, tmp_path) == pytest.approx(displayed(window, tmp_path, light), abs=NEAR)
+
+
+@pytest.mark.parametrize(
+    "view", ["transform='AgX', e=0", "transform='Standard', e=0", "transform='Filmic', e=2",
+             "transform='AgX', look='AgX - High Contrast', e=-1.5, g=1.2"],
+)  # fmt: skip
+def test_view_transform_and_exposure_are_the_scenes(square, tmp_path, view):
+    square.ask(f"""
+def change(transform, e, look="None", g=1.0):
+    view = bpy.context.scene.view_settings
+    view.view_transform, view.look, view.exposure, view.gamma = transform, look, e, g
+change({view})
+""")
+    check(square, tmp_path)
+
+
+def test_it_follows_a_bake_edits_name_and_target(square, tmp_path):
+    square.ask("view = bpy.context.scene.view_settings\nview.view_transform = 'AgX'")
+    square.ask(WRITE + "write('Radiosity', (0.02, 0.4, 0.1))")
+    check(square, tmp_path, (0.02, 0.4, 0.1))
+    square.ask(WRITE + "write('Other', (0.9, 0.1, 0.4), 'POINT')\n"
+               "bpy.context.scene.radiosity.bake_name = 'Other'")  # fmt: skip
+    check(square, tmp_path, (0.9, 0.1, 0.4))
+    outside = seen(square, tmp_path, 1.6, 0)
+    square.ask("""
+mesh = bpy.data.objects["Square"].data
+mesh.transform(__import__("mathutils").Matrix.Scale(2, 4))
+mesh.update()
+""")
+    wider = seen(square, tmp_path, 1.6, 0)
+    assert np.abs(wider - outside).max() > 0.1
+    assert wider == pytest.approx(displayed(square, tmp_path, (0.9, 0.1, 0.4)), abs=NEAR)
+    square.ask("bpy.data.objects['Square'].location.x = 30")
+    assert seen(square, tmp_path) == pytest.approx(outside, abs=NEAR)
+    square.ask("bpy.data.objects['Square'].location.x = 0")
+    square.ask(WRITE + """
+paint("Other_Square", (0.1, 0.2, 0.7))
+bpy.context.scene.radiosity.uv_map = bpy.data.objects["Square"].data.uv_layers[0].name
+bpy.context.scene.radiosity.target = "IMAGE"
+""")
+    check(square, tmp_path, (0.1, 0.2, 0.7))
+    square.ask(WRITE + "paint('Other_Square', (3.0, 0.2, 0.0))")
+    check(square, tmp_path, (3.0, 0.2, 0.0))
+    keep(square, "shown_image", tmp_path)
+
+
+def test_it_follows_undo_and_a_renamed_object(square, tmp_path):
+    square.ask(WRITE + """
+bpy.context.scene.radiosity.target = "VERTEX"
+write("Other", (0.3, 0.3, 0.1), "POINT")
+bpy.ops.ed.undo_push(message="one")
+write("Other", (0.1, 0.6, 0.6), "POINT")
+bpy.ops.ed.undo_push(message="two")
+""")
+    check(square, tmp_path, (0.1, 0.6, 0.6))
+    square.point(*box.VIEW)
+    square.key("ctrl+z")
+    check(square, tmp_path, (0.3, 0.3, 0.1))
+    square.ask(AREA + "bpy.data.objects['Square'].name = 'Tile'\narea.tag_redraw()")
+    check(square, tmp_path, (0.3, 0.3, 0.1))
+    square.ask(AREA + "bpy.data.objects['Tile'].name = 'Square'\narea.tag_redraw()")
+
+
+def steps(window, tmp_path) -> int:
+    """Pixels of the 3D View whose brightness lies between the square's and the background's."""
+    time.sleep(1)
+    column, row = window.ask(PLACE.format(x=0, y=0))
+    part = screen(window, tmp_path / "edge.png")[row - 150 : row + 150, column - 250 : column + 250]
+    light = part.mean(-1)
+    low, high = np.sort([light[150, 250], light[2, 2]])
+    assert high - low > 0.2
+    margin = 0.1 * (high - low)
+    return int(((light > low + margin) & (light < high - margin)).sum())
+
+
+def test_edges_are_smooth_where_the_viewports_are(square, tmp_path):
+    """The square's edges cross some hundred rows: a pixel of each lies half on it. Without
+    anti-aliasing there is none between the two colors."""
+    square.ask("""
+bpy.data.objects["Square"].scale = (0.5, 0.5, 1)
+bpy.context.preferences.system.viewport_aa = "OFF"
+""")
+    assert steps(square, tmp_path) == 0
+    square.ask("bpy.context.preferences.system.viewport_aa = '8'")
+    assert steps(square, tmp_path) > 100
+    keep(square, "shown_smooth", tmp_path)
+
+
+def test_an_object_in_edit_mode_is_shown_as_blender_draws_it(square, tmp_path):
+    square.ask(AREA + """
+with bpy.context.temp_override(window=window, area=area):
+    bpy.context.view_layer.objects.active = bpy.data.objects["Square"]
+    bpy.ops.object.mode_set(mode="EDIT")
+""")
+    edited = seen(square, tmp_path)
+    assert np.abs(edited - displayed(square, tmp_path, (0.3, 0.3, 0.1))).max() > 0.1
+    square.ask(AREA + """
+with bpy.context.temp_override(window=window, area=area):
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.transform.resize(value=(3, 3, 1))
+    bpy.ops.object.mode_set(mode="OBJECT")
+""")
+    check(square, tmp_path, (0.3, 0.3, 0.1))
+    square.ask(press("bpy.ops.radiosity.show()"))
+    assert np.abs(seen(square, tmp_path) - displayed(square, tmp_path, (0.3, 0.3, 0.1))).max() > 0.1
+    assert "Traceback" not in square.log, square.log[-3000:]
