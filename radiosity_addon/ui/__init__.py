@@ -30,10 +30,11 @@ def unregister() -> None:
     """End a bake that runs, and take back everything ``register`` added."""
     import bpy
 
-    from . import keys, lifetime, menus, presets, progress_bar, properties, session, view
+    from . import keys, lifetime, menus, preflight, presets, progress_bar, properties, session, view
 
     session.forget()
     view.forget()
+    preflight.forget()
     bpy.utils.unregister_preset_path(presets.SHIPPED)
     for moment, handler in lifetime.HANDLERS:
         getattr(bpy.app.handlers, moment).remove(handler)

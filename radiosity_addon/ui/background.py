@@ -12,6 +12,7 @@ import bpy
 
 from . import session
 from .progress_bar import progress_text, redraw
+from .windows import find_window
 
 TICK = 0.05  # seconds between two looks at the solver
 AT_WORK = 0.005  # seconds between two steps of reading or writing, for Blender's events
@@ -70,9 +71,3 @@ def press(window: int | None, given: dict) -> None:
     with bpy.context.temp_override(window=find_window(window)):
         if bpy.ops.radiosity.bake.poll():
             bpy.ops.radiosity.bake("INVOKE_DEFAULT", **given)
-
-
-def find_window(address: int | None):
-    """The window at this address, or another if that was closed."""
-    windows = list(bpy.context.window_manager.windows)
-    return next((each for each in windows if each.as_pointer() == address), windows[0])

@@ -5,7 +5,7 @@ from functools import partial
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
 
-from . import background, overlay, session
+from . import background, overlay, results, session
 from .choice import chosen_objects, why_not
 from .keywords import KEYWORDS, with_keywords
 from .progress_bar import redraw
@@ -141,6 +141,7 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
         store_report(bake.scene_name, bake.report)
         session.end()
         overlay.outdate()
+        results.look_again()
         for warning in bake.report["warnings"]:
             self.report({"WARNING"}, warning)
         self.report({"WARNING" if bake.report["warnings"] else "INFO"}, summary(bake.report))

@@ -1,5 +1,7 @@
 """Which objects are baked, and why the Bake button is grey."""
 
+from itertools import islice
+
 import bpy
 from bpy.app.translations import pgettext_tip as tip_
 
@@ -7,6 +9,8 @@ from ..bake.rendered import rendered_names
 from ..bake.single_user import sharing
 from . import session
 from .results import uv_map_of
+
+LOOKED_AT = 100  # objects whose UV map is looked for at every redraw; a bake looks for all
 
 
 def chosen_objects(context, properties) -> tuple[str, ...]:
@@ -20,7 +24,7 @@ def survey(context) -> list[tuple]:
     """(object, why it cannot be baked, empty when it can) for all that the user's choice points
     at, by name. The same rules as the export's, which asks the evaluated scene."""
     properties = context.scene.radiosity
-    rendered = rendered_names(context.view_layer.layer_collection)
+    rendered = Rendered(context.view_layer)
     first: dict[str, str] = {}  # mesh: the object that gets its colours
     found = []
     for item in sorted(_pointed_at(context), key=lambda item: item.name):
@@ -33,28 +37,54 @@ def survey(context) -> list[tuple]:
     return found
 
 
-def _pointed_at(context) -> list:
+def _pointed_at(context):
     if context.scene.radiosity.objects_from == "SELECTED":
-        return context.selected_objects
-    return [item for item in context.view_layer.objects if item.type == "MESH"]
+        return iter(context.selected_objects)
+    return (item for item in context.view_layer.objects if item.type == "MESH")
 
 
-def _any_baked(context) -> bool:
-    """Whether the survey would find any: without going through all objects, as a rule."""
-    properties = context.scene.radiosity
-    rendered = rendered_names(context.view_layer.layer_collection)
-    return any(not _left_out(item, properties, rendered) for item in _pointed_at(context))
+def _baked(context):
+    """Those of the survey that can be baked, one after the other and without its sorting."""
+    properties, rendered = context.scene.radiosity, Rendered(context.view_layer)
+    return (item for item in _pointed_at(context) if not _left_out(item, properties, rendered))
 
 
 def sharing_objects(context) -> list:
     """The chosen objects that get no colours of their own while they share a mesh."""
-    properties = context.scene.radiosity
-    rendered = rendered_names(context.view_layer.layer_collection)
+    rendered, properties = Rendered(context.view_layer), context.scene.radiosity
     chosen = [i for i in _pointed_at(context) if i.type == "MESH" and i.data.users > 1]
     return sharing(item for item in chosen if not _left_out(item, properties, rendered))
 
 
-def _left_out(item, properties, rendered: set[str]) -> str:
+class Rendered:
+    """Whether an object is in a collection of the view layer that is rendered, by its name.
+
+    The first are looked up one by one; who asks for more gets a set of all names made.
+    """
+
+    FEW = 8
+
+    def __init__(self, view_layer) -> None:
+        self._collections = list(_rendered(view_layer.layer_collection))
+        self._asked, self._names = 0, None
+
+    def __contains__(self, name: str) -> bool:
+        self._asked += 1
+        if self._asked <= self.FEW:
+            return any(name in collection.objects for collection in self._collections)
+        if self._names is None:
+            self._names = {item.name for each in self._collections for item in each.objects}
+        return name in self._names
+
+
+def _rendered(collection):
+    if not (collection.exclude or collection.collection.hide_render):
+        yield collection.collection
+        for child in collection.children:
+            yield from _rendered(child)
+
+
+def _left_out(item, properties, rendered: Rendered) -> str:
     if item.type != "MESH":
         return tip_("it is no mesh: convert it to one")
     if item.hide_render or item.name not in rendered:
@@ -89,12 +119,12 @@ def why_not(context) -> str:
             return tip_("Save the file first: the image folder is relative to it")
     name = properties.uv_map.strip()
     if name and properties.target == "IMAGE":
-        baked = (item for item, reason in survey(context) if not reason)
-        item = next((item for item in baked if name not in item.data.uv_layers), None)
+        looked_at = islice(_baked(context), LOOKED_AT)
+        item = next((item for item in looked_at if name not in item.data.uv_layers), None)
         if item is not None:
             text = tip_("{} has no UV map {}: unwrap it, or name another map or none")
             return text.format(item.name, name)
-    if _any_baked(context):
+    if next(_baked(context), None) is not None:
         return ""
     if properties.objects_from == "SELECTED":
         return tip_("Select a mesh that is rendered")

@@ -7,13 +7,13 @@ for as long as Blender runs.
 import bpy
 
 from . import overlay
-from .results import any_baked
+from .results import CarriesBake
 
 SHADING = ("type", "show_xray")
 _before: dict[int, dict] = {}  # by the space's address: its shading before it showed a bake
 
 
-class RADIOSITY_OT_show(bpy.types.Operator):
+class RADIOSITY_OT_show(CarriesBake, bpy.types.Operator):
     """Show the baked light in this viewport, or go back to how it looked. Materials are not
     touched"""
 
@@ -27,10 +27,7 @@ class RADIOSITY_OT_show(bpy.types.Operator):
         if space is None or space.type != "VIEW_3D":
             cls.poll_message_set("Use it in a 3D View")
             return False
-        if not shows(space) and not any_baked(context):
-            cls.poll_message_set("Nothing visible carries a bake of this target and name")
-            return False
-        return True
+        return shows(space) or super().poll(context)
 
     def execute(self, context):
         space = context.space_data

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import sys
 import time
 
+run_blender = sys.modules["window"].run_blender  # loaded by conftest.py
 box = sys.modules["box"]  # loaded by conftest.py
 IMPORTS, AREA, VIEW = box.IMPORTS, box.AREA, box.VIEW
 baked, keep, press, progress = box.baked, box.keep, box.press, box.progress
@@ -99,3 +101,23 @@ for item in bpy.data.objects:
     assert room.ask(COUNT) == 17  # with the keywords of the first call
     assert room.ask("answer = bpy.context.scene.radiosity.bake_name") == "Radiosity"
     assert "Traceback" not in room.log
+
+
+def test_reading_and_writing_take_at_most_twice_what_they_take_headless(room, profile, tmp_path):
+    """Between two steps of a bake the window gets what its events and its drawing need."""
+    path, report = tmp_path / "scene.blend", tmp_path / "report.json"
+    room.ask(f"bpy.ops.wm.save_as_mainfile(filepath={str(path)!r}, copy=True)")
+    headless, shown = [], []
+    words = ["--background", path, "--command", "radiosity", "--quality", "draft"]
+    for _ in range(3):
+        run_blender(profile, *words, "--output", tmp_path / "baked.blend", "--report", report)
+        headless.append(json.loads(report.read_text())["seconds"])
+        room.ask(INVOKE.format(keywords="quality='DRAFT'"))
+        room.until(lambda: progress(room) is not None, "the bake does not start")
+        end(room)
+        text = room.ask("answer = bpy.context.scene.radiosity.report")
+        shown.append(json.loads(text)["seconds"])
+    for stage in ("export", "write"):
+        least = [min(seconds[stage] for seconds in each) for each in (headless, shown)]
+        print(f"TOOK {stage} {least[0]:.2f} s headless, {least[1]:.2f} s in the window")
+        assert least[1] < 2 * least[0]

@@ -187,6 +187,7 @@ def test_edges_are_smooth_where_the_viewports_are(square, tmp_path):
 bpy.data.objects["Square"].scale = (0.5, 0.5, 1)
 bpy.context.preferences.system.viewport_aa = "OFF"
 """)
+    check(square, tmp_path, (0.3, 0.3, 0.1))
     assert steps(square, tmp_path) == 0
     square.ask("bpy.context.preferences.system.viewport_aa = '8'")
     assert steps(square, tmp_path) > 100
