@@ -24,7 +24,11 @@ with bpy.context.temp_override(window=window, area=area):
 
 
 def end(window) -> None:
-    window.until(lambda: progress(window) is None, "the bake does not end", patience=240)
+    try:
+        window.until(lambda: progress(window) is None, "the bake does not end", patience=400)
+    except AssertionError:
+        print("STUCK at", progress(window))
+        raise
 
 
 def test_blender_saves_by_itself_during_a_bake(room, tmp_path):
@@ -76,14 +80,14 @@ def answers_quickly(window, act) -> None:
     print(f"ANSWERED 95 % within {pauses[int(0.95 * len(pauses))]:.3f} s, all within {pauses[-1]:.2f} s")
     assert pauses[int(0.95 * len(pauses))] < MOST_PAUSE, pauses[-10:]
     own = max(window.ask("answer = [own for _, _, own in pauses]"))
-    assert own < 1, own  # of Blender's thread, while the solver works for five seconds
+    assert own < 1, own  # of Blender's thread
 
 
 COUNT = "answer = sum('Lit' in i.data.color_attributes for i in bpy.data.objects if i.type == 'MESH')"
 
 
 def test_repeat_last_does_not_freeze_the_window(room):
-    words = "bake_name='Lit', error=0.001, time_limit=5"
+    words = "bake_name='Lit', quality='DRAFT'"
     answers_quickly(room, lambda: room.ask(INVOKE.format(keywords=words)))
     assert room.ask(COUNT) == 17
     room.point(*VIEW)
