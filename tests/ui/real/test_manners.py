@@ -10,7 +10,7 @@ run_blender = sys.modules["window"].run_blender  # loaded by conftest.py
 box = sys.modules["box"]  # loaded by conftest.py
 IMPORTS, AREA, VIEW = box.IMPORTS, box.AREA, box.VIEW
 baked, keep, press, progress = box.baked, box.keep, box.press, box.progress
-MOST_PAUSE = 0.1  # seconds between two answers of the window
+MOST_OWN = 0.5  # seconds of Blender's thread between two answers: an undo step and a redraw
 AUTOSAVE = """
 paths = bpy.context.preferences.filepaths
 paths.use_auto_save_temporary_files, paths.auto_save_time = True, 1
@@ -69,18 +69,18 @@ def test_menu_search_finds_the_bake(room, tmp_path):
     room.until(lambda: progress(room) is None, "Esc does not cancel")
 
 
-def answers_quickly(window, act) -> None:
-    """The window answers from ``act`` to the end of the bake that it starts."""
+def answers_meanwhile(window, act) -> None:
+    """The window answers from ``act`` to the end of the bake that it starts: a call that blocks
+    would be one pause as long as all of it."""
     window.ask("pauses.clear()")
     act()
     window.until(lambda: progress(window) is not None, "the bake does not start")
-    window.until(lambda: (progress(window) or ("",))[0] == "SOLVE", "the solver does not start")
     end(window)
-    pauses = sorted(window.ask("answer = [pause for _, pause, _ in pauses]"))
-    print(f"ANSWERED 95 % within {pauses[int(0.95 * len(pauses))]:.3f} s, all within {pauses[-1]:.2f} s")
-    assert pauses[int(0.95 * len(pauses))] < MOST_PAUSE, pauses[-10:]
-    own = max(window.ask("answer = [own for _, _, own in pauses]"))
-    assert own < 1, own  # of Blender's thread
+    walls, owns = window.ask("answer = [p[1] for p in pauses], [p[2] for p in pauses]")
+    print(f"ANSWERED {len(walls)} times in {sum(walls):.1f} s, after {max(walls):.2f} s at most; "
+          f"of Blender's thread {max(owns):.2f} s")  # fmt: skip
+    assert max(walls) < sum(walls) / 3
+    assert max(owns) < MOST_OWN
 
 
 COUNT = "answer = sum('Lit' in i.data.color_attributes for i in bpy.data.objects if i.type == 'MESH')"
@@ -88,7 +88,7 @@ COUNT = "answer = sum('Lit' in i.data.color_attributes for i in bpy.data.objects
 
 def test_repeat_last_does_not_freeze_the_window(room):
     words = "bake_name='Lit', quality='DRAFT'"
-    answers_quickly(room, lambda: room.ask(INVOKE.format(keywords=words)))
+    answers_meanwhile(room, lambda: room.ask(INVOKE.format(keywords=words)))
     assert room.ask(COUNT) == 17
     room.point(*VIEW)
     room.key("ctrl+z")
@@ -101,7 +101,7 @@ for item in bpy.data.objects:
         item.data.color_attributes.remove(item.data.color_attributes["Lit"])
 """)
     room.point(*VIEW)
-    answers_quickly(room, lambda: room.key("shift+r"))
+    answers_meanwhile(room, lambda: room.key("shift+r"))
     assert room.ask(COUNT) == 17  # with the keywords of the first call
     assert room.ask("answer = bpy.context.scene.radiosity.bake_name") == "Radiosity"
     assert "Traceback" not in room.log
