@@ -5,16 +5,16 @@ from bpy.app.translations import pgettext_iface as iface_
 LINE = 44  # characters of a text in one line of the panel
 
 
-def broken(text: str) -> list[str]:
+def broken(text: str, width: int = LINE) -> list[str]:
     """The text in lines that fit a sidebar."""
     import textwrap
 
-    return textwrap.wrap(text, LINE)
+    return textwrap.wrap(text, width)
 
 
-def draw_note(column, text: str, icon: str) -> None:
+def draw_note(column, text: str, icon: str, width: int = LINE) -> None:
     """The whole text, broken into lines, the icon before the first."""
-    for index, line in enumerate(broken(text)):
+    for index, line in enumerate(broken(text, width)):
         column.label(text=line, icon="BLANK1" if index else icon, translate=False)
 
 
