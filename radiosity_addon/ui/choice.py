@@ -5,7 +5,7 @@ from itertools import islice
 import bpy
 from bpy.app.translations import pgettext_tip as tip_
 
-from ..bake.rendered import rendered_names
+from ..bake.rendered import Rendered
 from ..bake.single_user import sharing
 from . import session
 from .results import uv_map_of
@@ -54,34 +54,6 @@ def sharing_objects(context) -> list:
     rendered, properties = Rendered(context.view_layer), context.scene.radiosity
     chosen = [i for i in _pointed_at(context) if i.type == "MESH" and i.data.users > 1]
     return sharing(item for item in chosen if not _left_out(item, properties, rendered))
-
-
-class Rendered:
-    """Whether an object is in a collection of the view layer that is rendered, by its name.
-
-    The first are looked up one by one; who asks for more gets a set of all names made.
-    """
-
-    FEW = 8
-
-    def __init__(self, view_layer) -> None:
-        self._collections = list(_rendered(view_layer.layer_collection))
-        self._asked, self._names = 0, None
-
-    def __contains__(self, name: str) -> bool:
-        self._asked += 1
-        if self._asked <= self.FEW:
-            return any(name in collection.objects for collection in self._collections)
-        if self._names is None:
-            self._names = {item.name for each in self._collections for item in each.objects}
-        return name in self._names
-
-
-def _rendered(collection):
-    if not (collection.exclude or collection.collection.hide_render):
-        yield collection.collection
-        for child in collection.children:
-            yield from _rendered(child)
 
 
 def _left_out(item, properties, rendered: Rendered) -> str:
