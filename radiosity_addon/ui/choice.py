@@ -10,7 +10,7 @@ from ..bake.single_user import sharing
 from . import session
 from .results import uv_map_of
 
-LOOKED_AT = 100  # objects whose UV map is looked for at every redraw; a bake looks for all
+LOOKED_AT = 100  # meshes whose UV map is looked for at every redraw; a bake looks for all
 
 
 def chosen_objects(context, properties) -> tuple[str, ...]:
@@ -73,6 +73,15 @@ def _left_out(item, properties, rendered: Rendered) -> str:
     return ""
 
 
+def _without_map(context, name: str):
+    """The first object to be baked that lacks the UV map, or None. The map is looked for first, as
+    most have it: whether an object can be baked is a longer question."""
+    properties, rendered = context.scene.radiosity, Rendered(context.view_layer)
+    meshes = (item for item in _pointed_at(context) if item.type == "MESH")
+    lacking = (i for i in islice(meshes, LOOKED_AT) if name not in i.data.uv_layers)
+    return next((item for item in lacking if not _left_out(item, properties, rendered)), None)
+
+
 def why_not(context) -> str:
     """Why a bake cannot start now; empty when it can. Cheap: asked at every redraw."""
     if session.current() is not None:
@@ -91,8 +100,7 @@ def why_not(context) -> str:
             return tip_("Save the file first: the image folder is relative to it")
     name = properties.uv_map.strip()
     if name and properties.target == "IMAGE":
-        looked_at = islice(_baked(context), LOOKED_AT)
-        item = next((item for item in looked_at if name not in item.data.uv_layers), None)
+        item = _without_map(context, name)
         if item is not None:
             text = tip_("{} has no UV map {}: unwrap it, or name another map or none")
             return text.format(item.name, name)

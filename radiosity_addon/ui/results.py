@@ -71,7 +71,7 @@ def any_baked(context) -> bool:
     first, and while a window is drawn none are looked for again only after a while."""
     global _found, _missed
     properties = context.scene.radiosity
-    last = context.view_layer.objects.get(_found)
+    last = context.view_layer.objects.get(_found) if _found else None
     if last is not None and last.type == "MESH" and has_result(last, properties):
         if last.visible_get():
             return True
@@ -94,16 +94,22 @@ def look_again(*_) -> None:
 
 def _baked(context):
     properties = context.scene.radiosity
-    marked = {image[MARK] for image in bpy.data.images if MARK in image}
-    held = {name for image in bpy.data.images if MARK in image for name in owners(image)}
-    for item in context.view_layer.objects:
-        if item.type != "MESH":
-            continue
-        own = f"{properties.bake_name}_{item.name}"
-        if properties.target == "IMAGE" and item.name not in held and own not in marked:
-            continue
-        if has_result(item, properties) and item.visible_get():
-            yield item
+    items = (item for item in context.view_layer.objects if item.type == "MESH")
+    if properties.target == "IMAGE":
+        items = _with_image(items, properties.bake_name)
+    return (item for item in items if has_result(item, properties) and item.visible_get())
+
+
+def _with_image(items, name: str):
+    """Those for which the bake ``name`` may have made an image: a look at all images, not one for
+    each object."""
+    marked, held = set(), set()
+    for image in bpy.data.images:
+        mark = image.get(MARK)
+        if mark is not None:
+            marked.add(mark)
+            held.update(owners(image))
+    return (item for item in items if item.name in held or f"{name}_{item.name}" in marked)
 
 
 def has_result(item, properties) -> bool:
