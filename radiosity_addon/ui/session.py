@@ -17,12 +17,11 @@ from ..settings import Settings
 from ..steps import scaled
 from .follow import follow
 from .keep_file import NAME, forget_kept
+from .pace import Pace
 from .payload import PACKAGE
 
 # The shares of the whole that the solver's part has in the progress bar.
 SOLVE_FROM, SOLVE_TO = 0.05, 0.97
-BUDGET = 0.02  # seconds of reading or writing in one step, but at least one piece of it
-MOST = 0.05  # seconds that a step with several pieces takes, should a long one be the last
 # What reading and writing import, in pieces. SciPy and embreex are the solver's process's alone.
 IMPORTS = ("bake.texels", "bake.unwrap", "export.shaders", "export.materials", "export.lights",
            "export.world", "export.evaluated", "export.pipeline", "stages.prepare",
@@ -61,7 +60,7 @@ class BakeSession:
         self._job = self._result = None
         self._peak_memory, self._reused = 0, ""
         self._maps: list = []
-        self._longest = 0.0  # seconds of the longest piece so far
+        self._pace = Pace()
 
     @property
     def wants_operator(self) -> bool:
@@ -109,15 +108,14 @@ class BakeSession:
             self._process = None
 
     def _take_steps(self, context) -> None:
-        """Pieces of reading or of writing that take about ``BUDGET`` together."""
+        """Pieces of reading or of writing, as many as the pace allows; at least one."""
         if self._steps is None:
             reading = self.stage is Stage.START
             self._steps = self._read(context) if reading else self._write(context)
-        start = before = time.perf_counter()
+            self._pace = Pace()
+        self._pace.begin()
         for self.fraction in self._steps:
-            now = time.perf_counter()
-            self._longest, before = max(self._longest, now - before), now
-            if now - start >= min(BUDGET, MOST - self._longest):
+            if self._pace.enough():
                 return
         self._steps = None
         if self.stage is Stage.DONE:
@@ -135,7 +133,7 @@ class BakeSession:
             yield 0.0
         from ..stages.prepare import prepare_steps
 
-        self.stage = Stage.EXPORT
+        self.stage, self._pace = Stage.EXPORT, Pace()
         before = self.elapsed
         reading = prepare_steps(scene, view_layer, self.settings)
         self._job, self._maps = yield from scaled(0.0, SOLVE_FROM, reading)

@@ -221,9 +221,9 @@ PHASES = {
 @pytest.fixture
 def slowly(monkeypatch):
     """One piece of work a step, so that every phase can be caught in its midst."""
-    from radiosity_addon.ui import session
+    from radiosity_addon.ui import pace
 
-    monkeypatch.setattr(session, "BUDGET", 0.0)
+    monkeypatch.setattr(pace, "MOST", 0.0)
 
 
 def reach(bpy, bake, phase: str) -> None:
