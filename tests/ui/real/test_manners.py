@@ -24,11 +24,7 @@ with bpy.context.temp_override(window=window, area=area):
 
 
 def end(window) -> None:
-    try:
-        window.until(lambda: progress(window) is None, "the bake does not end", patience=400)
-    except AssertionError:
-        print("STUCK at", progress(window))
-        raise
+    window.until(lambda: progress(window) is None, "the bake does not end", patience=600)
 
 
 def test_blender_saves_by_itself_during_a_bake(room, tmp_path):
@@ -84,44 +80,59 @@ def answers_meanwhile(window, act) -> None:
 
 
 COUNT = "answer = sum('Lit' in i.data.color_attributes for i in bpy.data.objects if i.type == 'MESH')"
+# Of the lamp's own light alone, so that next to nothing is to be solved.
+WORDS = "bake_name='Lit', quality='DRAFT', passes={'EMIT'}"
+CLEAN = """
+for item in bpy.data.objects:
+    if item.type == "MESH" and "Lit" in item.data.color_attributes:
+        item.data.color_attributes.remove(item.data.color_attributes["Lit"])
+with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+    bpy.ops.ed.undo_push(message="Clean")
+"""
 
 
 def test_repeat_last_does_not_freeze_the_window(room):
-    words = "bake_name='Lit', quality='DRAFT'"
-    answers_meanwhile(room, lambda: room.ask(INVOKE.format(keywords=words)))
+    """It repeats the bake with the keywords of the first call."""
+    answers_meanwhile(room, lambda: room.ask(INVOKE.format(keywords=WORDS)))
     assert room.ask(COUNT) == 17
+    room.ask(CLEAN)
+    room.point(*VIEW)
+    answers_meanwhile(room, lambda: room.key("shift+r"))
+    assert room.ask(COUNT) == 17
+    assert room.ask("answer = bpy.context.scene.radiosity.bake_name") == "Radiosity"
+    assert "Traceback" not in room.log
+
+
+def test_undo_takes_a_bake_back_and_redo_brings_it(room):
+    """Blender forgets what Repeat Last would repeat with an undo, whatever operator it was."""
+    assert room.ask(COUNT) == 17  # of the repeated bake
     room.point(*VIEW)
     room.key("ctrl+z")
     room.until(lambda: room.ask(COUNT) == 0, "undo does not take the bake back")
     room.key("ctrl+shift+z")
     room.until(lambda: room.ask(COUNT) == 17, "redo does not bring the bake")
-    room.ask("""
-for item in bpy.data.objects:
-    if item.type == "MESH":
-        item.data.color_attributes.remove(item.data.color_attributes["Lit"])
-""")
-    room.point(*VIEW)
-    answers_meanwhile(room, lambda: room.key("shift+r"))
-    assert room.ask(COUNT) == 17  # with the keywords of the first call
-    assert room.ask("answer = bpy.context.scene.radiosity.bake_name") == "Radiosity"
     assert "Traceback" not in room.log
 
 
 def test_reading_and_writing_take_at_most_twice_what_they_take_headless(room, profile, tmp_path):
-    """Between two steps of a bake the window gets what its events and its drawing need."""
+    """Between two steps of a bake the window gets what its events and its drawing need. Nothing is
+    solved here but the lamp's own light."""
     path, report = tmp_path / "scene.blend", tmp_path / "report.json"
     room.ask(f"bpy.ops.wm.save_as_mainfile(filepath={str(path)!r}, copy=True)")
     headless, shown = [], []
     words = ["--background", path, "--command", "radiosity", "--quality", "draft"]
+    words += ["--passes", "emit", "--name", "Lit"]
     for _ in range(3):
         run_blender(profile, *words, "--output", tmp_path / "baked.blend", "--report", report)
         headless.append(json.loads(report.read_text())["seconds"])
-        room.ask(INVOKE.format(keywords="quality='DRAFT'"))
+        room.ask(INVOKE.format(keywords=WORDS))
         room.until(lambda: progress(room) is not None, "the bake does not start")
         end(room)
         text = room.ask("answer = bpy.context.scene.radiosity.report")
         shown.append(json.loads(text)["seconds"])
+    least = {}
     for stage in ("export", "write"):
-        least = [min(seconds[stage] for seconds in each) for each in (headless, shown)]
-        print(f"TOOK {stage} {least[0]:.2f} s headless, {least[1]:.2f} s in the window")
-        assert least[1] < 2 * least[0]
+        least[stage] = [min(seconds[stage] for seconds in each) for each in (headless, shown)]
+        print("TOOK {} {:.2f} s headless, {:.2f} s in the window".format(stage, *least[stage]))
+    for alone, windowed in least.values():
+        assert windowed < 2 * alone

@@ -38,7 +38,7 @@ answer = bpy.context.window_manager.clipboard
 
 
 def wait_for_end(window) -> None:
-    window.until(lambda: progress(window) is None, "the bake does not end", patience=240)
+    window.until(lambda: progress(window) is None, "the bake does not end", patience=600)
 
 
 def test_killed_solver_is_a_message(room, tmp_path):
@@ -91,7 +91,7 @@ with bpy.context.temp_override(window=window, area=area):
     bpy.context.view_layer.objects.active = bpy.data.objects["Ball"]
     bpy.ops.object.mode_set(mode="EDIT")
 """)
-    room.until(lambda: progress(room)[0] == "WAIT", "the bake does not wait", patience=120)
+    room.until(lambda: progress(room)[0] == "WAIT", "the bake does not wait", patience=600)
     room.ask(press("bpy.ops.object.mode_set(mode='OBJECT')"))
     wait_for_end(room)
     assert room.ask("answer = 'Second' in bpy.data.objects['Ball'].data.color_attributes")

@@ -7,6 +7,7 @@ command that runs others where that Blender lives (a container); Xvfb, xdotool a
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import shlex
@@ -17,7 +18,7 @@ from pathlib import Path
 
 SIZE = (1280, 800)
 TOOLS = ("Xvfb", "xdotool", "import")
-PATIENCE = 60  # seconds for anything to happen
+PATIENCE = 180  # seconds for anything to happen, on a machine that does other work
 
 
 def blender_command() -> list[str]:
@@ -48,18 +49,29 @@ def missing() -> str:
     return ""
 
 
+_opened = itertools.count()
+
+
 class Window:
     """Blender open in a window. Use as a context manager."""
 
     def __init__(self, folder: Path, environment: dict, *words) -> None:
         self._folder = folder
-        self._display = f":{70 + os.getpid() % 900}"
+        self._display = f":{70 + (os.getpid() + 100 * next(_opened)) % 900}"
         self._environment = {**os.environ, **environment, "DISPLAY": self._display}
         self._words = words
         self._log = open(folder / "blender.log", "wb")
         self._running: list[subprocess.Popen] = []
 
     def __enter__(self) -> Window:
+        try:
+            self._open()
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def _open(self) -> None:
         width, height = SIZE
         self._launch([*beside(), "Xvfb", self._display, "-screen", "0", f"{width}x{height}x24"])
         time.sleep(1.5)
@@ -68,7 +80,6 @@ class Window:
         self._launch([*blender_command(), "--gpu-backend", "opengl", *geometry, *self._words,
                       "--python", str(inside), "--", str(self._folder)])  # fmt: skip
         self.ask("answer = True")
-        return self
 
     def __exit__(self, *_) -> None:
         for process in reversed(self._running):
