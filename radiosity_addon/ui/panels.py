@@ -76,7 +76,16 @@ class RADIOSITY_PT_target(RadiosityPanel, bpy.types.Panel):
             layout.prop(properties, "unwrap")
         layout.prop(properties, "margin")
         if item is not None and not properties.use_atlas:
-            layout.column(align=True).prop(item, "radiosity_own_resolution")
+            draw_own(layout, item, "radiosity_own_resolution")
+
+
+def draw_own(layout, item, name: str) -> None:
+    """What is asked of the active object alone, below its name."""
+    column = layout.column(align=True)
+    row = column.split(factor=0.4)
+    row.label()
+    row.label(text=item.name, icon="OBJECT_DATA", translate=False)
+    column.prop(item, name)
 
 
 class ImagePanel(RadiosityPanel):
@@ -111,10 +120,10 @@ class RADIOSITY_PT_atlas(ImagePanel, bpy.types.Panel):
             layout.label(text="The UV map is used as it is", icon="INFO")
             return
         layout.prop(properties, "density")
+        layout.prop(properties, "atlas_images")
         item = context.object
         if item is not None and item.type == "MESH":
-            layout.prop(item, "radiosity_density_factor")
-        layout.prop(properties, "atlas_images")
+            draw_own(layout, item, "radiosity_density_factor")
 
 
 class RADIOSITY_PT_files(ImagePanel, bpy.types.Panel):
