@@ -191,6 +191,15 @@ bpy.ops.ed.undo_push(message="two")
     square.ask(AREA + "bpy.data.objects['Tile'].name = 'Square'\narea.tag_redraw()")
 
 
+BRIGHT = (0.8, 0.7, 0.6)
+# Brighter than the background by more than half of the scale, whatever the tests before have set.
+EDGE = WRITE + f"""
+scene = bpy.context.scene
+view = scene.view_settings
+view.view_transform, view.look, view.exposure, view.gamma = "Standard", "None", 0, 1
+scene.radiosity.target, scene.radiosity.bake_name = "VERTEX", "Edge"
+write("Edge", {BRIGHT})
+"""
 SMOOTH = AREA + """
 bpy.data.objects["Square"].scale = (0.5, 0.5, 1)
 bpy.context.preferences.system.viewport_aa = {!r}
@@ -212,8 +221,9 @@ def steps(window, tmp_path) -> int:
 def test_edges_are_smooth_where_the_viewports_are(square, tmp_path):
     """The square's edges cross some hundred rows: a pixel of each lies half on it. Without
     anti-aliasing there is none between the two colors."""
+    square.ask(EDGE)
     square.ask(SMOOTH.format("OFF"))
-    check(square, tmp_path, (0.3, 0.3, 0.1))
+    check(square, tmp_path, BRIGHT)
     assert settled(lambda: steps(square, tmp_path), lambda number: number == 0) == 0
     square.ask(SMOOTH.format("8"))
     assert settled(lambda: steps(square, tmp_path), lambda number: number > 100) > 100
@@ -221,19 +231,21 @@ def test_edges_are_smooth_where_the_viewports_are(square, tmp_path):
 
 
 def test_an_object_in_edit_mode_is_shown_as_blender_draws_it(square, tmp_path):
+    square.ask(EDGE)
+    check(square, tmp_path, BRIGHT)
     square.ask(AREA + """
 with bpy.context.temp_override(window=window, area=area):
     bpy.context.view_layer.objects.active = bpy.data.objects["Square"]
     bpy.ops.object.mode_set(mode="EDIT")
 """)
-    assert differs(square, tmp_path, (0.3, 0.3, 0.1))
+    assert differs(square, tmp_path, BRIGHT)
     square.ask(AREA + """
 with bpy.context.temp_override(window=window, area=area):
     bpy.ops.mesh.select_all(action="SELECT")
     bpy.ops.transform.resize(value=(3, 3, 1))
     bpy.ops.object.mode_set(mode="OBJECT")
 """)
-    check(square, tmp_path, (0.3, 0.3, 0.1))
+    check(square, tmp_path, BRIGHT)
     square.ask(press("bpy.ops.radiosity.show()"))
-    assert differs(square, tmp_path, (0.3, 0.3, 0.1))
+    assert differs(square, tmp_path, BRIGHT)
     assert "Traceback" not in square.log, square.log[-3000:]

@@ -88,7 +88,7 @@ class Window:
                 process.wait(5)
             except subprocess.TimeoutExpired:
                 process.kill()
-                process.wait(5)
+                process.wait(PATIENCE)
         self._log.close()
 
     def _launch(self, line: list[str]) -> None:
