@@ -17,6 +17,7 @@ from .windows import find_window
 TICK = 0.05  # seconds between two looks at the solver
 AT_WORK = 0.005  # seconds between two steps of reading or writing, for Blender's events
 REDRAW = 0.25  # seconds between two pictures of the progress: each draws the window anew
+REST = 4  # times what a picture took, to the next one: where drawing is slow the work goes on
 
 
 class Ticker:
@@ -52,11 +53,15 @@ class Progress:
 
     def __init__(self) -> None:
         self._shown, self._next = "", 0.0
+        self._drawn: float | None = None  # when the last picture was asked for, until it is there
 
     def show(self, context, bake) -> None:
         now, text = time.perf_counter(), progress_text(bake)
+        if self._drawn is not None:
+            self._next = max(self._next, now + REST * (now - self._drawn))
+            self._drawn = None
         if text != self._shown and now >= self._next:
-            self._shown, self._next = text, now + REDRAW
+            self._shown, self._next, self._drawn = text, now + REDRAW, now
             redraw(context)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 
 LEAST = 0.02  # seconds of a step: shorter ones leave more turns to the window than it has use for
-MOST = 0.08  # seconds of a step: longer ones are felt as a pause
+MOST = 0.08  # seconds of work in a step: longer ones are felt as a pause
 
 
 class Pace:
@@ -23,13 +23,14 @@ class Pace:
 
     def begin(self) -> None:
         """A step begins."""
-        self._start, self._before = time.perf_counter(), time.thread_time()
-        turn = self._start - self._ended
-        self._budget = min(max(LEAST, turn), MOST - self._longest)
+        start, self._before = time.perf_counter(), time.thread_time()
+        self._until = start + max(LEAST, start - self._ended)
+        self._left = MOST - self._longest
 
     def enough(self) -> bool:
         """A piece is done: whether it was the step's last, as another long one might be too much."""
         now = time.thread_time()
-        self._longest, self._before = max(self._longest, now - self._before), now
+        worked, self._before = now - self._before, now
+        self._longest, self._left = max(self._longest, worked), self._left - worked
         self._ended = time.perf_counter()
-        return self._ended - self._start >= self._budget
+        return self._left <= 0 or self._ended >= self._until

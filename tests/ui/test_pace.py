@@ -71,3 +71,30 @@ def test_waiting_for_a_processor_makes_later_steps_no_shorter(clock):
     pace = Pace()
     assert pieces(clock, pace, 0.0, 0.001, wait=0.4) == 1
     assert pieces(clock, pace, 0.5, 0.001) == pytest.approx(79, abs=1)
+
+
+def test_waiting_counts_as_the_steps_time(clock):
+    """After a turn of 0.3 s pieces of 1 ms that wait for 9 ms more are 30, not 79."""
+    from radiosity_addon.ui.pace import Pace
+
+    assert pieces(clock, Pace(), 0.3, 0.001, wait=0.009) == pytest.approx(30, abs=1)
+
+
+# A picture every 0.25 s where the next tick comes at once; where each takes 0.5 s, one begins
+# 0.5 s + 4 * 0.5 s after the other: in 10 s there are 40, and 4.
+@pytest.mark.parametrize(("drawing", "expected"), [(0.0, 40), (0.5, 4)])
+def test_pictures_of_the_progress_leave_four_fifths_to_the_work(
+    clock, monkeypatch, drawing, expected
+):
+    from radiosity_addon.ui import background
+
+    pictures = []
+    monkeypatch.setattr(background, "time", clock)
+    monkeypatch.setattr(background, "progress_text", lambda bake: str(clock.wall))
+    monkeypatch.setattr(background, "redraw", pictures.append)
+    progress = background.Progress()
+    while clock.wall < 10:
+        before = len(pictures)
+        progress.show(None, None)
+        clock.pass_by(0.01 + drawing * (len(pictures) - before), 0.0)
+    assert len(pictures) == pytest.approx(expected, abs=2 if expected == 40 else 1)
