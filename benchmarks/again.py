@@ -7,6 +7,7 @@ solver's part, by the processor over all threads: what else the machine does is 
 from __future__ import annotations
 
 import argparse
+import pickle
 import time
 from dataclasses import dataclass, replace
 
@@ -65,21 +66,33 @@ def measure(build, error: float, size: int = SIZE) -> list[Row]:
         discard(bpy.context, jobs[-1])
     other = replace(jobs[0], settings=replace(vertex, passes=("indirect",)))
     lit = replace(jobs[0], scene=brighter(jobs[0].scene))
+    first, _ = _kept(jobs[0])
+    second, fresh = _kept(jobs[1])
     return [
-        _row("passes: indirect light only", jobs[0], other),
-        _row(f"target: an image of {size} texels", jobs[0], jobs[1]),
-        _row(f"resolution: {2 * size} instead of {size} texels", jobs[1], jobs[2]),
-        _row("colours and strengths of all lights", jobs[0], lit),
+        _row("passes: indirect light only", first, other),
+        _row(f"target: an image of {size} texels", first, jobs[1], fresh),
+        _row(f"resolution: {2 * size} instead of {size} texels", second, jobs[2]),
+        _row("colours and strengths of all lights", first, lit),
     ]
 
 
-def _row(change: str, before, after) -> Row:
+def _kept(job) -> tuple[bytes, float]:
+    """The pickled cache that a bake from scratch leaves, and its seconds."""
     from radiosity_addon.bake_job import run
     from radiosity_addon.solver.adaptive.solve_cache import SolveCache
 
     kept = SolveCache()
-    run(before, kept=kept)
-    fresh = _seconds(lambda: run(after))
+    seconds = _seconds(lambda: run(job, kept=kept))
+    return pickle.dumps(kept), seconds
+
+
+def _row(change: str, before: bytes, after, fresh: float | None = None) -> Row:
+    """``after`` baked with the cache that a bake ``before`` left, and from scratch."""
+    from radiosity_addon.bake_job import run
+
+    kept = pickle.loads(before)
+    if fresh is None:
+        fresh = _seconds(lambda: run(after))
     return Row(change, fresh, _seconds(lambda: run(after, kept=kept)), kept.reused or "nothing")
 
 

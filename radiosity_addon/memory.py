@@ -5,10 +5,18 @@ from __future__ import annotations
 import ctypes
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 START, START_PER_CORE = 1700 << 20, 100 << 20  # bytes of address space, as measured
 ALWAYS, PER_RECEIVER, PER_TRIANGLE = 450e6, 2900.0, 500.0  # bytes of a bake, measured
+# Texels that belong to a face: more than WHOLE are baked in tiles of at most TILE, after a survey of
+# SURVEY coarse ones. These two set the memory; the smaller they are the more is done twice, where tiles overlap.
+WHOLE, TILE, SURVEY = 1_500_000, 700_000, 400_000
+OVERLAPS = 1.1  # times a tile's texels, with those that others have, too
+SURVEYED = 600.0  # bytes of each texel of the survey that stay
+KEPT, DRAWN = 8.0, 60.0  # bytes of each texel that is done, and of the largest image's, measured
+ROUND = 16  # texels: edges of images that are told to fit are multiples of it
 
 
 def peak_memory() -> int:
@@ -43,6 +51,34 @@ def of_a_bake(receivers: float, triangles: float) -> float:
     docs/stability.md compares it with what was measured.
     """
     return PER_RECEIVER * receivers + PER_TRIANGLE * triangles
+
+
+def of_images(texels: float, largest: float, triangles: float) -> float:
+    """The same for images of so many ``texels`` together, of which the ``largest`` has that many."""
+    whole = of_a_bake(min(texels, WHOLE), triangles)
+    if texels <= WHOLE:
+        return whole
+    tile = of_a_bake(OVERLAPS * TILE, triangles) + SURVEYED * SURVEY
+    return max(whole, tile + KEPT * texels + DRAWN * largest)
+
+
+def fitting_share(free: float, needed: Callable[[float], float]) -> float:
+    """The largest share in [0, 1] whose ``needed(share)`` bytes, which grow with it, are ``free``;
+    0 where none is."""
+    low, high = 0.0, 1.0
+    if needed(high) <= free:
+        return high
+    for _ in range(40):
+        middle = (low + high) / 2
+        low, high = (middle, high) if needed(middle) <= free else (low, middle)
+    return low
+
+
+def fitting_edge(edge: int, free: float, texels: float, largest: float, triangles: float) -> int:
+    """To what the ``edge`` of images of so many ``texels``, the ``largest`` of that many, must be
+    lowered for them to fit into ``free`` bytes; 0 where none fits."""
+    share = fitting_share(free, lambda s: of_images(s * texels, s * largest, triangles))
+    return edge if share == 1 else int(edge * share**0.5) // ROUND * ROUND
 
 
 def require(needed: int, what: str, remedy: str) -> None:

@@ -293,7 +293,7 @@ def test_tiny_bakes_again(blender):
     from benchmarks.again import measure, table
     from benchmarks.scenes import lit_by_a_lamp_panel
 
-    rows = measure(lit_by_a_lamp_panel, error=0.015, size=32)
+    rows = measure(lit_by_a_lamp_panel, error=0.04, size=32)
     assert [row.reused for row in rows] == ["solution"] * 3 + ["transport"]
     assert sum(row.again for row in rows) < 0.9 * sum(row.fresh for row in rows)
     assert table(rows).count("\n") == 5
@@ -316,7 +316,7 @@ def test_vertex_colours_beside_finer_ones(blender):
     from benchmarks.vertices import measure
 
     said = []
-    (row,) = measure(lit_by_a_lamp_panel(), [0.03], [0], 0.01, said.append)
+    (row,) = measure(lit_by_a_lamp_panel(), [0.06], [0], 0.025, said.append)
     assert len(said) == 2 and row.most.error <= row.found.error <= row.asked
     assert row.found.error < 2 * row.said
 

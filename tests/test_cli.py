@@ -14,7 +14,7 @@ import pytest
 pytest.importorskip("bpy")
 
 from radiosity_addon import command  # noqa: E402
-from radiosity_addon.command import main  # noqa: E402
+from tests.one_core import main  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[1]
 FAST = ["--quality", "draft"]
@@ -59,7 +59,7 @@ def sunlit(blender, tmp_path):
 
 def test_vertex_colours_of_a_sunlit_square(sunlit, blender, capfd):
     before = sunlit.read_bytes()
-    assert main([str(sunlit)]) == 0
+    assert command.main([str(sunlit)]) == 0
     out, err = capfd.readouterr()
     assert len(out.splitlines()) == 5 and str(sunlit.with_name("sunlit_baked.blend")) in out
     assert err == ""
@@ -164,9 +164,9 @@ def test_report_of_a_real_bake(room):
 
 def test_same_seed_same_colours_whatever_the_threads(room, blender):
     colors = []
-    for number, words in enumerate((["--threads=1"], ["--threads=2"], ["--seed=1"])):
+    for number, words in enumerate((["--threads=1"], ["--threads=2"], ["--threads=1", "--seed=1"])):
         output = room.with_name(f"{number}.blend")
-        assert main([str(room), *FAST, *words, "--output", str(output)]) == 0
+        assert command.main([str(room), *FAST, *words, "--output", str(output)]) == 0
         colors.append(colors_of(blender, output))
     assert np.array_equal(colors[0], colors[1])
     assert not np.array_equal(colors[0], colors[2])

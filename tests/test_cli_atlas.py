@@ -10,8 +10,8 @@ import pytest
 pytest.importorskip("bpy")
 
 from radiosity_addon.bake.texels import coverage, texel_receivers  # noqa: E402
-from radiosity_addon.command import main  # noqa: E402
 from radiosity_addon.gltf.glb import read_glb  # noqa: E402
+from tests.one_core import main  # noqa: E402
 
 SIDES = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
 SQUARE = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]

@@ -12,7 +12,8 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from radiosity_addon.command import main  # noqa: E402
+from tests.one_core import main  # noqa: E402
+
 
 
 def failure(capfd, argv, folder, status: int = 1) -> str:

@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("bpy")
 
 from radiosity_addon.bake.encodings import decode  # noqa: E402
-from radiosity_addon.command import main  # noqa: E402
+from tests.one_core import main  # noqa: E402
 
 
 def bake(room, tmp_path, *options):

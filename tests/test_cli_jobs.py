@@ -10,8 +10,8 @@ import pytest
 pytest.importorskip("bpy")
 
 from radiosity_addon.arguments import parse  # noqa: E402
-from radiosity_addon.command import main  # noqa: E402
 from radiosity_addon.stages.prepare import matching  # noqa: E402
+from tests.one_core import main  # noqa: E402
 
 FAST = ["--quality", "draft"]
 
@@ -105,7 +105,7 @@ def test_settings_and_report_stay_in_the_file(room, blender):
 
         blender.ops.wm.open_mainfile(filepath=str(room.with_name("room_baked.blend")))
         scene = blender.context.scene
-        asked = Settings(error=0.2, passes=("direct",), seed=7, name="Lit")
+        asked = Settings(error=0.2, passes=("direct",), seed=7, threads=1, name="Lit")
         assert settings_of(scene.radiosity) == asked
         kept = load_report(scene)
         assert (kept["rays"], kept["objects"]) == (report["rays"], report["objects"])

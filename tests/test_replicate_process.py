@@ -44,6 +44,12 @@ def lit_box(reflectance=0.6):
     return scene, meshes.triangle_receivers(scene, 3)
 
 
+@pytest.fixture(scope="module")
+def alone():
+    """The light of ``lit_box()`` from one process."""
+    return solve(*lit_box(), SETTINGS)
+
+
 def assert_same(one, other):
     for name in ("direct", "indirect", "emission"):
         assert np.array_equal(getattr(one, name), getattr(other, name))
@@ -51,11 +57,11 @@ def assert_same(one, other):
         assert getattr(one.statistics, name) == getattr(other.statistics, name), name
 
 
-def test_the_light_is_that_of_one_process_bit_for_bit(twin):
+def test_the_light_is_that_of_one_process_bit_for_bit(twin, alone):
     scene, receivers = lit_box()
     both = solve(scene, receivers, SETTINGS, beside=twin)
     assert twin.rays > 0.2 * both.statistics.rays  # it has done its part
-    assert_same(both, solve(scene, receivers, SETTINGS))
+    assert_same(both, alone)
     assert_same(both, solve(scene, receivers, replace(SETTINGS, threads=1), beside=twin))
 
 
@@ -82,13 +88,13 @@ def test_its_fault_is_raised_here(twin):
     solve(white, receivers, SETTINGS, beside=twin)  # still there, and of use
 
 
-def test_one_that_has_ended_is_no_loss():
+def test_one_that_has_ended_is_no_loss(alone):
     scene, receivers = lit_box()
     with ReplicateProcess() as process:
         process._process.kill()
         process._process.wait()
         found = solve(scene, receivers, SETTINGS, beside=process)
-    assert_same(found, solve(scene, receivers, SETTINGS))
+    assert_same(found, alone)
     assert any("second process ended" in text for text in found.statistics.warnings)
 
 
@@ -102,7 +108,7 @@ def test_one_that_ends_at_work_is_a_message():
                 os.kill(process._process.pid, signal.SIGSEGV)
 
         with pytest.raises(ReplicateLost, match="status -11.*lower the resolution"):
-            solve(scene, receivers, replace(SETTINGS, error=1e-3), crash, beside=process)
+            solve(scene, receivers, replace(SETTINGS, error=5e-3), crash, beside=process)
 
 
 def test_stopping_leaves_no_process():
@@ -113,7 +119,7 @@ def test_stopping_leaves_no_process():
             raise Cancelled
 
     with pytest.raises(Cancelled), ReplicateProcess() as process:
-        solve(scene, receivers, replace(SETTINGS, error=1e-4), stop, beside=process)
+        solve(scene, receivers, replace(SETTINGS, error=5e-3), stop, beside=process)
     assert process._process.poll() is not None
 
 

@@ -16,7 +16,8 @@ log = logging.getLogger(__name__)
 
 
 def solve_bounded(
-    matrix: csr_matrix, right: np.ndarray, guess: np.ndarray, low: np.ndarray, high: np.ndarray
+    matrix: csr_matrix, right: np.ndarray, guess: np.ndarray, low: np.ndarray, high: np.ndarray,
+    tolerance: float = TOLERANCE, rounds: int = ROUNDS,
 ) -> np.ndarray:
     """Approximately minimise ½ xᵀMx − bᵀx for low <= x <= high, M symmetric and semi-definite.
 
@@ -26,10 +27,10 @@ def solve_bounded(
     """
     x = np.clip(guess, low, high)
     free = (low < high) & (matrix.diagonal() > 0)
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         if not free.any():
             break
-        x[free] = _solve(matrix, right, x, free, TOLERANCE)
+        x[free] = _solve(matrix, right, x, free, tolerance)
         left = free & ((x < low) | (x > high))
         if not left.any():
             break
@@ -62,5 +63,5 @@ def _solve(matrix, right, x, free, tolerance: float) -> np.ndarray:
         scaled, rest[free] * scale, rtol=0.0, atol=tolerance * size, maxiter=ITERATIONS
     )
     if failed:
-        log.warning("corner colours: conjugate gradients stopped after %d iterations", ITERATIONS)
+        log.warning("fit of colors: conjugate gradients stopped after %d iterations", ITERATIONS)
     return (start + step) * scale

@@ -56,7 +56,7 @@ class CornerFit:
     light: _Light
     sampling: csr_matrix  # (count, unknowns): light at receivers from the unknowns
     normal: csr_matrix  # (unknowns, unknowns)
-    per_loop: bool
+    shown: np.ndarray  # (n,) the unknown of each color that is given back
     name: str
     hidden: np.ndarray  # (unknowns,) bool: around them nothing is seen
 
@@ -84,29 +84,29 @@ class CornerFit:
                 if same
                 else solve_bounded(self.normal, right[:, channel], *(x[:, channel] for x in bounds))
             )
-        return colors[self.group] if self.per_loop else colors
+        return colors[self.shown]
 
     def areas(self) -> np.ndarray:
         """(n_loops,) or (n_vertices,) float64: the area that each colour stands for. A face gives a
         third of each of its triangles to that one's corners; loops of one colour share alike."""
         area = self.corners.T @ np.repeat(self.light.area / 3, 3)
-        if not self.per_loop:
-            return area
-        return (area / np.maximum(np.bincount(self.group, minlength=len(area)), 1))[self.group]
+        return (area / np.maximum(np.bincount(self.shown, minlength=len(area)), 1))[self.shown]
 
     def rough_colors(self, values: np.ndarray) -> np.ndarray:
         """The same for ``values`` (count, c) of any sign, without bounds and to a hundredth: linear
         in the light, for telling what becomes of its errors."""
         right = self.sampling.T @ (self.weights[:, None] * values)
         colors = np.stack([solve_roughly(self.normal, column) for column in right.T], 1)
-        return colors[self.group] if self.per_loop else colors
+        return colors[self.shown]
 
 
 def corner_fit(
     target: ExportedObject, receivers: Receivers, weights: np.ndarray, domain: str = "corner",
-    hidden: np.ndarray | None = None,
+    hidden: np.ndarray | None = None, joined: np.ndarray | None = None,
 ) -> CornerFit:
     """The fit for a target's colours on ``domain``, corner or point.
+
+    ``joined`` (m,) says which of the m unknowns of the object's own are one, from 0 on.
 
     ``receivers`` lie on the target's triangles (scene numbers) and stand for the areas ``weights``
     (count,); weight 0 leaves a receiver out (a part of the face that nobody can see, inside
@@ -119,15 +119,22 @@ def corner_fit(
         raise ValueError(f"{target.name!r} was exported without its loops; export for vertices")
     weights = np.asarray(weights, float)
     _check(target.name, np.zeros((receivers.count, 3)), weights)
-    group = target.loop_vertex if domain == "point" else target.loop_smooth_group
-    corners = _corner_map(target, group, int(group.max(initial=-1)) + 1)
+    group = unknowns_of(target, domain)
+    number = np.arange(int(group.max(initial=-1)) + 1) if joined is None else joined
+    shown, group = (number if domain == "point" else number[group]), number[group]
+    corners = _corner_map(target, group, int(number.max(initial=-1)) + 1)
     light = _data(receivers, weights, target.start, target.stop - target.start)
     sampling = (light.sampling @ corners).tocsr()
     normal = (sampling.T @ diags(weights) @ sampling + _stiffness(corners, light)).tocsr()
     return CornerFit(
-        weights, target.loop_vertex, group, corners, light, sampling, normal, domain != "point",
+        weights, target.loop_vertex, group, corners, light, sampling, normal, shown,
         target.name, _nowhere_seen(corners, light, hidden),
     )
+
+
+def unknowns_of(target: ExportedObject, domain: str) -> np.ndarray:
+    """(n_loops,) the unknown color of each loop, within the object."""
+    return target.loop_vertex if domain == "point" else target.loop_smooth_group
 
 
 def _nowhere_seen(corners: csr_matrix, light: _Light, hidden: np.ndarray | None) -> np.ndarray:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+BAND = 1 << 22  # texels whose distances are found together: they take 50 bytes each
+
 
 def extend_islands(pixels: np.ndarray, covered: np.ndarray, margin: int) -> np.ndarray:
     """RGBA image (height, width, 4) float32 from ``pixels`` (height, width, 3).
@@ -14,6 +16,13 @@ def extend_islands(pixels: np.ndarray, covered: np.ndarray, margin: int) -> np.n
     margin too: it says which texels belong to a face. Beyond the margin the colour is black.
     Raises ValueError when the shapes differ or the margin is negative.
     """
+    return extended(pixels, covered, margin)[0]
+
+
+def extended(
+    pixels: np.ndarray, covered: np.ndarray, margin: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """The same, and which texels have a color, (height, width) bool: all others are black."""
     if pixels.shape != (*covered.shape, 3):
         raise ValueError(f"pixels have shape {pixels.shape}; it must be {(*covered.shape, 3)}")
     if margin < 0:
@@ -21,16 +30,23 @@ def extend_islands(pixels: np.ndarray, covered: np.ndarray, margin: int) -> np.n
     image = np.zeros((*covered.shape, 4), np.float32)
     image[covered, :3] = pixels[covered]
     image[covered, 3] = 1.0
-    if margin and covered.any() and not covered.all():
-        to, source = _nearest(covered, margin)
-        image[to[0], to[1], :3] = pixels[source[0], source[1]]
-    return image
+    filled, (height, width) = covered.copy(), covered.shape
+    for start in range(0, height, max(BAND // max(width, 1), margin, 1)) if margin else ():
+        stop = start + max(BAND // max(width, 1), margin, 1)
+        first = max(start - margin, 0)  # no texel looks further than the margin
+        near = covered[first : stop + margin]
+        if near.any() and not near.all():
+            to, source = _nearest(near, margin)
+            mine = (to[0] >= start - first) & (to[0] < stop - first)
+            (row, column), (from_row, from_column) = (each[:, mine] + [[first], [0]] for each in (to, source))
+            image[row, column, :3], filled[row, column] = pixels[from_row, from_column], True
+    return image, filled
 
 
-def _nearest(covered, margin) -> tuple[tuple, np.ndarray]:
-    """Texels of the margin, as (rows, columns), and of each its nearest covered texel (2, n)."""
+def _nearest(covered, margin) -> tuple[np.ndarray, np.ndarray]:
+    """Texels of the margin, as (rows, columns), and of each its nearest covered texel; (2, n)."""
     from scipy.ndimage import distance_transform_edt
 
     distance, nearest = distance_transform_edt(~covered, return_indices=True)
-    margin_texels = np.nonzero(~covered & (distance <= margin))
+    margin_texels = np.array(np.nonzero(~covered & (distance <= margin)))
     return margin_texels, nearest[:, margin_texels[0], margin_texels[1]]

@@ -6,12 +6,12 @@ the result: their difference tells the error. They work in ``rounds`` until the 
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .adaptive.error_estimator import ErrorEstimator, Estimate, Surface
-from .adaptive.plan import make_plan
+from .adaptive.plan import Plan, make_plan
 from .adaptive.replicate import Replicate, SolveFigures
 from .adaptive.requirements import SolverSettings, requirements_of
 from .adaptive.rounds import MAX_ROUNDS, Clock, Rounds
@@ -55,6 +55,36 @@ def solve(
     """
     clock = Clock()
     context = context or open_scene(scene, receivers, settings, progress, beside)
+    opened = begin(scene, receivers, settings, project, kept, beside, context, clock)
+    verdict, solved = opened.rounds.run(opened.plan)
+    reached = Reached(verdict.error, verdict.error_95, solved)
+    statistics = statistics_of(opened, reached, settings)
+    return solution_of(context, opened.rounds.estimator, verdict, statistics)
+
+
+@dataclass(frozen=True)
+class Opened:
+    """All that is ready for the first round, its plan, and warnings."""
+
+    rounds: Rounds
+    plan: Plan
+    lost: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Reached:
+    """The relative error that was reached, as estimated, and what each half solved."""
+
+    error: float
+    error_95: float
+    solved: list[SolveFigures]
+
+
+def begin(
+    scene: Scene, receivers: Receivers, settings: SolverSettings, project: Projection | None,
+    kept: SolveCache | None, beside: RemoteReplicate | None, context: Context, clock: Clock,
+) -> Opened:
+    """Both replicates opened. Arguments as in ``solve``."""
     threads = thread_count(settings.threads)
     if threads == 1:
         beside = None
@@ -65,7 +95,7 @@ def solve(
     first = Replicate(
         0, context, split_beams(context), receivers, footprints, needs, settings.target_error
     )
-    judge = _judge(first, settings.passes, project, threads)
+    judge = judge_of(first, settings.passes, project, threads)
     corners = project is not None
     plan = make_plan(settings.target_error, receivers.count, bool(judge.lattices), corners)
     if kept is not None:
@@ -73,27 +103,40 @@ def solve(
     clock.lap("elements")
     deadline = None if settings.time_limit is None else clock.start + settings.time_limit
     second, lost = _opened(beside, first)
-    rounds = Rounds(first, second, judge, deadline, clock, kept)
-    verdict, solved = rounds.run(plan)
-    energy, unit = energy_balance(context), context.unit * verdict.unit
-    clock.lap("solve")
+    return Opened(Rounds(first, second, judge, deadline, clock, kept), plan, lost)
+
+
+def solution_of(
+    context: Context, judge: ErrorEstimator, verdict: Estimate, statistics: Statistics
+) -> Solution:
+    """The light at the receivers that were judged, in the scene's units."""
+    unit = context.unit * verdict.unit
     return Solution(
         emission=_three(judge.surface.emission * context.unit),
         direct=_three(verdict.direct.astype(float) * unit),
         indirect=_three(verdict.indirect.astype(float) * unit),
         reflectance=_three(judge.surface.reflectance),
-        statistics=Statistics(
-            elements=sum(half.unknowns for half in solved) // 2,
-            rays=context.rays + second.rays,
-            iterations=max(half.iterations for half in solved),
-            residual=max(half.residual for half in solved),
-            target_error=settings.target_error,
-            estimated_error=verdict.error,
-            error_95=verdict.error_95,
-            energy=energy,
-            warnings=(*lost, *_warnings(context, verdict, settings, solved)),
-            seconds={**clock.laps, "embree": context.embree_seconds + second.embree_seconds},
-        ),
+        statistics=statistics,
+    )
+
+
+def statistics_of(opened: Opened, reached: Reached, settings: SolverSettings) -> Statistics:
+    """The figures of the report, at the end."""
+    rounds, solved = opened.rounds, reached.solved
+    context, second = rounds.first.context, rounds.second
+    energy = energy_balance(context)
+    rounds.clock.lap("solve")
+    return Statistics(
+        elements=sum(half.unknowns for half in solved) // 2,
+        rays=context.rays + second.rays,
+        iterations=max(half.iterations for half in solved),
+        residual=max(half.residual for half in solved),
+        target_error=settings.target_error,
+        estimated_error=reached.error,
+        error_95=reached.error_95,
+        energy=energy,
+        warnings=(*opened.lost, *_warnings(context, reached, settings)),
+        seconds={**rounds.clock.laps, "embree": context.embree_seconds + second.embree_seconds},
     )
 
 
@@ -129,9 +172,11 @@ def _three(values: np.ndarray) -> np.ndarray:
     return np.repeat(values, 3 // values.shape[1], axis=1)
 
 
-def _judge(
-    first: Replicate, passes: tuple[str, ...], project: Projection | None, threads: int
+def judge_of(
+    first: Replicate, passes: tuple[str, ...], project: Projection | None, threads: int,
+    brightness: float | None = None,
 ) -> ErrorEstimator:
+    """What the error of the replicate's receivers is measured on."""
     context, footprints, receivers = first.context, first.footprints, first.receivers
     position, normal = footprints.middle()
     walls = first.walls
@@ -145,23 +190,21 @@ def _judge(
     sees = LineOfSight(context, footprints, position, normal).sees_whole
     emission = footprint_means(lambda regions: context.mean_emission(regions)[0], footprints)
     surface = Surface(first.reflectance, emission, footprints.area)
-    return ErrorEstimator(surface, lattices, passes, threads, sees, project)
+    return ErrorEstimator(surface, lattices, passes, threads, sees, project, brightness)
 
 
-def _warnings(
-    context: Context, verdict: Estimate, settings: SolverSettings, solved: list[SolveFigures]
-):
+def _warnings(context: Context, reached: Reached, settings: SolverSettings):
     """What the user should know of the numbers."""
     rounded = rounding_warning(context.scene.vertices, context.geometry)
     if rounded:
         yield rounded
-    if verdict.error > settings.target_error:
+    if reached.error > settings.target_error:
         reason = "within the time limit" if settings.time_limit else f"in {MAX_ROUNDS} rounds"
         yield (
             f"the error asked for, {settings.target_error:.3g}, was not reached {reason}: "
-            f"estimated {verdict.error:.3g}"
+            f"estimated {reached.error:.3g}"
         )
-    residual = max(half.residual for half in solved)
+    residual = max(half.residual for half in reached.solved)
     if residual > 0.1 * settings.target_error:
         yield (
             f"the linear system was solved to a residual of {residual:.2g} only; "

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .. import memory
 from ..bake.attribute import find_colors, write_colors
 from ..bake.encodings import decode, encode
 from ..bake.image import MARK, file_names, find_baked, save_encoded, save_image, write_image
@@ -21,6 +22,7 @@ from .job import Job, Result
 from .prepare import discard
 from .restore import remember_colors, remember_image
 from .sheets import Sheet, sheets_of
+from .spool import drop_pages
 
 
 def apply(
@@ -104,6 +106,7 @@ def _keep_scale_on(owner, key: str, encoding: Encoding) -> None:
 def _image_steps(job: Job, result: Result, objects, files, undo, warnings, encoding: Encoding):
     """Images and their files; returns what forgets the earlier images when all is well."""
     sheets = sheets_of(job)
+    many = sum(sheet.size[0] * sheet.size[1] for sheet in sheets) > memory.WHOLE
     paths = _file_paths(job, sheets)
     earlier = []
     for index, sheet in enumerate(sheets):
@@ -112,7 +115,7 @@ def _image_steps(job: Job, result: Result, objects, files, undo, warnings, encod
         put_back, forget = remember_image(name)
         undo.callback(put_back)
         earlier.append(forget)
-        image = write_image(name, result.colors[index])
+        image = write_image(name, result.colors[index], frees=many)
         _mark(image, job, sheet)
         if image.name != name:
             warnings.append(
@@ -122,6 +125,7 @@ def _image_steps(job: Job, result: Result, objects, files, undo, warnings, encod
         if paths[index] is not None:
             yield (index + 0.5) / len(sheets)
             _save_file(job, image, result.colors[index], files.stage(paths[index]), encoding)
+        drop_pages(result.colors[index])
     earlier += _leave_others(job, sheets, undo)
     return earlier
 

@@ -8,26 +8,35 @@ import numpy as np
 
 from ..solver.lights.context import Context
 from ..solver.receivers import Receivers
-from ..solver.tracing.buried import find_surroundings, without_buried
+from ..solver.tracing.buried import Surroundings, find_surroundings, without_buried
 from .layout import Layout
 
 
 def open_layout(layout: Layout, context: Context) -> Layout:
     """The receivers' open parts. Those that are wholly buried are named as ``buried``; where
     nothing would be left, all stay."""
-    scene, receivers = context.scene, layout.receivers
+    opened = open_part(layout, context, surroundings_of(context))
+    return opened if opened.receivers.count else layout
+
+
+def surroundings_of(context: Context) -> Surroundings | None:
+    """What may bury receivers; None where nothing does."""
+    scene = context.scene
     if context.crossings is None:
-        return layout
+        return None
     opaque = ~context.transmits
     for objects in (scene.casts_shadow, scene.visible):
         if objects is not None:
             opaque &= objects[scene.object]
-    surroundings = find_surroundings(scene, context.geometry, opaque, context.threads)
-    if surroundings is None:
+    return find_surroundings(scene, context.geometry, opaque, context.threads)
+
+
+def open_part(layout: Layout, context: Context, surroundings: Surroundings | None) -> Layout:
+    """The open parts of a layout's receivers, of which nothing may be left."""
+    receivers = layout.receivers
+    if surroundings is None or receivers.count == 0:
         return layout
     kept, buried = without_buried(surroundings, context.crossings, receivers)
-    if buried.all():
-        return layout
     spans = np.concatenate([[0], np.cumsum(~buried)])[list(layout.spans)]
     return replace(
         layout, receivers=_some(kept, ~buried), spans=tuple(spans.tolist()),

@@ -4,48 +4,70 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..bake.dilate import extend_islands
+from ..bake.dilate import extended
 from ..bake.texels import OVERLAP, coverage
 from ..bake.windows import Place
+from ..solver.lights.context import Context
+from ..solver.solution import Solution
+from .fit_sheets import Drawn, fit_sheets
 from .job import Job
 from .layout import Layout
-from .sheets import Sheet, place_of
+from .sheets import Sheet, place_of, sheets_of
 
 
-def draw_sheet(
-    job: Job, sheet: Sheet, layout: Layout, light: np.ndarray
-) -> tuple[np.ndarray, list[str]]:
-    """(height, width, 4) float32: the texels' ``light`` and the margin around them; and warnings.
+def draw_sheets(
+    job: Job, layout: Layout, light: np.ndarray, solution: Solution, context: Context
+) -> tuple[list[np.ndarray], list[str]]:
+    """(height, width, 4) float32 of every sheet: the texels' ``light``, fitted beside borders, and
+    the margin around them; and warnings. Without a margin all texels keep their means."""
+    sheets, told = sheets_of(job), []
+    drawn = [_draw(job, sheet, layout, light, told) for sheet in sheets]
+    if job.settings.margin and layout.receivers.count:
+        told += fit_sheets(job, sheets, layout, drawn, solution, context)
+    return [each.image for each in drawn], told
+
+
+def _draw(job: Job, sheet: Sheet, layout: Layout, light: np.ndarray, told: list[str]) -> Drawn:
+    """The texels' ``light`` and the margin around them.
 
     Texels that are buried are filled like those of the margin, but belong to a face; deeper ones
     are dark. Of a kept image all texels stay but those that are baked now.
     """
     width, height = sheet.size
-    flat = [_texels(layout.part(i).grid, place_of(job, i)) for i in sheet.targets]
+    flat = [texels_of(layout.part(i).grid, place_of(job, i)) for i in sheet.targets]
     values = [light[slice(*layout.spans[i : i + 2])] for i in sheet.targets]
-    covered = np.zeros(height * width, bool)
+    covered, buried = (np.zeros(height * width, bool) for _ in range(2))
     pixels = np.zeros((height * width, 3), np.float32)
     for texels, mine in zip(flat, values):
         covered[texels] = True
         pixels[texels] = mine
-    warnings = _mix_shared(job, sheet, layout, flat, values, pixels)
-    buried = np.zeros(height * width, bool)
+    told += _mix_shared(job, sheet, layout, flat, values, pixels)
     for index in sheet.targets if layout.buried is not None else ():
         mine = layout.buried.grid[layout.buried.grid[:, 0] == index]
-        buried[_texels(mine, place_of(job, index))] = True
+        buried[texels_of(mine, place_of(job, index))] = True
+    stays = keep_others(sheet, pixels, covered, buried)
+    shape = height, width
+    image, filled = extended(
+        pixels.reshape(*shape, 3), covered.reshape(shape), job.settings.margin
+    )
+    image[buried.reshape(shape), 3] = 1
+    return Drawn(image, filled.ravel(), stays)
+
+
+def keep_others(
+    sheet: Sheet, pixels: np.ndarray, covered: np.ndarray, buried: np.ndarray
+) -> np.ndarray:
+    """Put what stays of a kept image into ``pixels`` (n, 3), and ``covered`` (n,) bool; and which
+    texels stay, (n,) bool."""
+    stays = np.zeros(len(covered), bool)
     if sheet.kept is not None:
         kept = sheet.kept.pixels.reshape(-1, 4)
         stays = (kept[:, 3] > 0) & ~covered & ~buried
         pixels[stays], covered[stays] = kept[stays, :3], True
-    shape = height, width
-    image = extend_islands(
-        pixels.reshape(*shape, 3), covered.reshape(shape), job.settings.margin
-    )
-    image[buried.reshape(shape), 3] = 1
-    return image, warnings
+    return stays
 
 
-def _texels(grid: np.ndarray, place: Place) -> np.ndarray:
+def texels_of(grid: np.ndarray, place: Place) -> np.ndarray:
     """(n,) numbers of a window's texels, row by row through the whole image."""
     row, column = grid[:, 1].astype(np.int64) + place.row, grid[:, 2] + place.column
     return row * place.size[0] + column
@@ -69,12 +91,17 @@ def _mix_shared(job: Job, sheet: Sheet, layout: Layout, flat, values, pixels) ->
     over = shared & (total > OVERLAP)
     if not over.any():
         return []
-    names = [repr(job.targets[sheet.targets[i]].name) for i in np.unique(owner[over[inverse]])]
+    names = [job.targets[sheet.targets[i]].name for i in np.unique(owner[over[inverse]])]
+    return [overlap_warning(sheet.name, names, int(over.sum()))]
+
+
+def overlap_warning(sheet: str, names: list[str], texels: int) -> str:
+    """One sentence on objects that lie on one another in an atlas."""
     more = f" and {len(names) - 3} more" if len(names) > 3 else ""
-    return [
-        f"{', '.join(names[:3])}{more} overlap in the atlas {sheet.name!r} on {int(over.sum())} "
+    return (
+        f"{', '.join(map(repr, names[:3]))}{more} overlap in the atlas {sheet!r} on {texels} "
         "texels, which hold their mean; lay their UVs out side by side, or name no --uv-map"
-    ]
+    )
 
 
 def _covers(job: Job, layout: Layout, index: int) -> np.ndarray:

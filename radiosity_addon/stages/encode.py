@@ -7,9 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bake.encodings import BITS, coding_error, decode, encode, scale_of, share_above
+from ..solver.workers.parallel import ranges
 from .job import Job, Result
+from .spool import drop_pages
 
 MOST_JUDGED = 2_000_000  # colours: of more, evenly spaced ones are judged
+BAND = 1 << 23  # numbers that are looked at together
 BYTE_KIND = "png"  # Blender's BYTE_COLOR: 8 bits, sRGB
 REMEDY = {
     "byte": "--scale auto, or --color-type float",
@@ -36,14 +39,19 @@ def encoding_of(job: Job, result: Result, matrix: np.ndarray) -> Encoding:
     kind = encoded_kind(job.settings)
     if kind is None:
         return Encoding(None, 1.0, 0.0, 0.0, ())
-    colors = [_covered(c) @ (np.eye(3) if job.settings.target == "vertex" else matrix)
-              for c in result.colors]  # fmt: skip
-    scale = scale_of(colors, kind, job.settings.scale)
-    every = np.concatenate(colors)
-    above = 0.0 if kind == "rgbe" else share_above(every, scale)
-    judged = every[:: 1 + len(every) // MOST_JUDGED]
+    matrix = np.eye(3) if job.settings.target == "vertex" else matrix
+    counts, peaks = zip(*((len(c), c.max(initial=0.0)) for c in _bands(result, matrix)))
+    count, peak = sum(counts), np.max(peaks, keepdims=True)
+    scale = scale_of([peak], kind, job.settings.scale)
+    every, first, above, judged = 1 + count // MOST_JUDGED, 0, 0.0, []
+    for colors in _bands(result, matrix):  # in float64, which of all together would be a lot
+        judged.append(colors[-first % every :: every])
+        above += share_above(colors, scale) * len(colors) / max(count, 1)
+        first += len(colors)
+    above = 0.0 if kind == "rgbe" else above
+    judged = np.concatenate(judged)
     error = coding_error(judged, decode(encode(judged, kind, scale), kind, scale))
-    return Encoding(kind, scale, above, error, _warn(job, kind, scale, above, every))
+    return Encoding(kind, scale, above, error, _warn(job, kind, scale, above, float(peak[0])))
 
 
 def encoded_kind(settings) -> str | None:
@@ -53,6 +61,14 @@ def encoded_kind(settings) -> str | None:
     return settings.format if settings.image_dir and settings.format in BITS else None
 
 
+def _bands(result: Result, matrix: np.ndarray):
+    """(n, 3) float64 colors times ``matrix``, some rows of each mesh or image at a time."""
+    for colors in result.colors:
+        for rows in ranges(len(colors), max(BAND * len(colors) // max(colors.size, 1), 1)):
+            yield _covered(colors[rows]) @ matrix
+        drop_pages(colors)
+
+
 def _covered(colors: np.ndarray) -> np.ndarray:
     """(n, 3) float64: the colours of a mesh, or of an image's texels that belong to a face."""
     if colors.ndim == 3:
@@ -60,13 +76,13 @@ def _covered(colors: np.ndarray) -> np.ndarray:
     return colors[:, :3].astype(np.float64)
 
 
-def _warn(job: Job, kind: str, scale: float, above: float, every) -> tuple[str, ...]:
+def _warn(job: Job, kind: str, scale: float, above: float, peak: float) -> tuple[str, ...]:
     if not above:
         return ()
     vertex = job.settings.target == "vertex"
     where = "byte color attribute" if vertex else f"{kind} files"
     return (
         f"{100 * above:.2g} % of the {'colors' if vertex else 'texels'} lie above {scale:.4g} "
-        f"(the brightest at {every.max():.4g}) and are cut in the {where}; use "
+        f"(the brightest at {peak:.4g}) and are cut in the {where}; use "
         + REMEDY["byte" if vertex else "image"],
     )

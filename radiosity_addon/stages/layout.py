@@ -38,15 +38,22 @@ class Layout:
 
 
 def lay_out(job: Job, progress: Progress) -> Layout:
-    """The receivers of every target, on all threads, and warnings about UV maps."""
+    """The receivers of every target, on all threads, and warnings about UV maps. Raises ValueError
+    where none has a texel."""
+    layout = lay_out_part(job, progress)
+    if not layout.receivers.count and layout.warnings:
+        raise ValueError("there is no texel to bake: " + layout.warnings[-1])
+    return layout
+
+
+def lay_out_part(job: Job, progress: Progress) -> Layout:
+    """``lay_out`` of what may have no texel."""
     make = _texels(job) if job.settings.target == "image" else _faces(job)
     parts = map_chunks(
         make, range(len(job.targets)), job.settings.threads, lambda done: progress(STAGE, done)
     )
     receivers, warnings = zip(*parts)
     counts = [part.count for part in receivers]
-    if not sum(counts) and any(warnings):
-        raise ValueError("there is no texel to bake: " + next(filter(None, warnings))[-1])
     return Layout(
         concatenate(list(receivers)),
         tuple(np.cumsum([0, *counts]).tolist()),

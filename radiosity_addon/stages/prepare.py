@@ -154,23 +154,36 @@ def _check_images(names: list[str], settings: Settings) -> None:
     sizes = [own_size(bpy.data.objects[name], settings.size) for name in names]
     if settings.atlas:
         sizes = [settings.size] * min(settings.atlas_images, len(names))
+    texels = [w * h for w, h in sizes]
     memory.require(
-        memory.of_a_bake(sum(w * h for w, h in sizes), 0),
+        memory.of_images(sum(texels), max(texels, default=0), 0),
         f"baking {len(sizes)} images of {width} x {height} texels",
-        "lower --resolution or name fewer --objects",
+        _what_fits(texels, settings.resolution),
     )
+
+
+def _what_fits(texels: list[int], resolution: int) -> str:
+    """What to ask for in place of images of so many ``texels`` each, of this ``resolution``."""
+    free, total, largest = memory.available_memory() or 0, sum(texels), max(texels, default=0)
+    edge = memory.fitting_edge(resolution, free, total, largest, 0)
+    share = memory.fitting_share(free, lambda s: memory.of_images(s * total, largest, 0))
+    number = int(share * len(texels))
+    told = [f"lower --resolution to {edge}"] if edge else []
+    told += [f"name {number} of the --objects at a time"] if number else []
+    return " or ".join(told) or "lower --resolution and name fewer --objects, or free some memory"
 
 
 def _check_triangles(exported: Exported, settings: Settings) -> None:
     sizes = [target.stop - target.start for target in exported.objects]
+    triangles = len(exported.scene.triangles)
     if settings.target == "image":
         images = {each.place.sheet or each.name: each.place.size for each in exported.objects}
-        receivers = sum(width * height for width, height in images.values())
+        texels = [width * height for width, height in images.values()]
+        needed = memory.of_images(sum(texels), max(texels), triangles)
     else:
-        receivers = most_receivers(sizes)
-    triangles = len(exported.scene.triangles)
+        needed = memory.of_a_bake(most_receivers(sizes), triangles)
     memory.require(
-        memory.of_a_bake(receivers, triangles),
+        needed,
         f"baking {len(sizes)} objects in a scene of {triangles} triangles",
         "name fewer --objects or simplify their meshes",
     )

@@ -13,7 +13,7 @@ import bpy
 from bpy.app.translations import pgettext_iface as iface_
 
 from ..bake.windows import own_size
-from ..memory import ALWAYS, available_memory, of_a_bake
+from ..memory import ALWAYS, available_memory, fitting_edge, of_a_bake, of_images
 from ..settings import QUALITY_ERROR
 from . import words
 from .choice import sharing_objects, survey
@@ -44,14 +44,19 @@ class Preflight:
     bytes: float
     free: float | None = None  # bytes that may still be taken; None where unknown
     sharing: tuple[str, ...] = ()  # objects whose mesh others among the chosen have too
+    edge: int = 0  # texels along an image's lower edge that would fit; 0: no images, or none would
 
     @property
     def problems(self) -> tuple[str, ...]:
         """What will not fit; empty when all will."""
         if self.free is None or self.bytes <= self.free:
             return ()
+        sizes = words.size(self.bytes), words.size(self.free)
+        if self.edge:
+            text = iface_("Needs about {} of memory, {} are free: {} texels would fit, or fewer objects")
+            return (text.format(*sizes, self.edge),)
         text = iface_("Needs about {} of memory, {} are free: lower the resolution or bake less")
-        return (text.format(words.size(self.bytes), words.size(self.free)),)
+        return (text.format(*sizes),)
 
 
 @dataclass
@@ -120,25 +125,35 @@ def forget() -> None:
 def preflight(context) -> Preflight:
     """Look at the chosen objects, changing nothing."""
     properties = context.scene.radiosity
-    baked, skipped, receivers = [], [], 0
+    baked, skipped, receivers, largest = [], [], 0, 0
     for item, reason in survey(context):
         if reason:
             skipped.append((item.name, reason))
         else:
             baked.append(item.name)
             receivers += _receivers(item, properties)
+            largest = max(largest, _receivers(item, properties))
     if properties.target == "IMAGE" and properties.use_atlas:
         receivers = _atlas_texels(context, baked)
+        largest = min(receivers, _texels(_size(properties)))
     triangles = sum(
         len(item.data.polygons) * 2 for item in context.view_layer.objects if item.type == "MESH"
     )
+    free, edge = available_memory(), 0
+    needed = ALWAYS + of_a_bake(receivers, triangles)
+    if properties.target == "IMAGE":
+        texels = receivers / COVERED, largest / COVERED, triangles
+        needed = ALWAYS + of_images(*texels)
+        if free is not None:
+            edge = fitting_edge(properties.resolution, free - ALWAYS, *texels)
     return Preflight(
         baked=tuple(baked),
         left_out=tuple(skipped),
         seconds=_seconds(properties, load_report(context.scene), receivers),
-        bytes=ALWAYS + of_a_bake(receivers, triangles),
-        free=available_memory(),
+        bytes=needed,
+        free=free,
         sharing=_sharing(context),
+        edge=edge,
     )
 
 

@@ -11,7 +11,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from radiosity_addon.export import export_scene
 from radiosity_addon.export.lamps import read_lamp
+from radiosity_addon.settings import Settings
 from radiosity_addon.solver.scene import AreaLamp, PointLamp, SunLamp
 from tests.export.stage import add_material, add_object, add_plane, cycles_bake, diffuse, surface
 
@@ -319,45 +321,63 @@ def shape_at(lamp, way):
     return total
 
 
-@pytest.mark.parametrize("name", LAYOUTS)
-def test_ies_light_is_that_of_cycles(blender, export, name):
-    """Turned by 0.4 about x and 0.7 about z the lamp shows the plane a direction between the
-    measured ones. What it sends there at half the lamp's radius to all sides differs by the curvature
-    of the table: at most 2 · 2² a radian², times (0.3 / 2)² / 4, 2 % of half of the light."""
+def add_layout(bpy, name):
+    """A lamp called ``name``, turned by 0.4 about x, or as its layout says, and by 0.7 about z."""
     across, polar, attributes = LAYOUTS[name]
-    attributes = {"turn": 0.4, "kind": "POINT", **attributes}
+    attributes = {"turn": 0.4, "kind": "POINT", "shadow_soft_size": 0.0, **attributes}
+    lamp = add_lamp(bpy, energy=10.0, **attributes)
+    lamp.name, lamp.rotation_euler[2] = name, 0.7
+    add_ies(bpy, lamp, photometry(across, polar, uneven), 0.5)
+
+
+@pytest.fixture(scope="module")
+def layouts():
+    """{name: exported lamp} of all layouts in one file, and the warnings."""
+    bpy = pytest.importorskip("bpy")
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    add_plane(bpy)
+    for name in LAYOUTS:
+        add_layout(bpy, name)
+    exported = export_scene(bpy.context, Settings())
+    lamps = {lamp.name: lamp for lamp in exported.scene.lamps}
+    assert len(exported.scene.lamps) == len(lamps) == len(LAYOUTS)
+    return lamps, exported.warnings
+
+
+@pytest.mark.parametrize("name", LAYOUTS)
+def test_ies_light_is_that_of_cycles(layouts, blender, name):
+    """Turned the lamp shows the plane a direction between the measured ones. What it sends there at
+    half the lamp's radius to all sides differs by the curvature of the table: at most 2 · 2² a
+    radian², times (0.3 / 2)² / 4, 2 % of half of the light."""
+    ours, warnings = layouts[0][name], [w for w in layouts[1] if f'"{name}"' in w]
     plane = add_plane(blender, size=0.02, material=diffuse(blender, (1, 1, 1)))
-    lamp = add_lamp(blender, energy=10.0, **{"shadow_soft_size": 0.0, **attributes})
-    lamp.rotation_euler[2] = 0.7
-    add_ies(blender, lamp, photometry(across, polar, uneven), 0.5)
-    exported = export()
-    (ours,) = exported.scene.lamps
+    add_layout(blender, name)
     assert np.ptp(ours.distribution) > 0.2 and ours.distribution.max() == pytest.approx(1.0)
     expected = irradiance(ours) * shape_at(ours, -ours.position)
     theirs = cycles_bake(blender, plane, samples=256)[0, 0] * np.pi
     if name == "ball" and blender.app.version < (5, 0, 0):  # shaped by the sphere's normal there
-        assert any("Soft Falloff" in w for w in exported.warnings)
+        assert any("Soft Falloff" in w for w in warnings)
         return
     soft = "shadow_soft_size" in LAYOUTS[name][2]
     # What 4.5 renders of a tree and what its lamps send out differ by up to 0.7 %, measured.
     hard = 4e-3 if blender.app.version >= (5, 0, 0) else 1e-2
     np.testing.assert_allclose(expected, theirs, rtol=0.015 if soft else hard)
-    assert not exported.warnings
+    assert not warnings
 
 
 def test_ies_intensity_follows_the_candela(blender, export):
     """From the same place straight below, 800 and 200 cd are as 4 to 1, and so is light at equal
     angles under a table that is constant; twice the strength is twice the light."""
     add_plane(blender)
-    found = []
     for candela, strength in ((800, 1.0), (200, 1.0), (200, 2.0)):
         lamp = add_lamp(blender, "POINT", energy=1.0, shadow_soft_size=0.0)
+        lamp.name = f"{candela} cd × {strength:g}"
         table = photometry(range(1), range(0, 91, 45), lambda v, h, c=candela: c if v < 50 else c / 2)
         add_ies(blender, lamp, table, strength)
-        (ours,) = export().scene.lamps
-        found.append(ours.intensity[0] * shape_at(ours, np.array([1e-3, 0, -1])))
-        blender.data.objects.remove(lamp)
-    np.testing.assert_allclose(np.array(found) / found[0], [1, 0.25, 0.5], rtol=1e-4)
+    found = {lamp.name: lamp.intensity[0] * shape_at(lamp, np.array([1e-3, 0, -1]))
+             for lamp in export().scene.lamps}  # fmt: skip
+    found = np.array([found[name] for name in ("800 cd × 1", "200 cd × 1", "200 cd × 2")])
+    np.testing.assert_allclose(found / found[0], [1, 0.25, 0.5], rtol=1e-4)
 
 
 def test_ies_from_a_file(blender, export, tmp_path):

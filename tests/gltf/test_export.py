@@ -7,9 +7,9 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from radiosity_addon.command import main  # noqa: E402
 from radiosity_addon.gltf import blender_export  # noqa: E402
 from radiosity_addon.gltf.glb import read_glb  # noqa: E402
+from tests.one_core import main  # noqa: E402
 
 
 def bake(room, tmp_path, *options) -> int:

@@ -15,7 +15,7 @@ import browser  # noqa: E402
 import stage  # noqa: E402
 
 from radiosity_addon.bake.encodings import from_srgb  # noqa: E402
-from radiosity_addon.command import main  # noqa: E402
+from tests.one_core import main  # noqa: E402
 
 pytestmark = pytest.mark.skipif(bool(browser.missing()), reason=browser.missing())
 LIGHT = "direct,indirect"

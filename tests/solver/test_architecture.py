@@ -11,7 +11,7 @@ SOLVER = Path(__file__).resolve().parents[2] / "radiosity_addon" / "solver"
 LAYERS = (
     "workers", "progress", "passes", "fields", "scene", "receivers", "solution", "check", "geometry",
     "materials", "sampling", "tracing", "lights", "direct", "elements", "transport", "gather",
-    "filtering", "adaptive", "energy", "sequence",
+    "filtering", "adaptive", "energy", "sequence", "tiles",
 )
 
 

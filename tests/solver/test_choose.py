@@ -37,14 +37,14 @@ def hall(count: int, seed: int = 0, uneven: bool = False):
 
 def all_together(sources, position, normal) -> np.ndarray:
     """(n,) unoccluded irradiance of all lights, mean of channels, by 128 samples of each."""
-    xi = np.random.default_rng(1).random((128, 2))
-    total = np.zeros(len(position))
+    n = len(position)
+    xi = np.tile(np.random.default_rng(1).random((128, 2)), (n, 1))
+    many = np.repeat(position, 128, axis=0), np.repeat(normal, 128, axis=0)
+    total = np.zeros(n)
     for light in range(sources.count):
         kind, place = sources.kinds[sources.kind[light]], sources.place[light]
-        for i, (x, n) in enumerate(zip(position, normal)):
-            many = np.tile(x, (128, 1)), np.tile(n, (128, 1))
-            sample = kind.sample(np.full(128, place), *many, xi)
-            total[i] += sample.irradiance.mean() * kind.color[place].mean()
+        sample = kind.sample(np.full(128 * n, place), *many, xi)
+        total += sample.irradiance.reshape(n, 128).mean(axis=1) * kind.color[place].mean()
     return total
 
 
@@ -138,11 +138,11 @@ def test_choices_for_all_points_of_a_receiver_reach_each():
     inside = random.uniform(-1, 1, (200, 3)) * reach / np.sqrt(3)
     inside -= (inside @ normal)[:, None] * normal  # a flat receiver
     needed = np.zeros(sources.count)
-    for x in place + inside:
-        for number in range(sources.count):
-            kind, k = sources.named(number)
-            sample = kind.sample(np.full(1, k), x[None], normal[None], np.full((1, 2), 0.5))
-            needed[number] += sample.irradiance[0] * kind.color[k].mean() / len(inside)
+    facing, middle = np.tile(normal, (200, 1)), np.full((200, 2), 0.5)
+    for number in range(sources.count):
+        kind, k = sources.named(number)
+        sample = kind.sample(np.full(200, k), place + inside, facing, middle)
+        needed[number] = sample.irradiance.mean() * kind.color[k].mean()
     strong = needed > 1e-3 * needed.sum()
     assert strong.sum() > 5 and (chance[strong] > 0).all()
 

@@ -62,6 +62,6 @@ def test_each_strip_counts_by_where_it_lies(lower):
     for step in range(4):
         light = replicate.add([], [(beside, 1024)], step, None, False).light
     found = (light.bounced[beside] / light.rays[beside]).mean()
-    # Over sixty seeds a step's standard deviation is 0.0043, and the mean is off by 0.0020 ± 0.0006 at
-    # most: strips further off than two texels still read means.
-    assert found == pytest.approx(form_factor_of_stripes(lower), abs=0.002 + 3 * 0.0043 / 2)
+    # Over twelve seeds a step's standard deviation is 0.0087, and the mean is off by 0.0031 ± 0.0025 at
+    # most: strips further off than a texel still read means.
+    assert found == pytest.approx(form_factor_of_stripes(lower), abs=0.003 + 2.5 * 0.0087 / 2)

@@ -1,15 +1,21 @@
 """Patches: what receivers and elements make of the surface, and what rays read of them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from radiosity_addon.solver.adaptive.plan import make_plan
 from radiosity_addon.solver.adaptive.replicate import build_replicate
 from radiosity_addon.solver.elements.elements import build_elements
 from radiosity_addon.solver.geometry.footprints import build_footprints
 from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.receivers import Receivers
+from radiosity_addon.solver.scene import SunLamp
+from radiosity_addon.solver.transport.lit_patches import light_receivers
 from radiosity_addon.solver.transport.patches import Patches, build_receiver_patches
+from radiosity_addon.solver.transport.radiosity import varied_patches
 from verification import meshes
 from verification.texels import texel_receivers
 
@@ -126,3 +132,42 @@ def test_what_receivers_gather_is_read_by_the_numbers_of_rays():
     changed = np.flatnonzero(found.reflected[:, 0] != 1)
     assert np.array_equal(changed, own.patch[some])
     assert found.reflected[changed, 0] == pytest.approx(4.0)
+
+
+def test_no_ray_ends_on_patches_that_are_left_out():
+    scene = meshes.scene([FLOOR])
+    patches, _ = patches_of(scene, texel_receivers(UV, np.arange(2), 8))
+    varied = np.arange(64) % 3 == 0
+    fewer = replace(patches, receivers=patches.receivers.without(varied))
+    triangle, u, v, _ = places(500)
+    for front in (True, False):
+        before, after = (
+            each.at(triangle, u, v, np.full(500, front)) for each in (patches, fewer)
+        )
+        gone = varied[before % 64]
+        assert (after[gone] == patches.onward).all() and np.array_equal(after[~gone], before[~gone])
+
+
+def test_what_is_left_when_varied_patches_go_is_as_bright_as_it_is():
+    """A floor that a sun lights through a comb, in stripes narrower than a texel. Where patches are left
+    out by other points than those that light them, the light of those left is what it is at many points."""
+    bars = [[[x, 0, 1], [x + 0.1125, 0, 1], [x + 0.1125, 1, 1], [x, 1, 1]] for x in np.arange(8) / 8]
+    scene = meshes.scene([FLOOR, *(meshes.polygon(np.array(bar, float)) for bar in bars)])
+    scene = replace(scene, lamps=(SunLamp("Sun", np.array([0, 0, -1.0]), np.ones(3)),))
+    context = build_context(scene, 0, 1, silent)
+    receivers = texel_receivers(UV, np.arange(2), 64)
+    footprints = build_footprints(context.geometry, receivers)
+    own = build_receiver_patches(
+        receivers, footprints, scene.object, context.geometry.area, np.inf, None
+    )
+    plan = replace(make_plan(0.03, footprints.count, True), patch_points=2)
+    left, light = [], []
+    for seed in range(8):
+        varied = varied_patches(context, own, plan, 0.003, (seed,))
+        lit = light_receivers(context, own.footprints, 2, (seed, 9)).lit.mean(axis=1)
+        left.append(~varied)
+        light.append(lit)
+    truth = light_receivers(context, own.footprints, 64, (99,)).lit.mean(axis=1)
+    found, true = ((np.array(left) * each).sum() for each in (np.array(light), truth))
+    assert 0.05 < np.mean(left) < 0.99
+    assert found == pytest.approx(true, rel=0.04)

@@ -130,6 +130,7 @@ def test_slivers_get_no_more_rays():
     error = float(np.sqrt(2 * mean_over(share, local)))
     found = Estimate(
         unit=1.0, direct=None, indirect=None, error=error, sampled=error, error_95=0.0,
+        bounds=np.zeros(64), brightness=1.0,
         share=share, direct_square=local, gather_square=local, apart=None,
     )  # fmt: skip
     surface = Surface(np.ones((200, 1)), np.zeros((200, 1)), area)

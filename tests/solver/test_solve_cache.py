@@ -31,6 +31,7 @@ from verification.meshes import areas, box_polygons, grid, triangle_receivers
 from verification.meshes import scene as make_scene
 
 ASKED = 0.05
+TRUTH = ASKED / 3  # of the bakes that others are compared with: adds a ninth to the square of the error
 SETTINGS = Settings(error=ASKED)
 ALL = Settings().passes
 
@@ -64,6 +65,21 @@ def relative_error(found, truth) -> float:
     return float(np.sqrt(np.average(((x - t) ** 2 / level**2).mean(axis=1), weights=area)))
 
 
+@pytest.fixture(scope="module")
+def once():
+    """What a bake of the room gives, and the pickled cache that kept its solve."""
+    empty = SolveCache()
+    found = bake(room(), empty)
+    assert empty.reused == ""
+    return found, pickle.dumps(empty)
+
+
+@pytest.fixture
+def kept(once):
+    """A cache with the room's solve, the test's own."""
+    return pickle.loads(once[1])
+
+
 @pytest.fixture
 def no_rows(monkeypatch):
     """A function after which a new solve's rays between surfaces are an error."""
@@ -77,12 +93,11 @@ def no_rows(monkeypatch):
     return lambda: monkeypatch.setattr(radiosity, "trace_transport", refuse)
 
 
-def test_other_passes_give_what_a_fresh_bake_gives_without_a_solve(no_rows):
+def test_other_passes_give_what_a_fresh_bake_gives_without_a_solve(no_rows, kept):
     indirect = replace(SETTINGS, passes=("indirect",))
-    fresh, kept = bake(room(), settings=indirect), SolveCache()
-    bake(room(), kept)
+    fresh = bake(room(), settings=indirect)
     no_rows()
-    again = bake(room(), pickle.loads(pickle.dumps(kept)), settings=indirect)
+    again = bake(room(), kept, settings=indirect)
     for name in ("direct", "indirect", "emission"):
         assert np.array_equal(getattr(fresh, name), getattr(again, name))
     assert "transport" not in again.statistics.seconds
@@ -90,22 +105,17 @@ def test_other_passes_give_what_a_fresh_bake_gives_without_a_solve(no_rows):
     assert again.statistics.estimated_error == fresh.statistics.estimated_error
 
 
-def test_other_receivers_need_no_solve(no_rows):
-    truth = bake(room(), divisions=4, settings=Settings(error=ASKED / 5))
-    kept = SolveCache()
-    bake(room(), kept)
-    assert kept.reused == ""
+def test_other_receivers_need_no_solve(no_rows, kept):
+    truth = bake(room(), divisions=4, settings=Settings(error=TRUTH))
     no_rows()
     again = bake(room(), kept, divisions=4)
     assert kept.reused == SOLUTION
     assert relative_error(again, truth) < ASKED
 
 
-def test_other_strengths_and_colours_need_no_rows(no_rows):
+def test_other_strengths_and_colours_need_no_rows(no_rows, kept):
     """The lamp that gave a sixth of the light now gives nine tenths of it."""
-    truth = bake(room(10, 100), settings=Settings(error=ASKED / 5))
-    kept = SolveCache()
-    bake(room(), kept)
+    truth = bake(room(10, 100), settings=Settings(error=TRUTH))
     no_rows()
     again = bake(room(10, 100), kept)
     assert kept.reused == TRANSPORT
@@ -115,13 +125,11 @@ def test_other_strengths_and_colours_need_no_rows(no_rows):
     assert kept.reused == SOLUTION
 
 
-def test_all_lamps_twice_as_strong_is_twice_the_light_of_other_surfaces():
+def test_all_lamps_twice_as_strong_is_twice_the_light_of_other_surfaces(once, kept):
     """Rows and elements are the same and the system is linear: what differs is the direct light's
     statistical error at the elements, far below the asked one."""
-    kept = SolveCache()
-    once = bake(room(), kept)
     twice = bake(room(100, 20), kept)
-    assert twice.indirect.mean() == pytest.approx(2 * once.indirect.mean(), rel=ASKED / 5)
+    assert twice.indirect.mean() == pytest.approx(2 * once[0].indirect.mean(), rel=ASKED / 5)
 
 
 def test_strength_of_glowing_faces_is_light():
@@ -183,18 +191,14 @@ def test_other_seed_and_other_objects_are_solved_again():
         assert kept.get(kept.key(PLAN)) is None and not kept.solves
 
 
-def test_less_error_is_solved_anew_and_more_is_not():
-    kept = SolveCache()
-    bake(room(), kept)
+def test_less_error_is_solved_anew_and_more_is_not(kept):
     bake(room(), kept, settings=Settings(error=2 * ASKED))
     assert kept.reused == SOLUTION
     bake(room(), kept, settings=Settings(error=ASKED / 2))
     assert kept.reused == ""
 
 
-def test_only_the_finest_is_kept_where_there_is_little_room():
-    kept = SolveCache()
-    bake(room(), kept)
+def test_only_the_finest_is_kept_where_there_is_little_room(kept):
     (key, solve), = kept.solves.items()
     finer = replace(key, plan=replace(key.plan, elements=2 * key.plan.elements))
     kept.put(finer, solve)

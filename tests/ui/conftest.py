@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,23 @@ from radiosity_addon.export.exported import CornerMap, ExportedObject
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.scene import Material, Scene, SunLamp
+
+
+@pytest.fixture
+def one_core():
+    """Processes that the test starts may use the core it runs on: the solver's then starts no second
+    one, which takes a second to import the libraries and changes nothing in the result, as
+    ``test_button_operator_and_command_line_give_identical_colours`` shows. Linux only. The test may
+    call what it gets to use all cores from then on."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield lambda: None
+        return
+    cores = os.sched_getaffinity(0)
+    with open("/proc/self/stat") as handle:
+        here = int(handle.read().rpartition(")")[2].split()[36])
+    os.sched_setaffinity(0, {here} & cores or cores)
+    yield lambda: os.sched_setaffinity(0, cores)
+    os.sched_setaffinity(0, cores)
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ SIZE = 48
 
 
 @pytest.fixture
-def pair(addon):
+def pair(addon, one_core):
     """Two squares of 2 m below a lamp, and the panel set to an atlas for them."""
     for index, name in enumerate(NAMES):
         mesh = addon.data.meshes.new(name)

@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture
-def file(addon, room):
+def file(addon, room, one_core):
     """The room of ``tests/conftest.py``, open, with a draft to bake; no temporary files stay."""
     addon.ops.wm.open_mainfile(filepath=str(room))
     addon.context.scene.radiosity.quality = "DRAFT"
@@ -94,12 +94,14 @@ def press(bpy) -> None:
     assert status == {"FINISHED"}
 
 
-def test_button_operator_and_command_line_give_identical_colours(file, room):
+def test_button_operator_and_command_line_give_identical_colours(file, room, one_core):
+    """The button on one core, the operator and the command line on all."""
     from radiosity_addon.ui import session
 
     press(file)
     button = colors(box(file).data)
     session.forget()  # what was kept, so that both solve
+    one_core()
     file.ops.radiosity.bake()
     assert np.array_equal(button, colors(box(file).data))
     line = [sys.executable, "-m", "radiosity_addon", str(room), "--quality", "draft"]

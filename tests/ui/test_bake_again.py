@@ -7,7 +7,7 @@ import pytest
 
 
 @pytest.fixture
-def file(addon, room):
+def file(addon, room, one_core):
     addon.ops.wm.open_mainfile(filepath=str(room))
     addon.context.scene.radiosity.quality = "DRAFT"
     addon.context.scene.radiosity.resolution = 16

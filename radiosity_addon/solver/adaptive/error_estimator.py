@@ -21,7 +21,7 @@ from ..passes import Pass
 from ..receivers import Projection
 from ..sampling.sobol import uniform
 from ..workers.parallel import map_chunks
-from .relative_error import area_shares, bound_of_most, level_of, mean_over
+from .relative_error import MOST, area_shares, bounds_of, level_of, mean_over
 
 # Smoothing that trades bias for noise as well as it can leaves a squared bias of half the squared
 # noise (h² against 1/h in two dimensions), and halves that come out more alike than they are, as
@@ -33,6 +33,7 @@ LEAST = 1e-20  # of the brightest emission: a typical irradiance is taken to be 
 SIGN_DRAWS = 4  # draws of signs that tell what neighborhoods share from noise
 LEAST_MORE = 1.25  # times the samples of a receiver: it gets none if fewer would do
 DIRECT_SHARE = 0.4  # of the squared error that is allowed; the rest is for gathered light
+PARTS = (np.arange(64) + 0.5) / 64  # of the surface, whose bounds are told
 
 
 @dataclass(frozen=True)
@@ -61,6 +62,8 @@ class Estimate:
     error: float
     sampled: float  # the part of it that samples of light have; the rest is known and not corrected
     error_95: float
+    bounds: np.ndarray  # (64,) the error stays within these on PARTS of the surface
+    brightness: float  # mean radiance over the surface
     share: np.ndarray  # (count,) float64 of the surface; they add up to 1
     direct_square: np.ndarray  # (count,) relative, mean over channels
     gather_square: np.ndarray  # (count,)
@@ -120,6 +123,7 @@ class ErrorEstimator:
     threads: int
     sees: Sees  # whether one receiver sees all of the other
     project: Projection | None = None
+    brightness: float | None = None  # mean radiance of all, where these are a part; None: all
 
     def weigh(
         self, halves: list[Lighting], left: Sequence[np.ndarray | None] = (None, None)
@@ -133,7 +137,8 @@ class ErrorEstimator:
         channels = direct_a.shape[1]
         direct, indirect = direct_a + direct_b + first_a + first_b, bounced_a + bounced_b
         rough = self._radiance(direct / 2, indirect / 2, unit)
-        level = level_of(rough, self.surface.share)
+        brightness = None if self.brightness is None else self.brightness / unit
+        level = level_of(rough, self.surface.share, brightness)
         weight = self._gain / level  # from irradiance to relative error
         lit, bounced = (weight * np.float32(name in self.passes) for name in (Pass.DIRECT, Pass.INDIRECT))
         lattices = self._neighbors(direct, indirect)
@@ -149,7 +154,7 @@ class ErrorEstimator:
             for shadow, half in ((shadows.a, gathered.a), (shadows.b, gathered.b))
         ]
         (one_direct, one_indirect), (two_direct, two_indirect) = light
-        level /= self._level([self._radiance(*half, unit) for half in light])
+        level /= self._level([self._radiance(*half, unit) for half in light], brightness)
         share = self.surface.share
         samples, found = zip(*(part.error(share, level) for part in (shadows, gathered)))
         shadow_square, gather_square = map_chunks(
@@ -162,6 +167,7 @@ class ErrorEstimator:
         else:
             share, sample = self._projected([self._radiance(*half, unit) for half in light])
             square = mean_over(share, sample**2)
+        error_95, *bounds = bounds_of(share, sample, np.append(MOST, PARTS))
         lacking = sum(mean_over(self.surface.share, each) for each in left if each is not None)
         sampled, square = square, square + lacking / len(left)
         return Estimate(
@@ -170,7 +176,9 @@ class ErrorEstimator:
             indirect=(one_indirect + two_indirect) / 2,
             error=float(np.sqrt(max(square, 0.0))),
             sampled=float(np.sqrt(max(sampled, 0.0))),
-            error_95=bound_of_most(share, sample),
+            error_95=float(error_95),
+            bounds=np.array(bounds),
+            brightness=unit * mean_over(self.surface.share, rough),
             share=self.surface.share,
             direct_square=shadow_square,
             gather_square=gather_square,
@@ -257,14 +265,14 @@ class ErrorEstimator:
         found, mean = mean_over(share, pooled), mean_over(share, square)
         return pooled * (mean / found) if found > 0 and mean > 0 else square
 
-    def _level(self, halves: list[np.ndarray]) -> np.ndarray:
+    def _level(self, halves: list[np.ndarray], brightness: float | None) -> np.ndarray:
         """(count, 1) what errors are judged against, from smoothed radiances (count, channels): noise
         of the light before smoothing is none of it. Where the halves are far apart they are judged
         against either alone: a ray that brings much too much to one of them raises their mean's
         brightness, too, but not the other's."""
         share = self.surface.share
-        level = level_of((halves[0] + halves[1]) / 2, share)
-        one, other = (level_of(half, share) for half in halves)
+        level = level_of((halves[0] + halves[1]) / 2, share, brightness)
+        one, other = (level_of(half, share, brightness) for half in halves)
         doubtful = np.maximum(one, other) > DOUBTFUL * np.minimum(one, other)
         least = np.minimum(one, other)  # the sum of inverse squares, without what overflows
         either = least * np.sqrt(2 / (1 + (least / np.maximum(one, other)) ** 2))

@@ -26,21 +26,32 @@ def mean_over(share: np.ndarray, values: np.ndarray) -> float:
     return float((share[:, None] * values).sum(axis=0).mean()) if values.size else 0.0
 
 
-def level_of(radiance: np.ndarray, share: np.ndarray) -> np.ndarray:
+def level_of(
+    radiance: np.ndarray, share: np.ndarray, brightness: float | None = None
+) -> np.ndarray:
     """(n, 1) what errors of radiances (n, c) are judged against, above 0: max(L, L̄/4), L the mean
-    over channels and L̄ its mean over the surface."""
+    over channels and L̄ its mean over the surface, or the ``brightness`` of all of it where these
+    are a part."""
     channels = radiance.shape[1]
     level = radiance @ np.full((channels, 1), 1 / channels, radiance.dtype)
-    level = np.maximum(level, level.dtype.type(FLOOR * mean_over(share, level)))
+    if brightness is None:
+        brightness = mean_over(share, level)
+    level = np.maximum(level, level.dtype.type(FLOOR * brightness))
     return np.where(level > 0, level, level.dtype.type(1))
 
 
 def bound_of_most(share: np.ndarray, errors: np.ndarray) -> float:
     """The bound below which the errors (n, c) of 95 % of the surface stay, in every channel: the
     quantile of their sizes by ``share`` (n,) of the surface."""
+    return float(bounds_of(share, errors, np.array([MOST]))[0])
+
+
+def bounds_of(share: np.ndarray, errors: np.ndarray, parts: np.ndarray) -> np.ndarray:
+    """(k,) bounds below which the errors (n, c) of ``parts`` (k,) of the surface stay, in every
+    channel: quantiles of their sizes by ``share`` (n,) of the surface."""
     if not len(errors):
-        return 0.0
+        return np.zeros(len(parts))
     largest = np.abs(errors).max(axis=1)
     order = np.argsort(largest, kind="stable")
     reached = np.cumsum(share[order])
-    return float(largest[order[min(np.searchsorted(reached, MOST), len(order) - 1)]])
+    return largest[order[np.minimum(np.searchsorted(reached, parts), len(order) - 1)]]

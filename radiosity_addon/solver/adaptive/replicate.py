@@ -86,6 +86,7 @@ class Replicate:
     residuals: Residuals | None = None  # of paths with these radiosities
     correction: Correction | None = None
     lessons: list[Lesson] = field(default_factory=list)  # of the last round
+    tile: int = 0  # of the receivers, where these come tile by tile
 
     def __post_init__(self) -> None:
         self.light = no_light(self.footprints.count, self.context.channels)
@@ -168,7 +169,7 @@ class Replicate:
     def _more_paths(self, radiosity: Radiosity, paths: int, batch: int) -> Residuals:
         return follow_residual(
             self.split.reflected, self.footprints, radiosity, paths,
-            self.context.seed, Stream.RESIDUAL, self.number, batch,
+            self.context.seed, Stream.RESIDUAL, *self._key(), batch,
         )
 
     def take(self, radiosity: Radiosity) -> SolveFigures:
@@ -178,6 +179,23 @@ class Replicate:
         self.light.forget_gathered()
         self.residuals = self.correction = None
         return self._solved()
+
+    def move_to(self, receivers: Receivers, tile: int) -> None:
+        """Find the light of other receivers from now on, with the radiosities of now and what has been
+        gathered where those before are patches. ``tile`` > 0 numbers the receivers: each has random
+        numbers of its own."""
+        if self.residuals is not None:
+            self._look_at_receivers()
+        for name in ("walls", "clusters", "reflectance"):
+            vars(self).pop(name, None)
+        self.receivers, self.tile, self.lessons = receivers, tile, []
+        self.residuals = self.correction = None
+        self.footprints = build_footprints(self.context.geometry, receivers)
+        self.light = no_light(self.footprints.count, self.context.channels)
+
+    def _key(self, *key: int) -> tuple[int, ...]:
+        """Of random numbers: of this half and tile."""
+        return (*key, self.number, *([self.tile] if self.tile else []))
 
     def audit(self, factor: float) -> None:
         """Follow ``factor`` times as many paths as so far."""
@@ -205,11 +223,11 @@ class Replicate:
             self._look_at_receivers()
         if self.needs.explicit:
             for part in direct:
-                add_direct(self.split, self.footprints, self.light, *part, step, self.number)
+                add_direct(self.split, self.footprints, self.light, *part, *self._key(step))
         if self.needs.rays:
             self.radiosity, self.lessons = add_gathered(
-                self.split, self.footprints, self.light, self.radiosity, gathered, step,
-                self.number, guide=guide, learns=learn,
+                self.split, self.footprints, self.light, self.radiosity, gathered,
+                *self._key(step), guide=guide, learns=learn,
             )
         if self.needs.reflected and self.residuals is None:
             self._look_at_receivers()

@@ -74,6 +74,18 @@ class GiveRadiosity:
 
 
 @dataclass(frozen=True)
+class MoveTo:
+    """Find the light of other receivers from now on, which are a ``tile``."""
+
+    receivers: Receivers
+    tile: int
+
+    def answer(self, replicate: Replicate) -> None:
+        """See ``Replicate.move_to``."""
+        replicate.move_to(self.receivers, self.tile)
+
+
+@dataclass(frozen=True)
 class AddLight:
     """Light of the round ``step``."""
 

@@ -56,6 +56,10 @@ class Clock:
         self.laps[stage] = self.laps.get(stage, 0.0) + now - self._last
         self._last = now
 
+    def skip(self) -> None:
+        """Book the time since the last lap on nothing: somebody else counts it."""
+        self._last = time.perf_counter()
+
     def move(self, stage: str, other: str, seconds: float) -> None:
         """Book ``seconds`` of ``stage`` on ``other`` instead."""
         self.laps[stage] -= seconds
@@ -72,12 +76,14 @@ class Rounds:
     deadline: float | None  # perf_counter seconds after which no round may end
     clock: Clock
     kept: SolveCache | None
+    solved: bool = False  # the radiosities are there, and stay as they are
 
     def run(self, plan: Plan) -> tuple[Estimate, list[SolveFigures]]:
         """A first round for all receivers, then more where the error is, with rays aimed by what
         the first brought; finer elements first where the error is theirs."""
         everyone = np.arange(self.first.footprints.count)
-        plan = self._solve(plan)
+        if not self.solved:
+            plan = self._solve(plan)
         direct, gathered = [(everyone, plan.points)], [(everyone, plan.rays)]
         learning = guide = None
         learns = True
@@ -98,7 +104,8 @@ class Rounds:
             told.append((light[0].rays.mean(), dim))
             floor = _floor(told, min(shadows, DIRECT_SHARE * plan.goal**2), plan.enough)
             excess = max(self.estimator.common(estimate), floor) / (ELEMENTS_SHARE * plan.goal)
-            if excess > 1 and step < LAST_RESTART and plan.elements < MOST_ELEMENTS:
+            coarse = excess > 1 and plan.elements < MOST_ELEMENTS
+            if coarse and step < LAST_RESTART and not self.solved:
                 plan, told = plan.refined(excess), []
                 laps = self.clock.laps
                 if not self._time_for(2 * (laps.get("transport", 0.0) + laps["gather"])):

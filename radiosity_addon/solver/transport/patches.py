@@ -9,13 +9,13 @@ miss, onward and nowhere, then 2·cell + back for the sides of the elements' cel
 numbered alike: those of receivers, then 2·P + 2·element + back. Where a ray ends on a baked object,
 but on none of its patches, it goes *onward*: it is reflected there and brings light that it finds
 itself. Such places are few: near walls that divide a receiver, on faces without texels. So do rays
-to receivers that end on a patch nearer than its own size: light in strips narrower than it counts by
-where the strips lie.
+to patches whose direct light varies, and those of receivers to patches nearer than their own size:
+what they see of these may be another part than the mean's.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from .receiver_map import NOTHING, ReceiverMap, build_receiver_map
 MOST_PATCHES = 2_000_000  # of receivers: their rows are kept in memory
 EXTENT = 2.0  # times the mean edge of a receiver: cells further apart are different patches
 BAKED = 0.5  # of an object's area: with as much in patches its other faces get no elements
-NEAR = 0.5  # length of a receiver's patch per distance: above it rays find the light where they end
+NEAR = 1.0  # length of a receiver's patch per distance: above it rays find the light where they end
 SMALLEST = 1e-6  # extent of a patch [unit box], at least
 ONWARD, SEVERAL = NOTHING - 1, NOTHING - 2  # in ``ReceiverPatches.patch``, see there
 
@@ -57,6 +57,16 @@ class ReceiverPatches:
         return np.array_equal(self.first, footprints.triangle[footprints.start[:-1]]) and (
             np.array_equal(self.area, footprints.area.astype(np.float32))
         )
+
+    def without(self, varied: np.ndarray) -> ReceiverPatches:
+        """The same, where no ray ends on the patches ``varied`` (P,) bool: light varies inside, and what
+        is seen of them may be a part of it, as at a gap's rim."""
+        gone = np.append(varied, False)  # also for what is no patch, which is below 0
+        patch, values = (
+            np.where((found >= 0) & gone[found], np.int32(ONWARD), found)
+            for found in (self.patch, self.values)
+        )
+        return replace(self, patch=patch, values=values)
 
     @property
     def count(self) -> int:
@@ -130,7 +140,7 @@ class Patches:
 
     def hit_resolved(self, hits: Hits) -> np.ndarray:
         """The same, but onward where a ray ends on a receiver's patch from so near that a part of the
-        patch counts more than the rest: the mean over it is not what arrives."""
+        patch counts more than the rest: its mean is not what arrives."""
         entry = self.hit(hits)
         if self.receivers is not None:
             own = np.flatnonzero(entry < self.first)

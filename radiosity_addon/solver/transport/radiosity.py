@@ -37,6 +37,7 @@ from .second_kind import solve_second_kind
 SEEDS_PER_ELEMENT = 40  # rays from receivers that look for elements
 SEED_RAYS = 16  # from each receiver that takes part in that
 MAX_REFINEMENTS = 6
+VARIED = 100.0  # times the error, of the mean light: deviation above which a patch has no one value
 HALVINGS = 2  # of an element's edges, where it is divided because it brings a bias
 
 
@@ -119,6 +120,7 @@ def solve_radiosity(
     if own is not None:
         lit = light_receivers(context, own.footprints, plan.patch_points, (*key, 9))
         known.append((lit, plan.patch_rays))
+        patches = replace(patches, receivers=own.without(varied_patches(context, own, plan, tolerance, key)))
     share = len(places.entry) / max(all_places, 1)
     if len(places.entry):
         elements = set_apart(context, elements, target, tolerance)
@@ -130,6 +132,16 @@ def solve_radiosity(
     samples = RowSamples(plan.row_rays, per, plan.patch_rays, plan.patch_points)
     transport = trace_transport(context, patches, known, samples, (*key, 12))
     return solve_rows(context, patches, transport, tolerance)
+
+
+def varied_patches(
+    context: Context, own: ReceiverPatches, plan: SolvePlan, tolerance: float, key: tuple[int, ...]
+) -> np.ndarray:
+    """(P,) bool: patches of receivers in which direct light varies by much. They are lit at points of
+    their own for this: chosen by those that light the rows, what is left would be too dark, as bright
+    parts that no point met stay."""
+    lit = light_receivers(context, own.footprints, plan.patch_points, (*key, 16))
+    return lit.spread > VARIED * tolerance * float((lit.share @ lit.lit).mean())
 
 
 def extended(

@@ -1,0 +1,88 @@
+"""Border samples: places on the borders of islands where what is shown is asked for. NumPy only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .clip import doubled_areas
+from .continuations import Parts, Seams, face_normals_of, into_faces
+from .islands import Charted, Edges
+from .shown import Sheets, Stencils
+from .texels import expand
+
+APART = 0.5  # texels between two samples along a border, at most
+MOST = 1 << 14  # samples of one edge
+ASIDE = 1.0  # texels from a seam to where a way over it begins
+DEEP = 0.5  # of a triangle's height over the seam: such a way begins no farther
+
+
+@dataclass(frozen=True)
+class SeamSamples:
+    """Places (k,) on seams, as both sides show them; ``weight`` is the length [texels] that each
+    stands for."""
+
+    one: Stencils
+    other: Stencils
+    weight: np.ndarray  # (k,) float64
+    starts: np.ndarray  # (k, 3) places a little to one side [scene's length],
+    start_up: np.ndarray  # (k, 3) their faces' normals,
+    ends: np.ndarray  # (k, 3) and to the other side
+    end_up: np.ndarray  # (k, 3)
+
+    def take(self, chosen: np.ndarray) -> SeamSamples:
+        return SeamSamples(
+            self.one.take(chosen), self.other.take(chosen), self.weight[chosen],
+            self.starts[chosen], self.start_up[chosen], self.ends[chosen], self.end_up[chosen],
+        )  # fmt: skip
+
+
+def sample_borders(charted: Charted, edges: Edges, sheets: Sheets) -> Stencils:
+    """What is shown along the borders ``edges``."""
+    start, end = edges.ends(charted.uv)
+    owner, fraction, _ = _places(np.linalg.norm(end - start, axis=1))
+    at = start[owner] + fraction[:, None] * (end - start)[owner]
+    return sheets.stencils(charted.sheet[edges.triangle[owner]], at)
+
+
+def sample_seams(charted: Charted, edges: Edges, seams: Seams, sheets: Sheets) -> SeamSamples:
+    """Places along the ``seams`` between border ``edges``."""
+    sides = seams.one, seams.other
+    lengths = np.stack([_texels_along(charted, edges, part) for part in sides])
+    owner, fraction, weight = _places(lengths.max(0))
+    stencils, beside, up = [], [], []
+    for part in sides:
+        own = edges.take(part.edge[owner])
+        along = part.along[owner]
+        along = (along[:, 0] + fraction * (along[:, 1] - along[:, 0]))[:, None]
+        start, end = own.ends(charted.uv)
+        stencils.append(sheets.stencils(charted.sheet[own.triangle], start + along * (end - start)))
+        start, end = own.ends(charted.vertices[charted.triangles])
+        beside.append(start + along * (end - start) + _aside(charted, own))
+        up.append(face_normals_of(charted, own.triangle))
+    return SeamSamples(*stencils, weight, beside[0], up[0], beside[1], up[1])
+
+
+def _places(length: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(owner, fraction, weight): places along lines of so many texels (k,), in the middles of equal
+    parts."""
+    count = np.clip(np.ceil(length / APART), 1, MOST).astype(int)
+    owner, number = expand(count)
+    return owner, (number + 0.5) / count[owner], length[owner] / count[owner]
+
+
+def _texels_along(charted: Charted, edges: Edges, part: Parts) -> np.ndarray:
+    start, end = edges.take(part.edge).ends(charted.uv)
+    return np.linalg.norm(end - start, axis=1) * np.abs(part.along[:, 1] - part.along[:, 0])
+
+
+def _aside(charted: Charted, edges: Edges) -> np.ndarray:
+    """(m, 3) ways from the edges into their faces, ASIDE texels long."""
+    a, b, c = charted.vertices[charted.triangles[edges.triangle]].transpose(1, 0, 2)
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    texels = np.abs(doubled_areas(charted.uv[edges.triangle]))
+    start, end = edges.ends(charted.vertices[charted.triangles])
+    height = area / np.maximum(np.linalg.norm(end - start, axis=1), 1e-300)
+    far = np.minimum(ASIDE * np.sqrt(area / np.maximum(texels, 1e-300)), DEEP * height)
+    return far[:, None] * into_faces(charted, edges)

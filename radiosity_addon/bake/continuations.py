@@ -1,0 +1,203 @@
+"""Continuations: where the surface goes on beyond the border of an island or of an object. No bpy.
+
+Two borders continue each other where they lie on one line in space, their faces to both sides of
+it, and are shaded by the same normal there: coplanar faces, or faces that are smooth over the line.
+Borders of which one ends in the middle of the other are cut at each other's ends first.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..components import connected_components
+from .islands import Charted, Edges
+from .texels import expand
+
+WELD = 1e-5  # of the surface's extent: points closer than that are one
+BENT = np.cos(np.radians(3.0))  # shading normals that differ by more are of different faces
+FOLDED = -0.3  # cosine between the ways into two faces: above it they lie on the same side
+CROWD = 16  # borders on one line that are compared; where there are more, none continues
+LONG = 1e-4  # of the extent: shorter edges have no certain direction, and are not cut
+NEAR = 1e-4  # ways and feet [of the extent] of edges on one line differ by less, about
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Parts of border edges, from parameter ``along[:, 0]`` to ``along[:, 1]``, which lie between
+    the points ``low`` and ``high``; the same points are the same numbers for all edges."""
+
+    edge: np.ndarray  # (k,) int
+    along: np.ndarray  # (k, 2) float64
+    low: np.ndarray  # (k,) int
+    high: np.ndarray  # (k,) int
+
+    def take(self, chosen: np.ndarray) -> Parts:
+        return Parts(self.edge[chosen], self.along[chosen], self.low[chosen], self.high[chosen])
+
+
+@dataclass(frozen=True)
+class Seams:
+    """Pairs of parts of border edges that are one line in space: row i of ``one`` and ``other``."""
+
+    one: Parts
+    other: Parts
+
+
+def find_seams(charted: Charted, edges: Edges) -> Seams:
+    """Where the borders ``edges`` continue each other, wholly or in part."""
+    ends, place = _weld(charted, edges)
+    number = np.arange(len(edges.triangle))
+    whole = _whole(charted, edges, ends, BENT)
+    alone = np.ones(len(number), bool)
+    for part in (whole.one, whole.other):
+        alone[part.edge] = False
+    cut = _continued(charted, edges, _cut(number[alone], ends, place), BENT)
+    return Seams(_joined(whole.one, cut.one), _joined(whole.other, cut.other))
+
+
+def find_whole_seams(charted: Charted, edges: Edges, bent: float) -> Seams:
+    """Where whole ``edges`` continue each other; normals' cosines are at least ``bent``."""
+    return _whole(charted, edges, _weld(charted, edges)[0], bent)
+
+
+def _whole(charted: Charted, edges: Edges, ends: np.ndarray, bent: float) -> Seams:
+    number = np.arange(len(edges.triangle))
+    parts = _parts(number, np.tile([0.0, 1.0], (len(number), 1)), ends)
+    return _continued(charted, edges, parts, bent)
+
+
+def _joined(one: Parts, other: Parts) -> Parts:
+    names = ("edge", "along", "low", "high")
+    return Parts(*(np.concatenate([getattr(one, name), getattr(other, name)]) for name in names))
+
+
+def _weld(charted: Charted, edges: Edges) -> tuple[np.ndarray, np.ndarray]:
+    """(m, 2) points at the edges' ends, and (p, 3) their places; what is one in space is one."""
+    from scipy.spatial import cKDTree
+
+    vertex = np.stack(edges.ends(charted.triangles), 1)
+    used, ends = np.unique(vertex, return_inverse=True)
+    places = charted.vertices[used]
+    if not len(used):
+        return vertex.reshape(-1, 2), places
+    pairs = cKDTree(places).query_pairs(WELD * np.ptp(places, axis=0).max(), output_type="ndarray")
+    point = connected_components(len(used), pairs[:, 0], pairs[:, 1])
+    _, first = np.unique(point, return_index=True)
+    return point[ends.reshape(-1, 2)], places[first]
+
+
+def _parts(edge: np.ndarray, along: np.ndarray, points: np.ndarray) -> Parts:
+    """Parts of edges (k,) between ``points`` (k, 2) in the order of their numbers."""
+    turned = points[:, 0] > points[:, 1]
+    along = np.where(turned[:, None], along[:, ::-1], along)
+    return Parts(edge, along, points.min(1), points.max(1))
+
+
+def _cut(edge: np.ndarray, ends: np.ndarray, place: np.ndarray) -> Parts:
+    """The ``edge`` (k,) cut at the ends of others among them that lie on them."""
+    owner, point, along = _points_on(ends[edge], place)
+    owner = np.concatenate([np.tile(np.arange(len(edge)), 2), owner])
+    point = np.concatenate([ends[edge].T.ravel(), point])
+    along = np.concatenate([np.repeat([0.0, 1.0], len(edge)), along])
+    order = np.lexsort((along, owner))
+    owner, point, along = owner[order], point[order], along[order]
+    same = owner[1:] == owner[:-1]
+    steps = (np.stack([x[:-1], x[1:]], 1)[same] for x in (along, point))
+    return _parts(edge[owner[:-1][same]], *steps)
+
+
+def _points_on(ends: np.ndarray, place: np.ndarray):
+    """(owner, point, along): where on which edges (k, 2) lie ends of others on the same line, but
+    for their own."""
+    start, step = place[ends[:, 0]], place[ends[:, 1]] - place[ends[:, 0]]
+    extent = np.ptp(place[ends].reshape(-1, 3), axis=0).max() if len(ends) else 1.0
+    length = np.linalg.norm(step, axis=1)
+    long = np.flatnonzero(length > LONG * extent)
+    line, way = _lines((start[long] - place.mean(0)) / extent, step[long] / length[long, None])
+    point = ends[long]
+    far = np.einsum("kij,kj->ki", (place[point] - place.mean(0)) / extent, way)
+    key = 4 * line[:, None] + far  # far lies within ±√3/2, so that lines stay apart
+    order = np.argsort(key, axis=None, kind="stable")
+    known, point = key.ravel()[order], point.ravel()[order]
+    low = np.searchsorted(known, key.min(1), "right")
+    count = np.maximum(np.searchsorted(known, key.max(1), "left") - low, 0)
+    owner, offset = expand(count)
+    owner, point = np.unique(np.stack([long[owner], point[low[owner] + offset]]), axis=1)
+    away = place[point] - start[owner]
+    along = np.einsum("ij,ij->i", away, step[owner]) / length[owner] ** 2
+    height = np.linalg.norm(away - along[:, None] * step[owner], axis=1)
+    room = WELD * extent / length[owner]
+    on = (height <= WELD * extent) & (along > room) & (along < 1 - room)
+    return owner[on], point[on], along[on]
+
+
+def _lines(start: np.ndarray, way: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(k,) which line the edges from ``start`` (k, 3) along ``way`` (k, 3) lie on, nearly, and (k, 3)
+    the ways turned alike: lines are the same where their ways and their feet under the origin are."""
+    from scipy.spatial import cKDTree
+
+    if not len(way):
+        return np.zeros(0, int), way
+    largest = np.take_along_axis(way, np.abs(way).argmax(1)[:, None], 1)
+    way = way * np.sign(largest)
+    foot = start - np.einsum("ij,ij->i", start, way)[:, None] * way
+    pairs = cKDTree(np.concatenate([way, foot], 1)).query_pairs(NEAR, output_type="ndarray")
+    line = connected_components(len(way), pairs[:, 0], pairs[:, 1])
+    _, first = np.unique(line, return_index=True)
+    return line, way[first[line]]
+
+
+def _continued(charted: Charted, edges: Edges, parts: Parts, bent: float) -> Seams:
+    """The pairs of parts between the same points whose faces continue each other."""
+    order = np.lexsort((parts.edge, parts.high, parts.low))
+    parts = parts.take(order[parts.low[order] < parts.high[order]])
+    new = (np.diff(parts.low, prepend=-1) != 0) | (np.diff(parts.high, prepend=-1) != 0)
+    start = np.flatnonzero(new)
+    size = np.diff(start, append=len(parts.low))
+    start, size = start[(size > 1) & (size <= CROWD)], size[(size > 1) & (size <= CROWD)]
+    first, offset = expand(size)
+    group, other = expand(size[first])  # each member beside each of its line
+    one = start[first][group] + offset[group]
+    other = start[first][group] + other
+    one, other = one[one < other], other[one < other]
+    good = _faces_continue(charted, edges, parts.take(one), parts.take(other), bent)
+    return Seams(parts.take(one[good]), parts.take(other[good]))
+
+
+def _faces_continue(
+    charted: Charted, edges: Edges, one: Parts, other: Parts, bent: float
+) -> np.ndarray:
+    """(k,) bool: to both sides of the line, and by one normal in its middle."""
+    ways, true, shaded = [], [], []
+    for part in (one, other):
+        own = edges.take(part.edge)
+        ways.append(into_faces(charted, own))
+        true.append(face_normals_of(charted, own.triangle))
+        middle = part.along.mean(1)[:, None]
+        start, end = own.ends(charted.normals)
+        mean = (1 - middle) * start + middle * end
+        length = np.linalg.norm(mean, axis=1, keepdims=True)
+        shaded.append(np.where(length > 1e-6, mean / np.maximum(length, 1e-300), true[-1]))
+    cosine = [np.einsum("ij,ij->i", *pair) for pair in (ways, true, shaded)]
+    return (cosine[0] < FOLDED) & (cosine[1] > 0) & (cosine[2] >= bent)
+
+
+def into_faces(charted: Charted, edges: Edges) -> np.ndarray:
+    """(m, 3) unit vectors in the faces' planes, square to the edges, into the faces."""
+    start, end = edges.ends(charted.vertices[charted.triangles])
+    third = charted.vertices[charted.triangles[edges.triangle, (edges.side + 2) % 3]]
+    along = _unit(end - start)
+    away = third - start
+    return _unit(away - np.einsum("ij,ij->i", away, along)[:, None] * along)
+
+
+def face_normals_of(charted: Charted, triangle: np.ndarray) -> np.ndarray:
+    """(k, 3) true unit normals of triangles (k,)."""
+    a, b, c = charted.vertices[charted.triangles[triangle]].transpose(1, 0, 2)
+    return _unit(np.cross(b - a, c - a))
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-300)

@@ -1,0 +1,78 @@
+"""Islands: the pieces of surface that a UV map keeps whole, and their borders. NumPy only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..components import connected_components
+from .clip import doubled_areas
+
+SAME = 1e-3  # texels: UVs closer than that are one place
+FLAT = 1e-9  # texels²: a triangle with less UV area shows nothing
+
+
+@dataclass(frozen=True)
+class Charted:
+    """Triangles on the surface and in images. Texel (row, column) of image ``sheet`` is the unit
+    square from (column, row)."""
+
+    vertices: np.ndarray  # (v, 3) float64 [scene's length]
+    triangles: np.ndarray  # (n, 3) int
+    uv: np.ndarray  # (n, 3, 2) float64 [texels]
+    sheet: np.ndarray  # (n,) int
+    normals: np.ndarray  # (n, 3, 3) unit normals by which the corners are shaded
+
+    @property
+    def shows(self) -> np.ndarray:
+        """(n,) bool: the triangle has an area in its image."""
+        with np.errstate(invalid="ignore"):
+            return np.abs(doubled_areas(self.uv)) / 2 > FLAT
+
+
+@dataclass(frozen=True)
+class Edges:
+    """Sides of triangles: from corner ``side`` to the next one."""
+
+    triangle: np.ndarray  # (m,) int
+    side: np.ndarray  # (m,) int 0, 1, 2
+
+    def ends(self, of_corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values (m, ...) at both ends, of values (n, 3, ...) at triangles' corners."""
+        return of_corners[self.triangle, self.side], of_corners[self.triangle, (self.side + 1) % 3]
+
+    def take(self, chosen: np.ndarray) -> Edges:
+        return Edges(self.triangle[chosen], self.side[chosen])
+
+
+def cut_into_islands(charted: Charted) -> tuple[np.ndarray, Edges]:
+    """(n,) int island of each triangle, and the edges along which islands end.
+
+    Two triangles are of one island when they share an edge, wound alike, with the same UVs.
+    """
+    n = len(charted.triangles)
+    edges = Edges(np.tile(np.arange(n), 3), np.repeat(np.arange(3), n))
+    edges = edges.take(charted.shows[edges.triangle])
+    one, other = _shared(charted, edges)
+    within = np.zeros(len(edges.triangle), bool)
+    within[one] = within[other] = True
+    island = connected_components(n, edges.triangle[one], edges.triangle[other])
+    return island, edges.take(~within)
+
+
+def _shared(charted: Charted, edges: Edges) -> tuple[np.ndarray, np.ndarray]:
+    """Edges (k,) and (k,) that are one in space and in the image."""
+    start, end = edges.ends(charted.triangles)
+    key = np.minimum(start, end).astype(np.int64) * (len(charted.vertices) + 1)
+    key += np.maximum(start, end)
+    order = np.argsort(key, kind="stable")
+    first = np.flatnonzero(np.diff(key[order], prepend=-1))
+    double = first[np.diff(first, append=len(key)) == 2]
+    one, other = order[double], order[double + 1]
+    uv_start, uv_end = edges.ends(charted.uv)
+    sheet = charted.sheet[edges.triangle]
+    same = (start[one] == end[other]) & (sheet[one] == sheet[other])
+    for a, b in ((uv_start[one], uv_end[other]), (uv_end[one], uv_start[other])):
+        same &= (np.abs(a - b) < SAME).all(1)
+    return one[same], other[same]

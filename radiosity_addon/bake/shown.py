@@ -1,0 +1,63 @@
+"""Shown: what engines show between texels. NumPy only.
+
+Texels have their values at the middles of their squares; between them the picture is bilinear,
+and beyond the outermost middles constant.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Stencils:
+    """Places in images as weighted sums of four texels each: ``texel`` and ``weight`` (k, 4)."""
+
+    texel: np.ndarray  # int64, through all images
+    weight: np.ndarray  # float64
+
+    def take(self, chosen: np.ndarray) -> Stencils:
+        return Stencils(self.texel[chosen], self.weight[chosen])
+
+    def of(self, values: np.ndarray) -> np.ndarray:
+        """(k, c) what is shown of texels' values (n, c)."""
+        return np.einsum("ij,ijc->ic", self.weight, values[self.texel])
+
+
+@dataclass(frozen=True)
+class Sheets:
+    """The images' sizes. Texels are numbered image after image, row by row."""
+
+    width: np.ndarray  # (s,) int
+    height: np.ndarray  # (s,) int
+
+    @property
+    def first(self) -> np.ndarray:
+        """(s + 1,) number of each image's first texel, and how many there are."""
+        return np.concatenate([[0], np.cumsum(self.width * self.height)])
+
+    def texel(self, sheet: np.ndarray, row: np.ndarray, column: np.ndarray) -> np.ndarray:
+        """Numbers of texels; -1 outside of the image."""
+        inside = (row >= 0) & (column >= 0)
+        inside &= (row < self.height[sheet]) & (column < self.width[sheet])
+        return np.where(inside, self.first[sheet] + row * self.width[sheet] + column, -1)
+
+    def place(self, texel: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(sheet, row, column) of texels' numbers."""
+        sheet = np.searchsorted(self.first, texel, "right") - 1
+        row, column = np.divmod(texel - self.first[sheet], self.width[sheet])
+        return sheet, row, column
+
+    def stencils(self, sheet: np.ndarray, at: np.ndarray) -> Stencils:
+        """Of places ``at`` (k, 2) [texels from the lower left corner] in images (k,)."""
+        low = np.floor(at - 0.5)
+        share = at - 0.5 - low
+        texels, weights = [], []
+        for dx, dy in ((0, 0), (1, 0), (0, 1), (1, 1)):
+            column = np.clip(low[:, 0] + dx, 0, self.width[sheet] - 1).astype(np.int64)
+            row = np.clip(low[:, 1] + dy, 0, self.height[sheet] - 1).astype(np.int64)
+            texels.append(self.texel(sheet, row, column))
+            weights.append(np.abs(1 - dx - share[:, 0]) * np.abs(1 - dy - share[:, 1]))
+        return Stencils(np.stack(texels, 1), np.stack(weights, 1))

@@ -1,0 +1,164 @@
+"""Texel fit: texels beside borders as the best fit of what is shown to the light. NumPy and SciPy.
+
+Between texels engines show a bilinear picture. Inside an island a texel's mean is a good value for
+it. Beside borders it is not: a texel that lies partly on the surface knows the light at the middle
+of that part, not at its own, those of the margin know nothing, and the two sides of a seam show
+what each makes of it. The values x of these texels minimise
+
+    Σ_t a_t |(P x)_t − L_t|² + λ Σ_s l_s |(A x)_s − (B x)_s|² + ε |x − x₀|²
+
+P shows x at the middles of texels' covered parts, a texels each, of which L are the means: exact for
+light that is linear. A and B show both sides of seams at places that stand for l texels each. x₀ are
+the means, and in the margin those of the nearest texels. Texels that lie wholly on the surface keep
+their means: what is free beside them is enough for both sides to meet.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_matrix, diags, vstack
+
+from .border_samples import SeamSamples
+from .bounded import solve_bounded
+from .shown import Sheets, Stencils
+
+EQUAL = 8.0  # λ [texels per texel of length]: how much both sides of a seam are to be the same
+STAY = 0.001  # ε [texels]: how much texels stay what they are without the fit
+TOLERANCE = 1e-4  # of the residual: far below what anybody sees
+ROUNDS = 2  # of keeping texels within their bounds
+WHOLE = 0.999  # of a texel covered: its mean is its value
+SEEN = 1e-6  # a texel with less weight is not seen at a place
+LEEWAY = 0.5  # of the light's span nearby: so far beyond it may a value be
+REACH = 2  # texels around from which the light's span is taken
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is known of the light: ``mean`` over the parts of texels that lie on the surface."""
+
+    texel: np.ndarray  # (k,) int64, ascending
+    middle: Stencils  # (k,) what is shown in the middle of the part
+    share: np.ndarray  # (k,) of the texel that it is, at most 1
+    mean: np.ndarray  # (k, 3)
+
+
+def fit_texels(
+    sheets: Sheets, known: Known, borders: Stencils, seams: SeamSamples, pixels: np.ndarray,
+    free: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers (m,) of the texels beside borders, ascending, and their values (m, 3) float64.
+
+    ``borders`` are places on borders; both sides of ``seams`` show the same. ``pixels`` (n, 3) are
+    all texels' colors without the fit, and only those that are ``free`` (n,) bool get others, and
+    that do not lie on the surface wholly.
+    """
+    light = _Numbers(known.texel, len(pixels))
+    parts = known.middle.take(known.share < WHOLE), borders, seams.one, seams.other
+    chosen = np.zeros(len(pixels), bool)
+    for each in parts:
+        chosen[each.texel[each.weight > SEEN]] = True
+    chosen[known.texel[known.share >= WHOLE]] = False
+    chosen = np.flatnonzero(chosen & free)
+    guess = pixels[chosen].astype(float)
+    if not len(chosen):
+        return chosen, guess
+    unknown = _Numbers(chosen, len(pixels))
+    rows = _Rows(unknown, light, known.mean)
+    touched = (unknown.of(known.middle.texel) >= 0).any(1)
+    rows.add(known.middle.take(touched), known.share[touched], known.mean[touched])
+    rows.add(_difference(seams.one, seams.other), EQUAL * seams.weight)
+    alone = Stencils(chosen[:, None], np.ones((len(chosen), 1)))
+    rows.add(alone, np.full(len(chosen), STAY), guess)
+    matrix, right = rows.normal_equations()
+    low, high = _bounds(sheets, light, known.mean, chosen, guess)
+    low, high = _widened(low, high, unknown, seams)
+    values = np.stack(
+        [solve_bounded(matrix, *column, TOLERANCE, ROUNDS)
+         for column in zip(right.T, guess.T, low.T, high.T)], 1
+    )  # fmt: skip
+    return chosen, values
+
+
+class _Numbers:
+    """Which of ``texel`` (k,) each of ``count`` texels is."""
+
+    def __init__(self, texel: np.ndarray, count: int):
+        self._number = np.full(count + 1, -1, np.int32)  # the last is found for no texel, -1
+        self._number[texel] = np.arange(len(texel))
+        self.count = len(texel)
+
+    def of(self, texel: np.ndarray) -> np.ndarray:
+        """Numbers of texels, of any shape; -1 for others."""
+        return self._number[texel]
+
+
+class _Rows:
+    """Equations for texels that are ``unknown``; of others the ``mean`` (k, 3) of the light counts."""
+
+    def __init__(self, unknown: _Numbers, light: _Numbers, mean: np.ndarray):
+        self.unknown, self.light, self.mean = unknown, light, mean
+        self.matrices, self.weights, self.targets = [], [], []
+
+    def add(self, stencils: Stencils, weight: np.ndarray, target: np.ndarray | None = None) -> None:
+        """Ask that ``stencils`` (k,) show ``target`` (k, 3), None: 0; those that see a texel of which
+        nothing is known are left out."""
+        at, index = self.unknown.of(stencils.texel), self.light.of(stencils.texel)
+        seen = np.abs(stencils.weight) > SEEN
+        good = (~seen | (at >= 0) | (index >= 0)).all(1) & (seen & (at >= 0)).any(1)
+        at, index, share = at[good], index[good], stencils.weight[good] * seen[good]
+        given = share * (at < 0)
+        rest = np.zeros((len(at), 3)) if target is None else target[good]
+        some = np.flatnonzero(given.any(1))
+        rest[some] -= np.einsum("ij,ijc->ic", given[some], self.mean[index[some]])
+        self.targets.append(rest)
+        self.weights.append(weight[good])
+        rows, each = at.shape
+        entries = (share * (at >= 0)).ravel(), np.maximum(at, 0).ravel()
+        start = np.arange(0, rows * each + 1, each)
+        self.matrices.append(csr_matrix((*entries, start), shape=(rows, self.unknown.count)))
+
+    def normal_equations(self) -> tuple[csr_matrix, np.ndarray]:
+        """Symmetric (m, m) matrix and right sides (m, 3)."""
+        rows, weight = vstack(self.matrices, "csr"), np.concatenate(self.weights)
+        rows.sum_duplicates()
+        rows.eliminate_zeros()
+        weighted = rows.T @ diags(weight)
+        return (weighted @ rows).tocsr(), weighted @ np.concatenate(self.targets)
+
+
+def _difference(one: Stencils, other: Stencils) -> Stencils:
+    return Stencils(np.concatenate([one.texel, other.texel], 1),
+                    np.concatenate([one.weight, -other.weight], 1))  # fmt: skip
+
+
+def _bounds(
+    sheets: Sheets, light: _Numbers, mean: np.ndarray, chosen: np.ndarray, guess: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(m, 3) lowest and highest light nearby, or the guess where there is none."""
+    low, high = np.full((len(chosen), 3), np.inf), np.full((len(chosen), 3), -np.inf)
+    sheet, row, column = sheets.place(chosen)
+    for dy in range(-REACH, REACH + 1):
+        for dx in range(-REACH, REACH + 1):
+            index = light.of(sheets.texel(sheet, row + dy, column + dx))
+            there = np.flatnonzero(index >= 0)
+            nearby = mean[index[there]]
+            low[there] = np.minimum(low[there], nearby)
+            high[there] = np.maximum(high[there], nearby)
+    alone = ~np.isfinite(low)
+    low[alone] = high[alone] = guess[alone]
+    return low, high
+
+
+def _widened(low: np.ndarray, high: np.ndarray, unknown: _Numbers, seams: SeamSamples):
+    """(m, 3) bounds: light to both sides of seams, and a little more."""
+    texel = np.concatenate([seams.one.texel, seams.other.texel], 1)
+    row, place = np.nonzero(unknown.of(texel) >= 0)
+    at = unknown.of(texel[row, place])
+    for bound, f, empty in ((low, np.minimum, np.inf), (high, np.maximum, -np.inf)):
+        joint = np.full((len(texel), 3), empty)
+        f.at(joint, row, bound[at])
+        f.at(bound, at, joint[row])
+    leeway = LEEWAY * (high - low)
+    return np.maximum(low - leeway, 0), high + leeway

@@ -1,0 +1,99 @@
+"""Tiles: receivers that come part by part, so that memory does not grow with their number.
+
+A *survey*, coarse receivers all over the surface, comes first: it is solved like any bake. Its
+patches and elements are what the rays of all tiles end on, and its mean brightness is what the
+errors of all are judged against. Then each tile is gathered, judged and smoothed, and forgotten.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from .adaptive.error_estimator import Estimate
+from .adaptive.plan import make_plan
+from .adaptive.relative_error import bound_of_most
+from .adaptive.replicate import SolveFigures
+from .adaptive.requests import MoveTo
+from .adaptive.requirements import SolverSettings
+from .adaptive.rounds import Clock
+from .adaptive.second_replicate import RemoteReplicate
+from .adaptive.solve_cache import SolveCache
+from .lights.context import Context
+from .receivers import Receivers
+from .scene import Scene
+from .sequence import Reached, begin, judge_of, solution_of, statistics_of
+from .solution import Solution, Statistics
+from .workers.parallel import thread_count
+
+SURVEY = 0.2  # of the time limit, at most
+
+
+class TiledSolve:
+    """One solve, and light at tiles of receivers one after the other."""
+
+    @np.errstate(under="ignore")
+    def __init__(
+        self, scene: Scene, survey: Receivers, settings: SolverSettings, context: Context,
+        kept: SolveCache | None = None, beside: RemoteReplicate | None = None,
+    ):
+        """Solve the ``survey``; the arguments are as in ``sequence.solve``, which see for what is
+        raised."""
+        self._settings, self._context, clock = settings, context, Clock()
+        self._opened = begin(scene, survey, settings, None, kept, beside, context, clock)
+        limit = settings.time_limit
+        deadline = None if limit is None else clock.start + SURVEY * limit
+        rounds = replace(self._opened.rounds, deadline=deadline)
+        estimate, self._solved = rounds.run(self._opened.plan)
+        self._brightness = estimate.brightness
+        self._tiles: list[tuple[float, float, np.ndarray]] = []  # area, squared error, bounds
+
+    @np.errstate(under="ignore")
+    def light_of(self, tile: Receivers, share: float, smaller: int) -> Solution:
+        """Light at one tile of receivers, whose part of those that are left is ``share``, in (0, 1];
+        all tiles have about ``smaller`` receivers. The statistics are empty."""
+        rounds, settings = self._opened.rounds, self._settings
+        first, second = rounds.first, rounds.second
+        request = MoveTo(tile, len(self._tiles) + 1)
+        second.ask(request)
+        request.answer(first)
+        threads = thread_count(settings.threads)
+        judge = judge_of(first, settings.passes, None, threads, self._brightness)
+        second.answers()
+        rounds.clock.lap("elements")
+        plan = make_plan(settings.target_error, smaller, bool(judge.lattices))
+        mine = replace(
+            rounds, estimator=judge, deadline=self._deadline(share), kept=None, solved=True
+        )
+        estimate, solved = mine.run(plan)
+        self._note(estimate, solved)
+        return solution_of(self._context, judge, estimate, Statistics())
+
+    def skip(self) -> None:
+        """The time since the last light is none of the solver's."""
+        self._opened.rounds.clock.skip()
+
+    def _deadline(self, share: float) -> float | None:
+        """When a tile that is such a ``share`` of the rest must be done."""
+        last = self._opened.rounds.deadline
+        now = time.perf_counter()
+        return None if last is None else now + share * max(last - now, 0.0)
+
+    def _note(self, estimate: Estimate, solved: list[SolveFigures]) -> None:
+        area = float(self._opened.rounds.first.footprints.area.sum())
+        self._tiles.append((area, estimate.error**2, estimate.bounds))
+        self._solved = solved
+
+    def statistics(self) -> Statistics:
+        """The figures of all tiles so far: the squared error is their mean by area."""
+        area, square, bounds = (np.array(column) for column in zip(*self._tiles))
+        share = area / (area.sum() or 1.0)
+        each = bounds.shape[1]
+        reached = Reached(
+            error=float(np.sqrt(share @ square)),
+            error_95=bound_of_most(np.repeat(share / each, each), bounds.reshape(-1, 1)),
+            solved=self._solved,
+        )
+        return statistics_of(self._opened, reached, self._settings)

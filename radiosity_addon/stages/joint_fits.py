@@ -1,0 +1,167 @@
+"""Joint fits: what turns light into the colors of meshes, those that touch together. No bpy.
+
+Corners of objects that are one place of one surface are one unknown, so that such objects are
+fitted as if they were one mesh.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..bake.corner_fit import CornerFit, corner_fit, unknowns_of
+from ..bake.faces import receiver_areas
+from ..bake.pieces import Ways, joined_unknowns
+from ..components import connected_components
+from ..export.exported import CornerMap, ExportedObject
+from ..solver.direct.line_of_sight import is_way_free
+from ..solver.fields import Constant
+from ..solver.lights.context import Context
+from ..solver.receivers import concatenate
+from ..solver.scene import Material, Scene
+from .job import Job
+from .layout import Layout
+
+ALONE = 0.999  # a corner whose color is that of one loop has so much of it
+
+
+@dataclass(frozen=True)
+class JointFit:
+    """The fit of several targets' colors."""
+
+    fit: CornerFit
+    targets: tuple[int, ...]
+    spans: tuple[slice, ...]  # of their receivers
+    ends: tuple[int, ...]  # where the colors of each begin, and of the last end
+
+    def light(self, values: np.ndarray) -> np.ndarray:
+        """(count, c) of all receivers' values those of these targets."""
+        return np.concatenate([values[span] for span in self.spans])
+
+    def colors(self, values: np.ndarray) -> list[np.ndarray]:
+        """Colors of each target, for light at all receivers (count, 3)."""
+        return np.split(self.fit.colors(self.light(values)), self.ends[1:-1])
+
+
+def joint_fits(job: Job, layout: Layout, context: Context) -> list[JointFit]:
+    """The fits of all targets."""
+    label, start = _labels(job, context)
+    return [
+        _fit(job, layout, members.tolist(), label, start)
+        for members in _clusters(label, start)
+    ]
+
+
+def _labels(job: Job, context: Context) -> tuple[np.ndarray, np.ndarray]:
+    """(m,) which of all targets' unknown colors are one; and where each target's begin among them."""
+    scene, triangles, unknown, base = job.scene, [], [], [0]
+    for target in job.targets:
+        if target.corner_map is None or target.loop_vertex is None:
+            raise ValueError(f"{target.name!r} was exported without its loops; export for vertices")
+        own = unknowns_of(target, job.settings.domain)
+        weights, loops = target.corner_map.weights, target.corner_map.loops
+        most = weights.argmax(1)[:, None] if len(weights) else np.zeros((0, 1), int)
+        weight, loop = (np.take_along_axis(x, most, 1)[:, 0] for x in (weights, loops))
+        unknown.append(np.where(weight > ALONE, base[-1] + own[loop], -1).reshape(-1, 3))
+        triangles.append(np.arange(target.start, target.stop))
+        base.append(base[-1] + int(own.max(initial=-1)) + 1)
+    owned = np.concatenate(triangles)
+    material = _materials(scene)[scene.material[owned]]
+    label = joined_unknowns(
+        scene.vertices, scene.triangles[owned], np.concatenate(unknown), base[-1], material,
+        lambda ways: _is_free(ways, context),
+    )  # fmt: skip
+    return label, np.array(base)
+
+
+def _materials(scene: Scene) -> np.ndarray:
+    """(n_materials,) int: materials that show the same are one."""
+    seen: dict[object, int] = {}
+    return np.array([
+        seen.setdefault(_look(material, index), len(seen))
+        for index, material in enumerate(scene.materials)
+    ], int)  # fmt: skip
+
+
+def _look(material: Material, index: int) -> object:
+    fields = material.reflectance, material.emission
+    if all(isinstance(field, Constant) for field in fields):
+        return tuple(tuple(np.asarray(field.value, float).tolist()) for field in fields)
+    return index
+
+
+def _is_free(ways: Ways, context: Context) -> np.ndarray:
+    if context.blockers[0].shadow is None or not len(ways.starts):
+        return np.ones(len(ways.starts), bool)
+    starts, ends = (context.geometry.normalised(each) for each in (ways.starts, ways.ends))
+    return is_way_free(context, starts, ways.start_up, ends, ways.end_up)
+
+
+def _clusters(label: np.ndarray, start: np.ndarray) -> list[np.ndarray]:
+    """Targets (k,) that have unknowns in common, cluster by cluster."""
+    count = len(start) - 1
+    owner = np.repeat(np.arange(count), np.diff(start))
+    first = np.full(len(label), count)
+    np.minimum.at(first, label, owner)
+    cluster = connected_components(count, first[label], owner)
+    order = np.argsort(cluster, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(cluster[order])) + 1)
+
+
+def _fit(
+    job: Job, layout: Layout, members: list[int], label: np.ndarray, start: np.ndarray
+) -> JointFit:
+    own, parts = [job.targets[i] for i in members], [layout.part(i) for i in members]
+    first = np.cumsum([0] + [target.stop - target.start for target in own])
+    areas = [receiver_areas(job.scene.vertices, job.scene.triangles, part) for part in parts]
+    moved = [
+        replace(part, triangle=part.triangle - np.int32(target.start - at), shading=None)
+        for target, part, at in zip(own, parts, first)
+    ]
+    _, joined = np.unique(
+        np.concatenate([label[start[i] : start[i + 1]] for i in members]), return_inverse=True
+    )
+    hidden = np.concatenate([_hidden_faces(layout, each.start, each.stop) for each in own])
+    fit = corner_fit(
+        _as_one(own), concatenate(moved), np.concatenate(areas), job.settings.domain, hidden,
+        joined.reshape(-1),
+    )  # fmt: skip
+    point = job.settings.domain == "point"
+    sizes = [_vertices(each) if point else len(each.loop_vertex) for each in own]
+    spans = tuple(slice(*layout.spans[i : i + 2]) for i in members)
+    return JointFit(fit, tuple(members), spans, tuple(np.cumsum([0, *sizes]).tolist()))
+
+
+def _as_one(targets: list[ExportedObject]) -> ExportedObject:
+    """Several targets as one mesh, with triangles, loops and vertices one after the other."""
+    widest = max(target.corner_map.loops.shape[1] for target in targets)
+    loops, weights, vertex, group = [], [], [], []
+    at = np.zeros(3, int)  # loops, vertices and groups so far
+    for target in targets:
+        fill = (0, 0), (0, widest - target.corner_map.loops.shape[1])
+        loops.append(np.pad(target.corner_map.loops, fill) + at[0])
+        weights.append(np.pad(target.corner_map.weights, fill))
+        vertex.append(target.loop_vertex + at[1])
+        group.append(target.loop_smooth_group + at[2])
+        groups = int(target.loop_smooth_group.max(initial=-1)) + 1
+        at += len(target.loop_vertex), _vertices(target), groups
+    corner_map = CornerMap(np.concatenate(loops), np.concatenate(weights), int(at[0]))
+    name = targets[0].name + (f" and {len(targets) - 1} more" if len(targets) > 1 else "")
+    triangles = sum(target.stop - target.start for target in targets)
+    return ExportedObject(
+        name, 0, triangles, None, corner_map, np.concatenate(vertex), np.concatenate(group)
+    )
+
+
+def _vertices(target: ExportedObject) -> int:
+    return int(target.loop_vertex.max(initial=-1)) + 1
+
+
+def _hidden_faces(layout: Layout, start: int, stop: int) -> np.ndarray:
+    """(n,) bool: triangles from ``start`` to ``stop`` whose receivers are all buried."""
+    buried, shown = (
+        np.isin(np.arange(start, stop), [] if some is None else some.triangle)
+        for some in (layout.buried, layout.receivers)
+    )
+    return buried & ~shown

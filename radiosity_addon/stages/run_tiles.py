@@ -1,0 +1,88 @@
+"""Run tiles: ``run`` for more texels than are worked on together. Imports no bpy."""
+
+from __future__ import annotations
+
+from ..meter import Meter
+from ..solver.lights.context import Context
+from ..solver.progress import Progress
+from ..solver.solution import compose
+from ..solver.tracing.buried import Surroundings
+from .bury import open_part, surroundings_of
+from .drawing import Drawing
+from .job import Job, Result
+from .layout import Layout, lay_out, lay_out_part, shaded_layout
+from .light import has_light, warn_of_darkness
+from .tiling import Tiling, Window, part_of, survey_of
+
+STAGE = "tiles"
+SURVEY = 0.05  # of the time
+
+
+class Portions:
+    """A progress callback for a bake of several solves: each has a share of the whole."""
+
+    def __init__(self, tell: Progress):
+        self._tell, self._low, self._high = tell, 0.0, 0.0
+        self._meter = Meter(self._told)
+
+    def next(self, share: float) -> None:
+        """Start with the next one."""
+        self._low, self._high = self._high, self._high + share
+        self._meter = Meter(self._told)
+
+    def _told(self, stage: str, fraction: float) -> None:
+        self._tell(STAGE, min(self._low + (self._high - self._low) * fraction, 1.0))
+
+    def __call__(self, stage: str, fraction: float) -> None:
+        self._meter(stage, fraction)
+
+
+def run_tiles(
+    job: Job, tiles: list[list[Window]], tiling: Tiling, progress: Progress, kept=None, beside=None
+) -> Result:
+    """What ``run`` gives, tile by tile. Warnings of the layout are those of the survey."""
+    from ..solver.sequence import open_scene
+    from ..solver.tiles import TiledSolve
+
+    portions = Portions(progress)
+    portions.next(SURVEY)
+    coarse, factor = survey_of(job, tiling)
+    survey = lay_out(coarse, portions)
+    context = open_scene(job.scene, survey.receivers, job.settings, portions, beside)
+    ground = surroundings_of(context)
+    survey, ground = _opened(survey, context, ground)
+    receivers = shaded_layout(coarse, survey).receivers
+    solve = TiledSolve(job.scene, receivers, job.settings, context, kept, beside)
+    drawing, texels = Drawing(job, tiles), [sum(w.width * w.height for w in tile) for tile in tiles]
+    lit = False
+    for number, windows in enumerate(tiles):
+        portions.next((1 - SURVEY) * texels[number] / sum(texels))
+        part = part_of(job, windows)
+        layout = lay_out_part(part, portions)
+        layout = shaded_layout(part, open_part(layout, context, ground))
+        light, share = None, texels[number] / sum(texels[number:])
+        if layout.receivers.count:
+            most = receivers.count * factor**2
+            solution = solve.light_of(layout.receivers, share, most)
+            light = compose(solution, job.settings.passes)
+            lit |= has_light(solution)
+            del solution
+        drawing.add(part, layout, windows, light)
+        solve.skip()
+    figures = solve.statistics()
+    dark = [] if lit else warn_of_darkness(job.settings.passes)
+    return Result(
+        colors=drawing.images(),
+        statistics=figures,
+        warnings=(*survey.warnings, *drawing.told, *dark, *figures.warnings),
+        seconds={"fit": drawing.seconds},
+        receivers=drawing.texels,
+    )
+
+
+def _opened(
+    survey: Layout, context: Context, ground: Surroundings | None
+) -> tuple[Layout, Surroundings | None]:
+    """The survey's open part, and what buries; nothing does where nothing would be left."""
+    opened = open_part(survey, context, ground)
+    return (opened, ground) if opened.receivers.count else (survey, None)

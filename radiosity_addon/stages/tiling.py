@@ -1,0 +1,165 @@
+"""Tiling: a job in parts, each with as many texels as are worked on together. Imports no bpy.
+
+A part is a Job whose targets are windows of the job's own: everything that lays out texels works
+on it as on any job. Parts of one image overlap, and fade into each other there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .. import memory
+from ..bake.clip import doubled_areas
+from ..bake.windows import Place
+from ..export.exported import ExportedObject
+from .job import Job
+from .sheets import place_of
+
+
+LEAST = 0.25  # of an image: a window with less is taken to have that much
+
+
+@dataclass(frozen=True)
+class Tiling:
+    """Numbers of texels that belong to a face. Changing them changes memory and time, and the light
+    within its error."""
+
+    whole: int = memory.WHOLE  # of a bake: more are baked in tiles
+    tile: int = memory.TILE  # of a tile, at most, without its overlap
+    survey: int = memory.SURVEY  # of the coarse texels that are solved first, about
+    overlap: int = 32  # along an edge between tiles of an image; kernels reach 31
+
+
+@dataclass(frozen=True)
+class Window:
+    """A part of one target's texels, from the target's lower left corner. ``fade`` are the texels of
+    the overlap with other parts at its (left, right, lower, upper) edge; 0 at the image's own."""
+
+    target: int
+    column: int
+    row: int
+    width: int
+    height: int
+    fade: tuple[int, int, int, int]
+
+    def weight(self, row: np.ndarray, column: np.ndarray) -> np.ndarray:
+        """(n,) float32 shares of texels (n,) in their light: those of all parts add up to 1."""
+        left, right, lower, upper = self.fade
+        result = _ramp(column, left) * _ramp(self.width - 1 - column, right)
+        return result * _ramp(row, lower) * _ramp(self.height - 1 - row, upper)
+
+
+def _ramp(place: np.ndarray, width: int) -> np.ndarray:
+    """(n,) float32: from nearly 0 at place 0 to nearly 1 at ``width`` - 1, and 1 from there on."""
+    if width == 0:
+        return np.ones(len(place), np.float32)
+    return np.minimum((place + np.float32(0.5)) / np.float32(width), np.float32(1))
+
+
+def tiles_of(job: Job, tiling: Tiling) -> list[list[Window]]:
+    """The windows of each tile, image by image; [] for a job that is not divided."""
+    places = [place_of(job, index) for index in range(len(job.targets))]
+    if job.settings.target != "image":
+        return []
+    shares = [covered_share(target) for target in job.targets]
+    if sum(p.width * p.height * share for p, share in zip(places, shares)) <= tiling.whole:
+        return []
+    tiles, room = [], 0
+    for index in _by_sheet(job):
+        own = replace(tiling, tile=int(tiling.tile / shares[index]))
+        for each in windows_of(index, places[index], own):
+            texels = each.width * each.height * shares[index]
+            if not tiles or texels > room:
+                tiles.append([])
+                room = tiling.tile
+            tiles[-1].append(each)
+            room -= texels
+    return tiles
+
+
+def covered_share(target: ExportedObject) -> float:
+    """About which part of its texels belongs to a face, at least LEAST."""
+    area = np.abs(doubled_areas(target.uv)) / 2
+    return float(np.clip(area[np.isfinite(area)].sum(), LEAST, 1.0))
+
+
+def _by_sheet(job: Job) -> list[int]:
+    """Targets, those of one image after each other, so that few images are open at a time."""
+    names = [place_of(job, i).sheet or target.name for i, target in enumerate(job.targets)]
+    first = {name: i for i, name in reversed(list(enumerate(names)))}
+    return sorted(range(len(names)), key=lambda i: (first[names[i]], i))
+
+
+def windows_of(index: int, place: Place, tiling: Tiling) -> list[Window]:
+    """A target's texels in windows of about the same size, which are nearly square."""
+    edge = int(np.sqrt(tiling.tile))
+    across, along = place.width, place.height
+    if across * along > tiling.tile:
+        across = -(-across // edge) if across > edge else 1
+        along = -(-along // max(tiling.tile * across // place.width, 1))
+    else:
+        across = along = 1
+    return [
+        Window(index, left, low, right - left, high - low, (*fade_across, *fade_along))
+        for low, high, fade_along in _stretches(place.height, along, tiling.overlap)
+        for left, right, fade_across in _stretches(place.width, across, tiling.overlap)
+    ]
+
+
+def _stretches(length: int, number: int, overlap: int):
+    """(first, last + 1, (fade at the start, at the end)) of ``number`` parts of a length, which
+    overlap."""
+    number = max(min(number, length // max(overlap, 1)), 1)
+    cuts = np.linspace(0, length, number + 1).astype(int).tolist()
+    half = overlap // 2
+    for k, (low, high) in enumerate(zip(cuts, cuts[1:])):
+        before, after = (half if k else 0), (half if k < number - 1 else 0)
+        yield low - before, high + after, (2 * before, 2 * after)
+
+
+def part_of(job: Job, windows: list[Window]) -> Job:
+    """The job of these windows alone, in their order."""
+    return replace(job, targets=tuple(_windowed(job, each) for each in windows))
+
+
+def _windowed(job: Job, window: Window) -> ExportedObject:
+    target, place = job.targets[window.target], place_of(job, window.target)
+    whole = place.width, place.height
+    extent, offset = (window.width, window.height), (window.column, window.row)
+    if extent == whole:
+        return replace(target, place=place)
+    uv = (target.uv * whole - offset) / extent
+    low, high = uv.min(axis=1), uv.max(axis=1)
+    uv[~((high > 0) & (low < 1)).all(axis=1)] = np.nan  # outside: it has no texel here
+    normals = target.texel_normals
+    if normals is not None:
+        normals = normals[window.row :, window.column :][: window.height, : window.width]
+    own = replace(
+        place, column=place.column + window.column, row=place.row + window.row,
+        width=window.width, height=window.height,
+    )  # fmt: skip
+    return replace(target, uv=uv, place=own, texel_normals=normals)
+
+
+def survey_of(job: Job, tiling: Tiling) -> tuple[Job, int]:
+    """The job with larger texels, and how many times as large their edges are."""
+    places = [place_of(job, index) for index in range(len(job.targets))]
+    texels = sum(place.width * place.height for place in places)
+    factor = max(int(np.ceil(np.sqrt(texels / tiling.survey))), 2)
+    pairs = zip(job.targets, places)
+    return replace(job, targets=tuple(_coarse(*pair, factor) for pair in pairs)), factor
+
+
+def _coarse(target: ExportedObject, place: Place, factor: int) -> ExportedObject:
+    width, height = (-(-edge // factor) for edge in (place.width, place.height))
+    normals = target.texel_normals
+    if normals is not None:
+        rows, columns = (
+            (2 * np.arange(n) + 1) * whole // (2 * n)
+            for n, whole in ((height, place.height), (width, place.width))
+        )
+        normals = normals[rows[:, None], columns]
+    own = replace(place, size=(width, height), column=0, row=0, width=width, height=height)
+    return replace(target, place=own, texel_normals=normals)

@@ -1,0 +1,123 @@
+"""Corners of pieces: which are one unknown, and colors that are fitted over several meshes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from radiosity_addon.bake.pieces import joined_unknowns
+from radiosity_addon.bake_job import Job, run
+from radiosity_addon.export.exported import CornerMap, ExportedObject
+from radiosity_addon.settings import Settings
+from radiosity_addon.solver.scene import PointLamp
+from verification import meshes
+
+QUAD = np.array([(0, 1, 2), (0, 2, 3)])
+SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
+
+
+def join(second, material=(0, 0, 0, 0), free=True):
+    """How many of eight corners are left of a unit square and the square ``second`` (4, 3)."""
+    vertices = np.concatenate([SQUARE, second])
+    triangles = np.concatenate([QUAD, QUAD + 4])
+    label = joined_unknowns(
+        vertices, triangles, triangles, 8, np.array(material),
+        lambda ways: np.full(len(ways.starts), free),
+    )  # fmt: skip
+    return label.max() + 1
+
+
+def turned(degrees):
+    """A square that goes on from the first one's side x = 1, turned up."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.array([(1, 0, 0), (1 + c, 0, s), (1 + c, 1, s), (1, 1, 0)])
+
+
+@pytest.mark.parametrize(
+    ("second", "left"),
+    [
+        (turned(0), 6),
+        (turned(25), 6),
+        (turned(35), 8),
+        (turned(90), 8),
+        (SQUARE, 8),  # the same place again
+        (turned(0)[[0, 3, 2, 1]], 8),  # turned over
+        (turned(0) + [0, 0.5, 0], 8),  # no whole edge in common
+    ],
+)
+def test_corners_on_an_edge_in_common_are_one(second, left):
+    assert join(second) == left
+
+
+def test_corners_of_other_materials_and_beside_walls_stay_apart():
+    assert join(turned(0), material=(0, 0, 1, 1)) == 8
+    assert join(turned(0), free=False) == 8
+
+
+def level(parts, baked, **options):
+    """A Job for the first ``baked`` parts of a scene with a lamp above the first one."""
+    scene = meshes.scene(parts, [[0.5]] * len(parts))
+    lamp = PointLamp("Lamp", np.array([0.3, 0.5, 0.8]), np.full(3, 10.0))
+    targets = []
+    for number in range(baked):
+        own = np.flatnonzero(scene.object == number)
+        loops = scene.triangles[own].ravel()
+        vertex = np.unique(loops, return_inverse=True)[1].reshape(-1).astype(np.int32)
+        one_hot = CornerMap(np.arange(len(loops))[:, None], np.ones((len(loops), 1)), len(loops))
+        targets.append(ExportedObject(
+            f"Part{number}", int(own[0]), int(own[-1]) + 1, None, one_hot, vertex, vertex,
+            n_loops=len(loops),
+        ))  # fmt: skip
+    settings = Settings(target="vertex", error=0.05, **options)
+    return Job(settings, replace(scene, lamps=(lamp,)), tuple(targets), (), (), ())
+
+
+def by_corner(job):
+    """Per target a dict from the part's own vertices to colors."""
+    result = run(job)
+    found = []
+    for target, colors in zip(job.targets, result.colors):
+        point = job.settings.domain == "point"
+        loops = colors[target.loop_vertex] if point else colors
+        faces = QUAD if len(loops) == 6 else STRIP[1]
+        found.append(dict(zip(faces.ravel().tolist(), loops)))
+    return found
+
+
+STRIP = (
+    np.concatenate([SQUARE, [(2, 0, 0), (2, 1, 0)]]),
+    np.concatenate([QUAD, [(1, 4, 5), (1, 5, 2)]]),
+)
+
+
+@pytest.mark.parametrize("domain", ["corner", "point"])
+def test_pieces_of_a_floor_have_the_colors_of_one(domain):
+    """Two squares beside each other, as two objects: the corners they have in common are equal to
+    the bit, and as bright as those of the same floor as one mesh: both fits are one problem. A
+    centimetre apart they are not."""
+    first, second = by_corner(level([(SQUARE, QUAD), (turned(0), QUAD)], 2, domain=domain))
+    (whole,) = by_corner(level([STRIP], 1, domain=domain))
+    assert np.array_equal(first[1], second[0]) and np.array_equal(first[2], second[3])
+    assert first[1] == pytest.approx(whole[1], rel=0.05)
+    assert second[1] == pytest.approx(whole[4], rel=0.05)
+    parts = [(SQUARE, QUAD), (turned(0) + [1e-2, 0, 0], QUAD)]
+    first, second = by_corner(level(parts, 2, domain=domain))
+    assert abs(first[1] / second[0] - 1).max() > 0.05
+
+
+def test_a_wall_between_pieces_keeps_their_colors_apart():
+    wall = np.array([(1, -3, 0), (1, 4, 0), (1, 4, 3), (1, -3, 3)], float), QUAD
+    first, second = by_corner(level([(SQUARE, QUAD), (turned(0), QUAD), wall], 2, domain="point"))
+    assert first[1].min() > 5 * second[0].max()
+
+
+def test_a_closed_smooth_mesh_stays_as_it_is():
+    """A tetrahedron of which every vertex is one unknown has no edge that could be joined."""
+    vertices = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
+    triangles = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])
+    label = joined_unknowns(
+        vertices, triangles, triangles, 4, np.zeros(4, int), lambda ways: np.ones(len(ways.starts), bool)
+    )
+    assert label.tolist() == [0, 1, 2, 3]

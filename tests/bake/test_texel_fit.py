@@ -1,0 +1,173 @@
+"""Texels beside borders: what they show where the surface goes on, and where it does not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from radiosity_addon.bake.border_samples import sample_borders, sample_seams
+from radiosity_addon.bake.continuations import find_seams
+from radiosity_addon.bake.islands import Charted, cut_into_islands
+from radiosity_addon.bake.shown import Sheets
+from radiosity_addon.bake.texel_fit import Known, fit_texels
+from radiosity_addon.bake.texel_parts import texel_parts, unfit_shares, unfit_warning
+from radiosity_addon.bake.texels import texel_receivers
+
+SIZE = 24  # texels of an image's edge
+QUAD = np.array([(0, 1, 2), (0, 2, 3)])
+
+
+def slabs(*slabs, texels=8.0, corner=(3.3, 4.7)):
+    """Rectangles ((x, y, z), along, across) with an image each, ``texels`` per unit of length."""
+    vertices, uv = [], []
+    for origin, along, across in slabs:
+        a, b = (np.linalg.norm(side) for side in (along, across))
+        square = np.array([(0, 0), (a, 0), (a, b), (0, b)]) * texels + corner
+        vertices.append(np.array(origin) + [np.zeros(3), along, np.add(along, across), across])
+        uv.append(square[QUAD])
+    count = len(slabs)
+    triangles = (QUAD + 4 * np.arange(count)[:, None, None]).reshape(-1, 3)
+    sheet = np.repeat(np.arange(count), 2)
+    flat = np.zeros((2 * count, 3, 3))
+    return Charted(np.concatenate(vertices), triangles, np.concatenate(uv), sheet, flat)
+
+
+def known_light(charted, sheets, light):
+    """Means of ``light``, a linear function of (k, 3): its values at the middles of cells."""
+    texel, middle, share, mean = [], [], [], []
+    for image in range(charted.sheet.max() + 1):
+        own = np.flatnonzero(charted.sheet == image)
+        receivers = texel_receivers(charted.uv[own] / SIZE, own, SIZE, image)
+        parts = texel_parts(receivers, charted.uv, receivers.triangle)
+        a, at = parts.of_receivers(receivers)
+        corners = np.c_[charted.uv[own[0]], np.ones(3)]
+        place = np.c_[at, np.ones(len(at))] @ np.linalg.solve(
+            corners, charted.vertices[charted.triangles[own[0]]]
+        )
+        texel.append(sheets.texel(np.full(len(a), image), *receivers.grid[:, 1:].T.astype(int)))
+        middle.append(at)
+        share.append(a)
+        mean.append(light(place))
+    texel, middle = np.concatenate(texel), np.concatenate(middle)
+    stencils = sheets.stencils(sheets.place(texel)[0], middle)
+    return Known(texel, stencils, np.concatenate(share), np.concatenate(mean))
+
+
+def fit(charted, light, with_seams=True):
+    """Shown along the seams, before and after: two pairs of (k, 3); and the places (k, 3)."""
+    images = charted.sheet.max() + 1
+    sheets = Sheets(np.full(images, SIZE), np.full(images, SIZE))
+    known = known_light(charted, sheets, light)
+    _, edges = cut_into_islands(charted)
+    seams = sample_seams(charted, edges, find_seams(charted, edges), sheets)
+    nearest = np.abs(
+        np.stack(sheets.place(np.arange(images * SIZE**2)), 1)[:, None]
+        - np.stack(sheets.place(known.texel), 1) * [1, 1, 1]
+    )
+    nearest[..., 0] *= 100
+    pixels = known.mean[nearest.sum(-1).argmin(1)]
+    used = seams if with_seams else seams.take(np.zeros(len(seams.weight), bool))
+    texel, value = fit_texels(
+        sheets, known, sample_borders(charted, edges, sheets), used, pixels,
+        np.ones(len(pixels), bool),
+    )  # fmt: skip
+    after = pixels.copy()
+    after[texel] = value
+    whole = known.texel[known.share > 0.9999]
+    assert np.array_equal(after[whole], pixels[whole])
+    shown = [(seams.one.of(p), seams.other.of(p)) for p in (pixels, after)]
+    return *shown, (seams.starts + seams.ends) / 2
+
+
+def slope(place):
+    return 2 + place[:, :1] * [1.0, 2.0, 0.5] + place[:, 1:2] * [0.3, -0.2, 0.1]
+
+
+FLOOR = ((0, 0, 0), (1, 0, 0), (0, 1, 0))
+BESIDE = ((1, 0, 0), (1, 0, 0), (0, 1, 0))
+
+
+@pytest.mark.parametrize("corner", [(3.3, 4.7), (3.0, 5.0), (3.5, 4.5), (3.9, 4.1)])
+def test_both_sides_of_a_seam_show_linear_light(corner):
+    """Eight texels a unit. Bilinear pictures hold linear light exactly, so all equations but those
+    that keep texels where they are are met by it. These matter most for a margin texel of weight w
+    in the seam: it is up to 1.2 texels' slope away from the texel it was filled from, and pulls the
+    seam by s where ε (1.2 − s / w) / w = a s, a from 0.04 (a tenth of a texel covered) to 0.2 for
+    the texels that hold it: s is 0.03 of a texel at w = 0.2, a = 0.2, and 0.07 at w = 0.4, a = 0.04,
+    with ε = 0.001. The border lies 0.3, 0, 0.5 or 0.9 of a texel beyond a texel's edge. Without the fit the
+    light of the outermost parts is shown there, up to half a texel off: 1/16 of a unit."""
+    before, after, place = fit(slabs(FLOOR, BESIDE, corner=corner), slope)
+    truth = slope(place)
+    off = np.abs(np.concatenate(before) - np.tile(truth, (2, 1))).max()
+    assert 0.02 < off < 0.16
+    assert np.abs(after[0] - after[1]).max() < 0.01 * off + 1e-3
+    inner = (place[:, 1] > 0.2) & (place[:, 1] < 0.8)
+    for side in after:
+        assert (np.abs(side[inner] - truth[inner]) / np.abs([1.0, 2.0, 0.5]) * 8).max() < 0.1
+
+
+def test_without_seams_texels_show_linear_light_up_to_the_border():
+    """The border is at 11.7: 0.7 of the last texel is covered, and it knows the light 0.15 of a texel
+    before its middle, where it was shown. At the border, 0.2 beyond the middle, 0.2 of the next texel
+    is shown too, of the margin, which nothing moves: it repeats the last one. Shown before: 0.35 of a
+    texel off. After: the last texel is right, and 0.2 of the next a whole texel less, 0.2 off."""
+    charted = slabs(FLOOR, BESIDE, corner=(3.7, 4.0))  # ends at 11.7: 0.7 of a texel covered
+    before, after, place = fit(charted, slope, with_seams=False)
+    truth = slope(place)
+    inner = (place[:, 1] > 0.2) & (place[:, 1] < 0.8)
+    errors = [np.abs(side[0] - truth)[inner] / np.abs([1.0, 2.0, 0.5]) * 8 for side in (before, after)]
+    assert errors[0] == pytest.approx(0.35, abs=0.02)
+    assert errors[1].max() < 0.25
+
+
+def test_borders_continue_where_one_ends_in_the_other():
+    """A slab beside two of half its length: its border is cut at their common corner."""
+    half = [((1, y, 0), (1, 0, 0), (0, 0.5, 0)) for y in (0.0, 0.5)]
+    charted = slabs(FLOOR, *half)
+    _, edges = cut_into_islands(charted)
+    seams = find_seams(charted, edges)
+    lengths = np.abs(seams.one.along[:, 1] - seams.one.along[:, 0])
+    pairs = {
+        tuple(sorted(charted.sheet[edges.triangle[[a, b]]]))
+        for a, b in zip(seams.one.edge, seams.other.edge)
+    }
+    assert pairs == {(0, 1), (0, 2), (1, 2)}
+    assert sorted(lengths.round(9)) == pytest.approx([0.5, 0.5, 1.0])
+    before, after, _ = fit(charted, slope)
+    assert np.abs(before[0] - before[1]).max() > 0.1
+    assert np.abs(after[0] - after[1]).max() < 1e-2
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        ((1, 0, 0), (0, 0, 1), (0, 1, 0)),  # a wall
+        ((1, 1, 0), (-1, 0, 0), (0, -1, 0)),  # the same place again
+        ((1, 1, 0), (1, 0, 0), (0, -1, 0)),  # beside it, but turned down
+        ((1, 0, 0.01), (1, 0, 0), (0, 1, 0)),  # a step up
+    ],
+)
+def test_surfaces_do_not_continue_over_creases_and_steps(other):
+    charted = slabs(FLOOR, other)
+    assert not len(find_seams(charted, cut_into_islands(charted)[1]).one.edge)
+
+
+def test_faces_bent_by_three_degrees_are_one_surface_and_smooth_ones_by_more():
+    for angle, smooth, found in ((2.5, False, 1), (3.5, False, 0), (20, True, 1)):
+        turn = np.radians(angle)
+        charted = slabs(FLOOR, ((1, 0, 0), (np.cos(turn), 0, np.sin(turn)), (0, 1, 0)))
+        if smooth:
+            charted.normals[:] = -np.sin(turn / 2), 0, np.cos(turn / 2)
+        seams = find_seams(charted, cut_into_islands(charted)[1])
+        assert len(seams.one.edge) == found
+
+
+def test_texels_of_crowded_and_thin_islands_are_counted():
+    """Texel 1 is 0.6 of island 0 and 0.4 of island 1: shared. Island 2 has only half a texel."""
+    texel, island = np.array([0, 1, 1, 2, 3]), np.array([0, 0, 1, 1, 2])
+    part = np.array([1, 0.6, 0.4, 1, 0.5])
+    count, shared, thin = unfit_shares(texel, island, part, part)
+    assert (count, shared, thin) == (2, pytest.approx(1 / 3.5), pytest.approx(0.5 / 3.5))
+    text = unfit_warning("Wall", count, shared, thin)
+    assert "2 texels" in text and "29 % of the surface" in text and "14 %" in text
+    assert unfit_warning("Wall", 5, 0.004, 0.005) == ""
