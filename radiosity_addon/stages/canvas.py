@@ -6,7 +6,7 @@ import numpy as np
 
 from ..bake.dilate import extend_islands
 from ..bake.texels import OVERLAP, coverage
-from .draw_sheets import keep_others, overlap_warning, texels_of
+from .draw_sheets import buried_texels, keep_others, overlap_warning, texels_of
 from .job import Job
 from .layout import Layout
 from .sheets import Sheet, place_of
@@ -33,9 +33,7 @@ class Canvas:
         """Add the ``light`` (count, 3) of the receivers of the ``window`` that is the target
         ``index`` of a part; None where it has none."""
         place, receivers = place_of(part, index), layout.part(index)
-        if layout.buried is not None:
-            grid = layout.buried.grid
-            self._buried[texels_of(grid[grid[:, 0] == index], place)] = True
+        self._buried[buried_texels(layout, index, place)] = True
         if light is None or receivers.count == 0:
             return
         texels, grid = texels_of(receivers.grid, place), receivers.grid
@@ -56,7 +54,7 @@ class Canvas:
         return int((self._share > 0).sum())
 
     def finish(self, job: Job) -> tuple[np.ndarray, list[str]]:
-        """(height, width, 4) float32 as ``draw_sheet`` gives it, and warnings."""
+        """(height, width, 4) float32 as ``draw_sheets`` gives it, but for the fit, and warnings."""
         covered = self._share > 0
         np.divide(self._light, self._share[:, None], out=self._light, where=covered[:, None])
         warnings = self._overlaps(job)

@@ -18,8 +18,8 @@ from .sheets import Sheet, place_of, sheets_of
 def draw_sheets(
     job: Job, layout: Layout, light: np.ndarray, solution: Solution, context: Context
 ) -> tuple[list[np.ndarray], list[str]]:
-    """(height, width, 4) float32 of every sheet: the texels' ``light``, fitted beside borders, and
-    the margin around them; and warnings. Without a margin all texels keep their means."""
+    """(height, width, 4) float32 of every sheet: the texels' ``light``, and the margin around them,
+    fitted to what is shown; and warnings."""
     sheets, told = sheets_of(job), []
     drawn = [_draw(job, sheet, layout, light, told) for sheet in sheets]
     if job.settings.margin and layout.receivers.count:
@@ -42,29 +42,33 @@ def _draw(job: Job, sheet: Sheet, layout: Layout, light: np.ndarray, told: list[
         covered[texels] = True
         pixels[texels] = mine
     told += _mix_shared(job, sheet, layout, flat, values, pixels)
-    for index in sheet.targets if layout.buried is not None else ():
-        mine = layout.buried.grid[layout.buried.grid[:, 0] == index]
-        buried[texels_of(mine, place_of(job, index))] = True
-    stays = keep_others(sheet, pixels, covered, buried)
+    for index in sheet.targets:
+        buried[buried_texels(layout, index, place_of(job, index))] = True
+    keep_others(sheet, pixels, covered, buried)
     shape = height, width
     image, filled = extended(
         pixels.reshape(*shape, 3), covered.reshape(shape), job.settings.margin
     )
     image[buried.reshape(shape), 3] = 1
-    return Drawn(image, filled.ravel(), stays)
+    return Drawn(image, (filled & (image[..., 3] == 0)).ravel())
 
 
 def keep_others(
     sheet: Sheet, pixels: np.ndarray, covered: np.ndarray, buried: np.ndarray
-) -> np.ndarray:
-    """Put what stays of a kept image into ``pixels`` (n, 3), and ``covered`` (n,) bool; and which
-    texels stay, (n,) bool."""
-    stays = np.zeros(len(covered), bool)
+) -> None:
+    """Put what stays of a kept image into ``pixels`` (n, 3), and ``covered`` (n,) bool."""
     if sheet.kept is not None:
         kept = sheet.kept.pixels.reshape(-1, 4)
         stays = (kept[:, 3] > 0) & ~covered & ~buried
         pixels[stays], covered[stays] = kept[stays, :3], True
-    return stays
+
+
+def buried_texels(layout: Layout, index: int, place: Place) -> np.ndarray:
+    """(n,) numbers of a target's texels, at its ``place``, that are buried."""
+    if layout.buried is None:
+        return np.zeros(0, np.int64)
+    grid = layout.buried.grid
+    return texels_of(grid[grid[:, 0] == index], place)
 
 
 def texels_of(grid: np.ndarray, place: Place) -> np.ndarray:

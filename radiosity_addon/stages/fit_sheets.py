@@ -1,5 +1,5 @@
-"""Fit sheets: texels beside the borders of islands get the values that show the light best, and
-the same to both sides of seams. Imports no bpy."""
+"""Fit sheets: texels of the margin get the values that show the light best, to both sides of
+seams. Texels that lie on a face keep their means. Imports no bpy."""
 
 from __future__ import annotations
 
@@ -27,12 +27,11 @@ ALIKE = 0.02  # of the larger: reflectances and emissions that differ by less ar
 
 @dataclass(frozen=True)
 class Drawn:
-    """A sheet before the fit: ``image`` (height, width, 4) float32, and of its texels, row by row,
-    (n,) bool: which have a color, on the surface or beside it, and which are of an earlier bake."""
+    """A sheet before the fit: ``image`` (height, width, 4) float32, and which of its texels, row by row,
+    are of the margin, (n,) bool: they have a color, but lie on no face."""
 
     image: np.ndarray
-    filled: np.ndarray
-    kept: np.ndarray
+    margin: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -51,8 +50,8 @@ def fit_sheets(
     job: Job, sheets: list[Sheet], layout: Layout, drawn: list[Drawn], solution: Solution,
     context: Context,
 ) -> list[str]:
-    """Fit the texels beside borders in the images; warnings of those that cannot be fitted. Texels
-    of earlier bakes stay as they are."""
+    """Fit the margins in the images; warnings of texels that cannot be fitted. Texels on a face, of this
+    bake or an earlier one, stay as they are."""
     charts = _chart(job, sheets, layout)
     charted = charts.charted
     island, edges = cut_into_islands(charted)
@@ -62,7 +61,7 @@ def fit_sheets(
     seams = sample_seams(charted, edges, find_seams(charted, edges), charts.sheets)
     seams = seams.take(_same_material(seams, known, _shown_material(job, solution, first)))
     seams = seams.take(_is_free(seams, context))
-    free = np.concatenate([each.filled & ~each.kept for each in drawn])
+    free = np.concatenate([each.margin for each in drawn])
     borders = sample_borders(charted, edges, charts.sheets)
     texel, value = fit_texels(charts.sheets, known, borders, seams, pixels, free)
     sheet, row, column = charts.sheets.place(texel)

@@ -17,7 +17,6 @@ from ..export.exported import ExportedObject
 from .job import Job
 from .sheets import place_of
 
-
 LEAST = 0.25  # of an image: a window with less is taken to have that much
 
 

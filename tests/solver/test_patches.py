@@ -148,6 +148,18 @@ def test_no_ray_ends_on_patches_that_are_left_out():
         assert (after[gone] == patches.onward).all() and np.array_equal(after[~gone], before[~gone])
 
 
+def test_the_only_patches_of_a_texel_around_a_corner_may_be_left_out():
+    wall = meshes.polygon(np.array([[0.0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1]]))
+    uv = np.concatenate([UV * [0.5, 1], UV * [0.5, 1] + [0.5, 0]])
+    patches, _ = patches_of(meshes.scene([FLOOR, wall]), texel_receivers(uv, np.arange(4), 1))
+    fewer = replace(patches, receivers=patches.receivers.without(np.array([True, False])))
+    middle, front = np.full(4, 0.3, np.float32), np.ones(4, bool)
+    before, after = (
+        each.at(np.arange(4, dtype=np.int32), middle, middle, front) for each in (patches, fewer)
+    )
+    assert np.array_equal(after, np.where(before == 0, patches.onward, before))
+
+
 def test_what_is_left_when_varied_patches_go_is_as_bright_as_it_is():
     """A floor that a sun lights through a comb, in stripes narrower than a texel. Where patches are left
     out by other points than those that light them, the light of those left is what it is at many points."""

@@ -260,7 +260,7 @@ def test_failure_in_the_midst_puts_everything_back(file, session, slowly, phase,
     bake = session()
     reach(file, bake, phase)
 
-    def fail(*_):
+    def fail(*_, **__):
         raise OSError("no space left")
 
     monkeypatch.setattr(unwrap, "edit_uvs", fail)

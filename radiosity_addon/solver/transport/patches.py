@@ -61,9 +61,9 @@ class ReceiverPatches:
     def without(self, varied: np.ndarray) -> ReceiverPatches:
         """The same, where no ray ends on the patches ``varied`` (P,) bool: light varies inside, and what
         is seen of them may be a part of it, as at a gap's rim."""
-        gone = np.append(varied, False)  # also for what is no patch, which is below 0
+        gone = np.append(varied, False)  # the last for what is no patch, which is below 0
         patch, values = (
-            np.where((found >= 0) & gone[found], np.int32(ONWARD), found)
+            np.where(gone[np.maximum(found, -1)], np.int32(ONWARD), found)
             for found in (self.patch, self.values)
         )
         return replace(self, patch=patch, values=values)

@@ -120,7 +120,8 @@ def solve_radiosity(
     if own is not None:
         lit = light_receivers(context, own.footprints, plan.patch_points, (*key, 9))
         known.append((lit, plan.patch_rays))
-        patches = replace(patches, receivers=own.without(varied_patches(context, own, plan, tolerance, key)))
+        varied = varied_patches(context, own, plan, tolerance, key)
+        patches = replace(patches, receivers=own.without(varied))
     share = len(places.entry) / max(all_places, 1)
     if len(places.entry):
         elements = set_apart(context, elements, target, tolerance)
