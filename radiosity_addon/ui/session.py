@@ -60,7 +60,6 @@ class BakeSession:
         self._job = self._result = None
         self._peak_memory, self._reused = 0, ""
         self._maps: list = []
-        self._pace = Pace()
 
     @property
     def wants_operator(self) -> bool:
@@ -112,10 +111,11 @@ class BakeSession:
         if self._steps is None:
             reading = self.stage is Stage.START
             self._steps = self._read(context) if reading else self._write(context)
-            self._pace = Pace()
-        self._pace.begin()
+            _pace.restart()
+        _pace.begin()
+        stage = self.stage
         for self.fraction in self._steps:
-            if self._pace.enough():
+            if _pace.enough() or self.stage is not stage:  # the window shows the new one
                 return
         self._steps = None
         if self.stage is Stage.DONE:
@@ -133,7 +133,8 @@ class BakeSession:
             yield 0.0
         from ..stages.prepare import prepare_steps
 
-        self.stage, self._pace = Stage.EXPORT, Pace()
+        self.stage = Stage.EXPORT
+        yield 0.0
         before = self.elapsed
         reading = prepare_steps(scene, view_layer, self.settings)
         self._job, self._maps = yield from scaled(0.0, SOLVE_FROM, reading)
@@ -194,6 +195,7 @@ def forget() -> None:
     forget_kept(kept_file())
 
 
+_pace = Pace()
 _current: BakeSession | None = None
 
 
