@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 
-run_blender = sys.modules["window"].run_blender  # loaded by conftest.py
+import pytest
+
 box = sys.modules["box"]  # loaded by conftest.py
 IMPORTS, AREA, VIEW = box.IMPORTS, box.AREA, box.VIEW
 baked, keep, press, progress = box.baked, box.keep, box.press, box.progress
@@ -27,21 +27,15 @@ def end(window) -> None:
     window.until(lambda: progress(window) is None, "the bake does not end", patience=600)
 
 
-def test_blender_saves_by_itself_during_a_bake(room, tmp_path):
-    """Every minute, at the shortest; a modal operator would put it off to the end of the bake."""
-    room.ask(AUTOSAVE.format(folder=str(tmp_path)))
-    began = time.time()
-    room.ask(INVOKE.format(keywords="error=1e-4"))
-    room.until(
-        lambda: [f for f in tmp_path.rglob("*autosave.blend") if f.stat().st_mtime > began],
-        "nothing is saved", patience=90,
-    )  # fmt: skip
-    assert progress(room)[0] == "SOLVE"
-    print(f"SAVED after {time.time() - began:.0f} s")
-    room.ask("bpy.context.preferences.filepaths.use_auto_save_temporary_files = False")
+@pytest.fixture(scope="module")
+def saves(room, tmp_path_factory):
+    """Where Blender saves by itself: a minute from now, with all that the first tests here do in it."""
+    folder = tmp_path_factory.mktemp("saves")
+    room.ask(AUTOSAVE.format(folder=str(folder)))
+    return folder
 
 
-def test_escape_over_any_editor_cancels(room):
+def test_escape_over_any_editor_cancels(room, saves):
     for place in (VIEW, (1150, 300), (400, 780), (640, 10)):  # view, outliner, timeline, top bar
         if progress(room) is None:
             room.ask(INVOKE.format(keywords="error=1e-4"))
@@ -63,6 +57,20 @@ def test_menu_search_finds_the_bake(room, tmp_path):
     room.until(lambda: progress(room) is not None, "menu search does not start the bake")
     room.key("Escape")
     room.until(lambda: progress(room) is None, "Esc does not cancel")
+
+
+def test_blender_saves_by_itself_during_a_bake(room, saves):
+    """Every minute, at the shortest; a modal operator would put it off to the end of the bake."""
+    began = time.time()
+    room.ask(INVOKE.format(keywords="error=1e-4"))
+    room.until(
+        lambda: [f for f in saves.rglob("*autosave.blend") if f.stat().st_mtime > began],
+        "nothing is saved", patience=90,
+    )  # fmt: skip
+    assert progress(room)[0] == "SOLVE"
+    print(f"SAVED after {time.time() - began:.0f} s")
+    room.ask("bpy.context.preferences.filepaths.use_auto_save_temporary_files = False")
+    room.ask("bpy.ops.radiosity.cancel()")
 
 
 def answers_meanwhile(window, act) -> None:
@@ -112,27 +120,3 @@ def test_undo_takes_a_bake_back_and_redo_brings_it(room):
     room.key("ctrl+shift+z")
     room.until(lambda: room.ask(COUNT) == 17, "redo does not bring the bake")
     assert "Traceback" not in room.log
-
-
-def test_reading_and_writing_take_at_most_twice_what_they_take_headless(room, profile, tmp_path):
-    """Between two steps of a bake the window gets what its events and its drawing need. Nothing is
-    solved here but the lamp's own light."""
-    path, report = tmp_path / "scene.blend", tmp_path / "report.json"
-    room.ask(f"bpy.ops.wm.save_as_mainfile(filepath={str(path)!r}, copy=True)")
-    headless, shown = [], []
-    words = ["--background", path, "--command", "radiosity", "--quality", "draft"]
-    words += ["--passes", "emit", "--name", "Lit"]
-    for _ in range(3):
-        run_blender(profile, *words, "--output", tmp_path / "baked.blend", "--report", report)
-        headless.append(json.loads(report.read_text())["seconds"])
-        room.ask(INVOKE.format(keywords=WORDS))
-        room.until(lambda: progress(room) is not None, "the bake does not start")
-        end(room)
-        text = room.ask("answer = bpy.context.scene.radiosity.report")
-        shown.append(json.loads(text)["seconds"])
-    least = {}
-    for stage in ("export", "write"):
-        least[stage] = [min(seconds[stage] for seconds in each) for each in (headless, shown)]
-        print("TOOK {} {:.2f} s headless, {:.2f} s in the window".format(stage, *least[stage]))
-    for alone, windowed in least.values():
-        assert windowed < 2 * alone

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import statistics
 import sys
 import time
 
@@ -78,12 +80,24 @@ properties.target, properties.uv_map, properties.bake_name = {target!r}, {uv_map
         many.ask(AREA + "region.tag_redraw()")
         time.sleep(0.3)
     spent = many.ask("answer = bpy.app.driver_namespace['spent']")
-    redraws = sum(each == "RADIOSITY_PT_bake.draw" for each, _ in spent)
-    cost = sum(seconds for _, seconds in spent) / redraws
-    print(f"PANEL {target} {uv_map} {name}: {1000 * cost:.2f} ms, the mean of {redraws} redraws")
+    costs = by_redraw(spent)
+    cost, most = statistics.median(costs), max(costs)
+    print(f"PANEL {target} {uv_map} {name}: {1000 * cost:.2f} ms, the median of {len(costs)} "
+          f"redraws; {1000 * most:.2f} ms at most")  # fmt: skip
     keep(many, f"thousand_{target}", tmp_path)
-    assert redraws and cost < MOST, spent
+    assert len(costs) > REDRAWS / 2 and cost < MOST, spent
     assert "Traceback" not in many.log, many.log[-3000:]
+
+
+def by_redraw(spent: list) -> list[float]:
+    """Seconds of each redraw: what Blender calls from one drawing of the panel to the next."""
+    costs: list[float] = []
+    for name, seconds in spent:
+        if name == "RADIOSITY_PT_bake.draw":
+            costs.append(0.0)
+        if costs:
+            costs[-1] += seconds
+    return costs
 
 
 def test_what_will_not_fit_is_open_and_red(many, tmp_path):
@@ -103,6 +117,8 @@ properties.target, properties.uv_map, properties.resolution = "IMAGE", "", 1024
     told = "answer = [list(each) for each in bpy.app.driver_namespace['told']]"
     many.ask(REDRAW)
     many.until(lambda: any(many.ask(told)), "the list does not open")
-    assert "lower the resolution" in many.ask(told)[-1][0]
+    edge = re.fullmatch(r"Needs about .* of memory, .* are free: (\d+) texels would fit, or fewer "
+                        "objects", many.ask(told)[-1][0])  # fmt: skip
+    assert 0 < int(edge[1]) < 16384
     time.sleep(1)
     keep(many, "fits_not", tmp_path)

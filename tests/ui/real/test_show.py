@@ -73,26 +73,18 @@ def square(blender_window):
     return blender_window
 
 
-def screen(window, path) -> np.ndarray:
+def screen(window) -> np.ndarray:
     """(height, width, 3) of the screen, 0 to 1, the lowest row first."""
-    import bpy
-
-    image = bpy.data.images.load(str(window.picture(path)))
-    image.colorspace_settings.name = "Non-Color"
-    width, height = image.size
-    values = np.empty(width * height * image.channels, np.float32)
-    image.pixels.foreach_get(values)
-    bpy.data.images.remove(image)
-    return values.reshape(height, width, -1)[..., :3]
+    return window.pixels().astype(np.float32) / 255
 
 
-def seen(window, tmp_path, x: float = 0.0, y: float = 0.0) -> np.ndarray:
+def seen(window, x: float = 0.0, y: float = 0.0) -> np.ndarray:
     """The color of the screen at a place of the scene, once it has settled."""
     column, row = window.ask(PLACE.format(x=x, y=y))
     before = None
     for _ in range(20):
         time.sleep(0.5)
-        now = screen(window, tmp_path / "seen.png")[row, column]
+        now = screen(window)[row, column]
         if before is not None and np.array_equal(now, before):
             break
         before = now
@@ -116,7 +108,7 @@ def settled(look, good):
 
 def check(window, tmp_path, light=LIGHT, place=(0.0, 0.0)) -> None:
     wanted = pytest.approx(displayed(window, tmp_path, light), abs=NEAR)
-    found = settled(lambda: seen(window, tmp_path, *place), lambda color: color == wanted)
+    found = settled(lambda: seen(window, *place), lambda color: color == wanted)
     assert found == wanted
 
 
@@ -127,7 +119,7 @@ def differs(window, tmp_path, light) -> bool:
     def far(color) -> bool:
         return np.abs(color - other).max() > 0.1
 
-    return far(settled(lambda: seen(window, tmp_path), far))
+    return far(settled(lambda: seen(window), far))
 
 
 @pytest.mark.parametrize(
@@ -151,17 +143,17 @@ def test_it_follows_a_bake_edits_name_and_target(square, tmp_path):
     square.ask(WRITE + "write('Other', (0.9, 0.1, 0.4), 'POINT')\n"
                "bpy.context.scene.radiosity.bake_name = 'Other'")  # fmt: skip
     check(square, tmp_path, (0.9, 0.1, 0.4))
-    outside = seen(square, tmp_path, 1.6, 0)
+    outside = seen(square, 1.6, 0)
     square.ask("""
 mesh = bpy.data.objects["Square"].data
 mesh.transform(__import__("mathutils").Matrix.Scale(2, 4))
 mesh.update()
 """)
     check(square, tmp_path, (0.9, 0.1, 0.4), (1.6, 0))
-    assert np.abs(seen(square, tmp_path, 1.6, 0) - outside).max() > 0.1
+    assert np.abs(seen(square, 1.6, 0) - outside).max() > 0.1
     square.ask("bpy.data.objects['Square'].location.x = 30")
     beside = pytest.approx(outside, abs=NEAR)
-    assert settled(lambda: seen(square, tmp_path), lambda color: color == beside) == beside
+    assert settled(lambda: seen(square), lambda color: color == beside) == beside
     square.ask("bpy.data.objects['Square'].location.x = 0")
     square.ask(WRITE + """
 paint("Other_Square", (0.1, 0.2, 0.7))
@@ -207,10 +199,10 @@ area.tag_redraw()
 """
 
 
-def steps(window, tmp_path) -> int:
+def steps(window) -> int:
     """Pixels of the 3D View whose brightness lies between the square's and the background's."""
     column, row = window.ask(PLACE.format(x=0, y=0))
-    part = screen(window, tmp_path / "edge.png")[row - 150 : row + 150, column - 250 : column + 250]
+    part = screen(window)[row - 150 : row + 150, column - 250 : column + 250]
     light = part.mean(-1)
     low, high = np.sort([light[150, 250], light[2, 2]])
     assert high - low > 0.2
@@ -224,9 +216,9 @@ def test_edges_are_smooth_where_the_viewports_are(square, tmp_path):
     square.ask(EDGE)
     square.ask(SMOOTH.format("OFF"))
     check(square, tmp_path, BRIGHT)
-    assert settled(lambda: steps(square, tmp_path), lambda number: number == 0) == 0
+    assert settled(lambda: steps(square), lambda number: number == 0) == 0
     square.ask(SMOOTH.format("8"))
-    assert settled(lambda: steps(square, tmp_path), lambda number: number > 100) > 100
+    assert settled(lambda: steps(square), lambda number: number > 100) > 100
     keep(square, "shown_smooth", tmp_path)
 
 

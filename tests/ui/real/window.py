@@ -16,6 +16,8 @@ import subprocess
 import time
 from pathlib import Path
 
+import numpy as np
+
 SIZE = (1280, 800)
 TOOLS = ("Xvfb", "xdotool", "import")
 PATIENCE = 180  # seconds for anything to happen, on a machine that does other work
@@ -150,6 +152,13 @@ class Window:
         """Save what the screen shows."""
         self._tool("import", "-window", "root", str(path))
         return path
+
+    def pixels(self) -> np.ndarray:
+        """(height, width, 3) uint8 of the screen, the lowest row first."""
+        path = self._folder / "screen.rgb"
+        self._tool("import", "-window", "root", "-depth", "8", f"rgb:{path}")
+        width, height = SIZE
+        return np.fromfile(path, np.uint8).reshape(height, width, 3)[::-1]
 
     def _tool(self, *words: str) -> None:
         subprocess.run([*beside(), *words], env=self._environment, check=True, timeout=30)
