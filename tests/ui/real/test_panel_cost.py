@@ -80,10 +80,10 @@ properties.target, properties.uv_map, properties.bake_name = {target!r}, {uv_map
         many.ask(AREA + "region.tag_redraw()")
         time.sleep(0.3)
     spent = many.ask("answer = bpy.app.driver_namespace['spent']")
-    costs = by_redraw(spent)
-    cost, most = statistics.median(costs), max(costs)
-    print(f"PANEL {target} {uv_map} {name}: {1000 * cost:.2f} ms, the median of {len(costs)} "
-          f"redraws; {1000 * most:.2f} ms at most")  # fmt: skip
+    *costs, most = sorted(by_redraw(spent))  # one may be slow from what the machine does beside
+    cost = statistics.mean(costs)
+    print(f"PANEL {target} {uv_map} {name}: {1000 * cost:.2f} ms, the mean of {len(costs)} redraws "
+          f"without the slowest, of {1000 * most:.2f} ms")  # fmt: skip
     keep(many, f"thousand_{target}", tmp_path)
     assert len(costs) > REDRAWS / 2 and cost < MOST, spent
     assert "Traceback" not in many.log, many.log[-3000:]

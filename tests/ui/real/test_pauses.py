@@ -41,7 +41,7 @@ lamp = bpy.data.objects.new("A sun", bpy.data.lights.new("A sun", "SUN"))
 lamp.data.energy, lamp.rotation_euler = 3, (0.6, 0.4, 0)
 bpy.context.scene.collection.objects.link(lamp)
 properties = bpy.context.scene.radiosity
-properties.quality, properties.resolution = "DRAFT", 256
+properties.quality, properties.resolution = "DRAFT", 128
 properties.use_time_limit, properties.time_limit = True, 5
 window = bpy.context.window_manager.windows[0]
 area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
