@@ -22,6 +22,16 @@ def test_first_hit():
     np.testing.assert_allclose([hits.u, hits.v, hits.distance], [[0.2], [0.2], [0.5]], rtol=1e-6)
 
 
+def test_misses_have_no_place():
+    """Embree leaves what the ray before met where a ray meets nothing: u = v = 0.2, and a front."""
+    beside = np.array([[2, 2, 0.5]], np.float32)
+    rays = np.concatenate([ABOVE, beside]), np.concatenate([DOWN, DOWN])
+    for chosen in (None, np.array([0])):
+        hits = Tracer(CORNERS, TRIANGLE, chosen).intersect(*rays)
+        assert hits.triangle.tolist() == [0, -1] and hits.front.tolist() == [True, False]
+        assert hits.u[1] == 0 and hits.v[1] == 0
+
+
 @pytest.mark.parametrize(
     "vertices, triangles, message",
     [

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import statistics
 import subprocess
 import sys
 import textwrap
@@ -73,7 +72,7 @@ def test_enabling_is_quick_and_imports_nothing_heavy(tmp_path):
         print(seconds)
     """
     first, *others = [float(in_new_process(code, tmp_path)) for _ in range(1 + TRIES)]
-    assert statistics.median(others) < MOST_SECONDS
+    assert min(others) < MOST_SECONDS  # what else the machine does only adds to the others
 
 
 def test_command_line_is_offered_by_blender(addon):

@@ -41,7 +41,8 @@ _LOG.setLevel(logging.ERROR)  # whatever the application shows
 
 @dataclass(frozen=True)
 class Hits:
-    """What each of n rays met first. ``triangle`` is -1 where it met nothing."""
+    """What each of n rays met first. ``triangle`` is -1 where it met nothing; ``u``, ``v`` and
+    ``front`` are 0 there."""
 
     triangle: np.ndarray  # (n,) int32
     u: np.ndarray  # (n,) float32 barycentric
@@ -90,11 +91,14 @@ class Tracer:
         found = self._scene.run(origins, directions, output=True)
         self._count(n, start)
         _DEVICE.raise_any()
-        front = np.einsum("ij,ij->i", found["Ng"], directions) < 0
-        triangle = found["primID"]
+        triangle, normal, u, v = (found[name] for name in ("primID", "Ng", "u", "v"))
+        # Embree writes nothing where a ray meets nothing: what stands there may be any number.
+        missed = triangle < 0
+        u[missed] = v[missed] = normal[missed] = 0
+        front = np.einsum("ij,ij->i", normal, directions) < 0
         if self._chosen is not None:
             triangle = self._chosen[triangle]
-        return Hits(triangle, found["u"], found["v"], found["tfar"], front)
+        return Hits(triangle, u, v, found["tfar"], front)
 
     def clear(
         self, origins: np.ndarray, segments: np.ndarray, lengths: float | np.ndarray | None = None
