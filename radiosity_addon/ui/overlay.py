@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import bpy
 
 from .display import table_of, view_of
-from .pieces import asked, pieces_of
+from .overlay_pieces import asked, pieces_of
 
 MOST_SAMPLES = 36_000_000  # of a canvas, 8 bytes each: four a pixel on a display of 4K
 SAMPLES = {"OFF": 1, "FXAA": 2, "5": 2, "8": 2, "11": 3, "16": 3, "32": 3}  # along a pixel's edge
@@ -54,7 +54,7 @@ def remove(space) -> None:
 def clear() -> None:
     """Draw nothing anywhere, and take the handler away."""
     global _handle
-    from . import shaders
+    from . import overlay_shaders
 
     _spaces.clear()
     if _handle is not None:
@@ -62,7 +62,7 @@ def clear() -> None:
         _handle = None
     if bpy.app.timers.is_registered(refresh):
         bpy.app.timers.unregister(refresh)
-    shaders.forget()
+    overlay_shaders.forget()
 
 
 @bpy.app.handlers.persistent
@@ -122,7 +122,7 @@ def _draw() -> None:
     if shown is None:
         return
     if shown.table is not None:
-        from .drawing import draw
+        from .overlay_canvas import draw
 
         draw(context, shown, samples(context))
     wanted = asked(context.scene.radiosity), view_of(context.scene)

@@ -20,7 +20,7 @@ from .choice import sharing_objects, survey
 from .progress_bar import redraw
 from .properties import CUSTOM
 from .report_store import load_report
-from .windows import find_window
+from .open_windows import find_window
 
 MOST_SHOWN = 8  # names in the panel
 COVERED = 0.6  # of an image's texels, as a rule

@@ -59,7 +59,7 @@ def test_viewport_shows_the_bake_and_goes_back(baked):
 
 
 def pieces(bpy, earlier=None, changed=None) -> dict:
-    from radiosity_addon.ui.pieces import pieces_of
+    from radiosity_addon.ui.overlay_pieces import pieces_of
 
     context = bpy.context
     depsgraph = context.evaluated_depsgraph_get()

@@ -7,7 +7,7 @@ import gpu
 from gpu_extras.batch import batch_for_shader
 
 from .display import SIZE
-from .shaders import bake_shader, hole_shader, mean_shader
+from .overlay_shaders import bake_shader, hole_shader, mean_shader
 
 WHOLE = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
 
