@@ -82,7 +82,7 @@ def _kept(job) -> tuple[bytes, float]:
     from radiosity_addon.solver.adaptive.solve_cache import SolveCache
 
     kept = SolveCache()
-    seconds = _seconds(lambda: run(job, kept=kept))
+    seconds = _seconds(lambda: run(job, cache=kept))
     return pickle.dumps(kept), seconds
 
 
@@ -93,7 +93,7 @@ def _row(change: str, before: bytes, after, fresh: float | None = None) -> Row:
     kept = pickle.loads(before)
     if fresh is None:
         fresh = _seconds(lambda: run(after))
-    return Row(change, fresh, _seconds(lambda: run(after, kept=kept)), kept.reused or "nothing")
+    return Row(change, fresh, _seconds(lambda: run(after, cache=kept)), kept.reused or "nothing")
 
 
 def _seconds(work) -> float:

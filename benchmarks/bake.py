@@ -1,4 +1,4 @@
-"""Our own bake of an object in the open file, timed. Depends on bpy and NumPy."""
+"""Our own bake of an object in the open file, timed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from functools import cache
 
 import numpy as np
 
-from radiosity_addon.replicate_process import ReplicateProcess, start_twin
+from radiosity_addon.replicate_process import ReplicateProcess, start_replicate_process
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.solution import Statistics
 
@@ -40,7 +40,7 @@ def warm_up() -> None:
 
 @cache
 def _twin() -> ReplicateProcess | None:
-    twin = start_twin(0)
+    twin = start_replicate_process(0)
     if twin is not None:
         atexit.register(twin.close)
     return twin

@@ -3,7 +3,7 @@
     python -m benchmarks.cornell [--errors 0.03 0.01] [--seeds 0] [--samples 16 64 256]
                                  [--reference 2048]
 
-References are two Cycles bakes, kept between runs (see references.py). Depends on bpy.
+References are two Cycles bakes, kept between runs (see references.py).
 """
 
 from __future__ import annotations

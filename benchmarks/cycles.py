@@ -1,4 +1,4 @@
-"""Cycles' bake of an object in this process: rival and reference. Depends on bpy and NumPy.
+"""Cycles' bake of an object in this process: rival and reference.
 
 Settings are those that make Cycles converge to the truth: no clamping, no denoising, no adaptive
 sampling, no light threshold, bounces without a practical end; float images, no margin.

@@ -1,5 +1,5 @@
 """Open Image Denoise's lightmap filter, where the package ``pyoidn`` is installed: the rival's
-rival. Depends on NumPy and SciPy."""
+rival."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ STAGES = {  # in order; what is called when one begins
     "open": "radiosity_addon.command:open_scene",
     "export": "radiosity_addon.bake_job:prepare",
     "elements": "radiosity_addon.solver.sequence:build_context",
-    "transport": "radiosity_addon.solver.transport.radiosity:trace_transport",
+    "transport": "radiosity_addon.solver.transport.solve_patches:trace_transport",
     "solve": "radiosity_addon.solver.transport.radiosity:solve_second_kind",
     "gather": "radiosity_addon.solver.adaptive.replicate:add_gathered",
     "write": "radiosity_addon.bake_job:apply",

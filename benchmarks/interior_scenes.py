@@ -1,5 +1,5 @@
 """Three interiors that scripts make: an office floor with sixty lamps, a stair hall under a skylight, an
-attic lit through slits. Each fills the empty file with one mesh. Depends on bpy and NumPy."""
+attic lit through slits. Each fills the empty file with one mesh."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cycles at a ladder of sample counts, in error and time. Depends on bpy and NumPy."""
+"""Cycles at a ladder of sample counts, in error and time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bake a study scene and look at it from where a person would stand. Depends on bpy.
+"""Bake a study scene and look at it from where a person would stand.
 
     python -m benchmarks.look living_room --error 0.03 --size 1024 --output picture.png
 

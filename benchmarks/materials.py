@@ -1,4 +1,4 @@
-"""Materials, lamps and worlds for the benchmark scenes, in one line each. Depends on bpy."""
+"""Materials, lamps and worlds for the benchmark scenes, in one line each."""
 
 from __future__ import annotations
 

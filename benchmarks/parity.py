@@ -4,7 +4,7 @@
 
 Without names the whole page docs/parity.md is written; with names of groups or cases only their
 lines are. The error is the relative error of our bake against two independent Cycles bakes
-(error.py), which are kept (references.py) until the cases' source changes. Depends on bpy.
+(error.py), which are kept (references.py) until the cases' source changes.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from verification.texels import comparable_texels, triangle_uvs
 from . import (
     parity_geometry,
     parity_lamps,
+    parity_links,
     parity_materials,
     parity_passes,
     parity_shading,
@@ -38,6 +39,7 @@ GROUPS = {
     "worlds": parity_worlds.CASES,
     "materials": parity_materials.CASES,
     "geometry": parity_geometry.CASES,
+    "links": parity_links.CASES,
     "shading": parity_shading.CASES,
     "passes": parity_passes.CASES,
 }

@@ -1,26 +1,14 @@
-"""Parity cases of geometry: how things come to stand in a scene. Depends on bpy and NumPy."""
+"""Parity cases of geometry: how things come to stand in a scene."""
 
 from __future__ import annotations
 
 from functools import partial
 
-import numpy as np
-
 from .materials import matte
-from .meshes import block, mesh_object
-from .parity_stage import Case, ceiling, glow, lamp, panel, scratch, stage
+from .parity_stage import GREEN, Case, cube, glow, panel, scratch, stage
 
-GREEN, BLUE = (0.1, 0.6, 0.2), (0.1, 0.3, 0.8)
+BLUE = (0.1, 0.3, 0.8)
 PLACES = ((-1.3, 1.0, 0.4), (1.2, 1.2, 0.7), (1.2, -1.2, 0.3))
-
-
-def cube(name="Cube", edge: float = 0.6, color=GREEN):
-    """A cube about its origin."""
-    half = edge / 2
-    faces = [(quad + 0.0, 0) for quad in block((-half, -half, -half), (half, half, half))]
-    low = [(-half, -half, -half), (-half, half, -half), (half, half, -half), (half, -half, -half)]
-    faces.append((np.array(low), 0))  # ``block`` has no bottom below z = 0
-    return mesh_object(name, faces, [matte(name, color)])
 
 
 def collection_instances():
@@ -222,55 +210,6 @@ def instancer_hidden():
     return thing
 
 
-def light_linking(state: str):
-    """A second lamp that lights only the slab, or all but it."""
-    import bpy
-
-    thing = stage(lit=True)
-    lit = lamp("POINT", (-1.0, -1.5, 1.8), energy=150.0, shadow_soft_size=0.1)
-    collection = bpy.data.collections.new("Lit")
-    collection.objects.link(bpy.data.objects["Slab"])
-    lit.light_linking.receiver_collection = collection
-    collection.collection_objects[0].light_linking.link_state = state
-    return thing
-
-
-def shadow_linking(state: str):
-    """A lamp for which, of a slab and a cube, only the slab casts a shadow, or all but the slab."""
-    import bpy
-
-    thing, box = stage(), cube()
-    box.location = (0.9, -0.6, 1.2)
-    lit = lamp("POINT", (-0.5, -0.5, 2.5), energy=150.0, shadow_soft_size=0.1)
-    collection = bpy.data.collections.new("Blockers")
-    collection.objects.link(bpy.data.objects["Slab"])
-    lit.light_linking.blocker_collection = collection
-    collection.collection_objects[0].light_linking.link_state = state
-    return thing
-
-
-def glowing_link(which: str, state: str):
-    """A glowing panel linked by its collection ``which`` to the slab, or to all but it; a lamp
-    lights all."""
-    import bpy
-
-    thing = stage()
-    lamp("POINT", (-1.0, -1.5, 1.8), energy=50.0, shadow_soft_size=0.1)
-    linked = ceiling(glow(4.0))
-    collection = bpy.data.collections.new("Linked")
-    collection.objects.link(bpy.data.objects["Slab"])
-    setattr(linked.light_linking, which, collection)
-    collection.collection_objects[0].light_linking.link_state = state
-    return thing
-
-
-def shadowless():
-    """A lamp for which nothing casts a shadow."""
-    thing = stage()
-    lamp("POINT", (-0.5, -0.5, 2.5), energy=150.0, shadow_soft_size=0.1, use_shadow=False)
-    return thing
-
-
 def smooth_by_angle():
     """A cube shaded smooth but for edges sharper than 30°, which are all of its; baked itself."""
     stage(lit=True)
@@ -316,18 +255,6 @@ CASES = (
     Case("hidden from transmission rays", partial(extra, visible_transmission=False)),
     Case("holdout", partial(extra, is_holdout=True)),
     Case("excluded collection", instancer_hidden),
-    Case("light linking, only the slab", partial(light_linking, "INCLUDE")),
-    Case("light linking, all but the slab", partial(light_linking, "EXCLUDE")),
-    Case("shadow linking, only the slab", partial(shadow_linking, "INCLUDE")),
-    Case("shadow linking, all but the slab", partial(shadow_linking, "EXCLUDE")),
-    Case("lamp without shadow", shadowless),
-    Case("emission linked to the slab", partial(glowing_link, "receiver_collection", "INCLUDE")),
-    Case("emission linked to all but the slab", partial(
-        glowing_link, "receiver_collection", "EXCLUDE")),
-    Case("emission shaded by the slab only", partial(
-        glowing_link, "blocker_collection", "INCLUDE")),
-    Case("emission shaded by all but the slab", partial(
-        glowing_link, "blocker_collection", "EXCLUDE")),
     Case("smooth by angle, baked", smooth_by_angle),
     Case("smooth ball beside the stage", smooth_ball),
 )

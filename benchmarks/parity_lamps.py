@@ -1,4 +1,4 @@
-"""Parity cases of lamps. Depends on bpy."""
+"""Parity cases of lamps."""
 
 from __future__ import annotations
 

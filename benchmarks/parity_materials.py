@@ -1,6 +1,5 @@
 """Parity cases of materials: on the stage that is baked, and on what stands beside it.
 
-Depends on bpy and NumPy.
 """
 
 from __future__ import annotations

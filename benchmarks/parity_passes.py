@@ -1,4 +1,4 @@
-"""Parity cases of passes: what each combination leaves in the bake. Depends on bpy."""
+"""Parity cases of passes: what each combination leaves in the bake."""
 
 from __future__ import annotations
 

@@ -1,6 +1,5 @@
 """Parity cases of shading normals: smooth, custom and weighted ones; normal and bump maps.
 
-Depends on bpy and NumPy.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The stage of every parity case, and what cases put on it. Depends on bpy and NumPy.
+"""The stage of every parity case, and what cases put on it.
 
 A floor and two walls of 4 m are baked; a red slab hovers above the floor, casts a shadow and
 bounces its colour. Cases add one lamp, world, material or kind of geometry to that.
@@ -19,7 +19,7 @@ from .materials import emitter, matte
 from .meshes import block, mesh_object
 
 PASSES = ("emit", "direct", "indirect", "color")
-GREY, RED = (0.6, 0.6, 0.6), (0.7, 0.15, 0.1)
+GREY, RED, GREEN = (0.6, 0.6, 0.6), (0.7, 0.15, 0.1), (0.1, 0.6, 0.2)
 FLOOR = [(-2.0, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0)]
 BACK = [(-2.0, 2, 0), (2, 2, 0), (2, 2, 4), (-2, 2, 4)]
 LEFT = [(-2.0, -2, 0), (-2, 2, 0), (-2, 2, 4), (-2, -2, 4)]
@@ -162,3 +162,12 @@ def stored(image, way: str):
 def glow(strength: float = 8.0, color=(1.0, 0.9, 0.7)):
     """An emitting material."""
     return emitter("Glow", color, strength)
+
+
+def cube(name="Cube", edge: float = 0.6, color=GREEN):
+    """A cube about its origin."""
+    half = edge / 2
+    faces = [(quad + 0.0, 0) for quad in block((-half, -half, -half), (half, half, half))]
+    low = [(-half, -half, -half), (-half, half, -half), (half, half, -half), (half, -half, -half)]
+    faces.append((np.array(low), 0))  # ``block`` has no bottom below z = 0
+    return mesh_object(name, faces, [matte(name, color)])

@@ -1,4 +1,4 @@
-"""Parity cases of worlds. Depends on bpy and NumPy."""
+"""Parity cases of worlds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Two independent Cycles references of a scene, made once and kept. Depends on bpy and NumPy.
+"""Two independent Cycles references of a scene, made once and kept.
 
 They are kept in the folder named by RADIOSITY_REFERENCES (else one in the system's temporary
 folder), under a fingerprint of all that decides their values.

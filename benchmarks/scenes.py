@@ -1,4 +1,4 @@
-"""The study's scenes, each built into an empty file as one mesh to bake. Depends on bpy and NumPy.
+"""The study's scenes, each built into an empty file as one mesh to bake.
 
 All materials are matte, so that Cycles' Diffuse bake and ours mean the same light. Scenes from
 files lie in the folder named by RADIOSITY_SCENES, else ../shared/scenes beside the project.

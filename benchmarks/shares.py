@@ -2,7 +2,7 @@
 
     python -m benchmarks.shares [--scenes cornell] [--errors 0.03 0.01 0.003] [--repeats 3]
 
-Prints the table of docs/cost.md. Both halves run on one thread. Time inside Embree is counted by
+Prints the table of docs/cost.md. Both replicates run on one thread. Time inside Embree is counted by
 the tracer in the quickest of ``repeats`` bakes; the other shares are of one more under a profiler,
 which charges Python more than NumPy. Some works hold others. Needs bpy.
 """
@@ -23,11 +23,11 @@ from .scenes import SCENES, build
 
 INSIDE = "inside Embree"
 WORKS = {  # (file, function) that do it, Embree and all
-    "elements, their rows and the linear system": [("radiosity.py", "solve_radiosity")],
+    "elements, their rows and the linear system": [("solve_patches.py", "solve_radiosity")],
     "direct light": [("lighting.py", "add_direct")],
     "of which Lambert's formula": [("lambert.py", "polygon_form_factor")],
     "gathering": [("lighting.py", "add_gathered")],
-    "of which rays that go on, and rows for what no ray had met before": [("late_rows.py", "light_unseen")],
+    "of which rays that go on, and rows for what no ray had met before": [("late_rows.py", "light_of_unknown")],
     "looking up what patch a ray met": [("patches.py", "hit")],
     "directions and places of rays": [
         ("points.py", "footprint_points"),
@@ -36,7 +36,7 @@ WORKS = {  # (file, function) that do it, Embree and all
     ],
     "smoothing and judging, and who is whose neighbour": [
         ("error_estimator.py", "weigh"), ("error_estimator.py", "common"), ("error_estimator.py", "lacking"),
-        ("sequence.py", "_judge"),
+        ("sequence.py", "judge_of"),
     ],
     "texels and footprints": [("layout.py", "lay_out"), ("footprints.py", "build_footprints")],
 }  # fmt: skip

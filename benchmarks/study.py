@@ -1,4 +1,4 @@
-"""The study: scenes × errors × seeds, ours beside Cycles, in one run. Depends on bpy and NumPy.
+"""The study: scenes × errors × seeds, ours beside Cycles, in one run.
 
     python -m benchmarks.study [--quick] [--scenes cornell street] [--errors 0.03 0.01]
                                [--seeds 0 1 2 3 4] [--samples 4 16 64 256] [--budget 3600]

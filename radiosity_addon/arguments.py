@@ -1,4 +1,4 @@
-"""The command line's words: argparse on one side, a Request on the other."""
+"""The command line's words: argparse on one side, a BakeRequest on the other."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from .settings import (
     TARGETS,
     UNWRAPS,
     Settings,
+    Target,
 )
 
 DEMO_NAMES = ("cornell",)
@@ -22,7 +23,7 @@ SCALED = ("png", "png16", "rgbm")  # formats with a scale
 
 
 @dataclass(frozen=True)
-class Request:
+class BakeRequest:
     """What one run is to do. Paths are as the user wrote them; None where not given."""
 
     settings: Settings
@@ -34,13 +35,13 @@ class Request:
     more: tuple[str, ...] = ()  # further files to bake, each like the first
     single_user: bool = False  # meshes that several objects share are copied first
 
-    def each(self) -> list[Request]:
+    def each(self) -> list[BakeRequest]:
         """One request for each file."""
         one = replace(self, more=())
         return [one, *(replace(one, scene=path) for path in self.more)]
 
 
-def parse(argv: list[str], opened: bool = False) -> Request:
+def parse(argv: list[str], opened: bool = False) -> BakeRequest:
     """Read the options; ``opened``: a file is open already, so none need be named.
 
     Raises SystemExit with status 2 after one line on stderr for wrong usage, and with status 0
@@ -58,16 +59,16 @@ def parse(argv: list[str], opened: bool = False) -> Request:
         parser.error(f"--report is {found.report!r}; it is JSON, and no .blend may be lost to it")
     if found.export and not found.export.lower().endswith(".glb"):
         parser.error(f"--export is {found.export!r}; its name must end in .glb")
-    if found.image_dir and found.target != "image":
+    if found.image_dir and found.target != Target.IMAGE:
         parser.error("--image-dir writes images; add --target image")
     if found.format and not found.image_dir:
         parser.error("--format is for image files; say where with --image-dir DIR")
-    if found.color_type == "byte" and found.target != "vertex":
+    if found.color_type == "byte" and found.target != Target.VERTEX:
         parser.error("--color-type is for vertex colours; images have --format")
     if found.scale is not None and not (found.color_type == "byte" or found.format in SCALED):
         parser.error(f"--scale is for --color-type byte and --format {', '.join(SCALED)}")
     for option in ("atlas", "density"):
-        if getattr(found, option) is not None and found.target != "image":
+        if getattr(found, option) is not None and found.target != Target.IMAGE:
             parser.error(f"--{option} is for images; add --target image")
     if len(found.scene) > 1:
         _check_several(parser, found)
@@ -77,7 +78,7 @@ def parse(argv: list[str], opened: bool = False) -> Request:
     except ValueError as error:
         parser.error(str(error))
     first, *more = found.scene or [None]
-    return Request(
+    return BakeRequest(
         settings, first, found.demo, found.output, found.report, found.export, tuple(more),
         found.single_user,
     )
@@ -118,12 +119,15 @@ def build_parser() -> argparse.ArgumentParser:
         help="also write the scene as glTF: the bake in COLOR_0, or as MOZ_lightmap on a second UV",
     )
     parser.add_argument("--report", metavar="FILE.json", help="write the report as JSON")
-    _add_destination(parser.add_argument_group("where the colours go"))
+    destination = parser.add_argument_group("where the colours go")
+    _add_targets(destination)
+    _add_uv_maps(destination)
+    _add_colors(destination)
     _add_accuracy(parser.add_argument_group("accuracy and cost"))
     return parser
 
 
-def _add_destination(group) -> None:
+def _add_targets(group) -> None:
     add = group.add_argument
     add(
         "--objects",
@@ -145,6 +149,10 @@ def _add_destination(group) -> None:
         default=(DEFAULTS.resolution, None),
         help=f"image target: texels along an edge, or width x height ({DEFAULTS.resolution})",
     )
+
+
+def _add_uv_maps(group) -> None:
+    add = group.add_argument
     add("--atlas", metavar="NAME", help="image target: all objects share the image NAME_<atlas>")
     add(
         "--atlas-images",
@@ -179,6 +187,10 @@ def _add_destination(group) -> None:
         default=DEFAULTS.margin,
         help="texels by which islands are extended (%(default)s)",
     )
+
+
+def _add_colors(group) -> None:
+    add = group.add_argument
     add("--image-dir", metavar="DIR", help="also write the images as files into this folder")
     add("--format", choices=FORMATS, help="of the files in --image-dir (exr)")
     add(

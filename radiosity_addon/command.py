@@ -14,7 +14,7 @@ from pathlib import Path
 from . import arguments, files, memory
 from .interrupt import INTERRUPTED, Interrupts
 from .meter import Meter
-from .replicate_process import peak_memory, start_twin
+from .replicate_process import peak_memory, start_replicate_process
 from .request_files import (
     BLEND_MAGIC,
     check_destinations,
@@ -57,14 +57,15 @@ def main(argv: list[str], opened: bool = False, alone: bool = False) -> int:
                 _check(each)
             progress = _Progress(terminal, interrupts)
             progress("Start", 0.0)
-            twin = stack.enter_context(start_twin(request.settings.threads) or nullcontext())
+            second = start_replicate_process(request.settings.threads) or nullcontext()
+            second = stack.enter_context(second)
             if alone:
                 with interrupts.held():  # a folder that is half made would stay
                     scratch.make()
             with interrupts.quiet():  # an exception in the midst of its import crashes Blender
                 bpy = _import_bpy(scratch if alone else None)
             return max(
-                _bake_one(bpy, each, progress, publication, twin) for each in request.each()
+                _bake_one(bpy, each, progress, publication, second) for each in request.each()
             )
         except KeyboardInterrupt:
             if alone:
@@ -76,11 +77,11 @@ def main(argv: list[str], opened: bool = False, alone: bool = False) -> int:
             return _failure(terminal, error)
 
 
-def _bake_one(bpy, request, progress, publication, twin) -> int:
+def _bake_one(bpy, request, progress, publication, second) -> int:
     """One file from its opening to its result in place; returns the exit status."""
     terminal, interrupts = progress.terminal, progress.interrupts
     try:
-        summary = _bake(bpy, request, progress, publication, twin)
+        summary = _bake(bpy, request, progress, publication, second)
         interrupts.check()
         with interrupts.held():  # from here on there is nothing to be stopped
             publication.commit()
@@ -130,14 +131,14 @@ def _interrupted(publication: files.Publication) -> str:
     )
 
 
-def _check(request: arguments.Request) -> None:
+def _check(request: arguments.BakeRequest) -> None:
     """Raise what EXPECTED lists for wishes that cannot come true, before any work is done."""
     request.settings.check()
     check_input(request)
     check_destinations(request)
 
 
-def _bake(bpy, request, progress, publication, twin) -> str:
+def _bake(bpy, request, progress, publication, second) -> str:
     """The whole bake but the last step, putting the files in place; returns the summary.
 
     Raises what EXPECTED lists, or KeyboardInterrupt.
@@ -154,7 +155,7 @@ def _bake(bpy, request, progress, publication, twin) -> str:
         _make_single_user(bpy, request.settings)
     job = work.prepare(bpy.context, request.settings, progress.part("prepare"))
     prepared = time.perf_counter()
-    result = work.run(job, Meter(progress.part("run")), beside=twin)
+    result = work.run(job, Meter(progress.part("run")), beside=second)
     solved = time.perf_counter()
     encoding = work.find_encoding(job, result)
     told = work.apply(bpy.context, job, result, progress.part("apply"), publication, encoding)
@@ -169,7 +170,7 @@ def _bake(bpy, request, progress, publication, twin) -> str:
             "write": now - solved + result.seconds["fit"],
             "total": now - started,
         }
-        return build_report(job, result, seconds, peak_memory(twin), encoding)
+        return build_report(job, result, seconds, peak_memory(second), encoding)
 
     with kept_in_scene(bpy.context.scene, request.settings, report()):
         _save(bpy, publication.stage(output))

@@ -2,7 +2,7 @@
 
 NumPy lets other threads go on only inside its loops, and these are short: two threads of one Python
 get no more done than one and a half, two processes twice as much (docs/cost.md has the figures).
-The twin is started before Blender is, as it takes as long to import SciPy. It reads what it is
+The process is started before Blender is, as it takes as long to import SciPy. It reads what it is
 asked from its standard input and answers on its standard output; when its input ends, so does it.
 """
 
@@ -116,7 +116,7 @@ class ReplicateProcess:
         )
 
 
-def start_twin(threads: int) -> ReplicateProcess | None:
+def start_replicate_process(threads: int) -> ReplicateProcess | None:
     """A Twin, or None where ``threads`` leave nothing for one, or none can be started."""
     if thread_count(threads) < 2:
         return None
@@ -126,13 +126,13 @@ def start_twin(threads: int) -> ReplicateProcess | None:
         return None
 
 
-def peak_memory(twin: ReplicateProcess | None) -> int:
-    """The largest resident size of this process, and of its twin if it has one [bytes]."""
-    return memory.peak_memory() + (twin.peak_memory if twin is not None else 0)
+def peak_memory(second: ReplicateProcess | None) -> int:
+    """The largest resident size of this process, and of the ``second`` one if there is one [bytes]."""
+    return memory.peak_memory() + (second.peak_memory if second is not None else 0)
 
 
 def serve() -> None:
-    """Answer what is asked until the input ends; the twin's own program."""
+    """Answer what is asked until the input ends; the second process' own program."""
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever libraries print must not get among the answers
     asked: queue.SimpleQueue = queue.SimpleQueue()

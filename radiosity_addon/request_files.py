@@ -9,7 +9,7 @@ from . import arguments, files
 BLEND_MAGIC = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")  # plain, Zstandard, gzip
 
 
-def check_input(request: arguments.Request) -> None:
+def check_input(request: arguments.BakeRequest) -> None:
     """Raise OSError unless the scene named is a .blend that can be read."""
     if not request.scene:
         return
@@ -24,7 +24,7 @@ def check_input(request: arguments.Request) -> None:
         raise OSError(f"{path} is no Blender file; name a .blend saved by Blender")
 
 
-def check_destinations(request: arguments.Request) -> None:
+def check_destinations(request: arguments.BakeRequest) -> None:
     """Raise OSError if a file that was asked for cannot be written: before any work is done."""
     if request.output:
         files.check_writable(request.output, "--output")
@@ -38,7 +38,7 @@ def check_destinations(request: arguments.Request) -> None:
         files.check_folder(request.settings.image_dir, "--image-dir")
 
 
-def open_scene(bpy, request: arguments.Request) -> None:
+def open_scene(bpy, request: arguments.BakeRequest) -> None:
     """Bring the scene in: read the file, build the demo, or take what is open."""
     if request.demo:
         from .export.demo import build_demo
@@ -56,7 +56,7 @@ def open_scene(bpy, request: arguments.Request) -> None:
             ) from error
 
 
-def output_of(bpy, request: arguments.Request) -> Path:
+def output_of(bpy, request: arguments.BakeRequest) -> Path:
     """Where the result goes: as asked, or beside the input with ``_baked`` added to its name."""
     if request.output:
         return Path(request.output)

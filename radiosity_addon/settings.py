@@ -3,13 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import StrEnum
 
 from .solver.passes import Pass
 
+
+class Target(StrEnum):
+    """Where colours go; equal to its word in settings."""
+
+    VERTEX = "vertex"
+    IMAGE = "image"
+
+
+class Domain(StrEnum):
+    """What a colour attribute has a value for each of; equal to its word in settings."""
+
+    CORNER = "corner"  # of a face
+    POINT = "point"  # a vertex
+
+
 QUALITY_ERROR = {"draft": 0.1, "medium": 0.03, "high": 0.01}
 PASSES = tuple(each.value for each in Pass)
-TARGETS = ("vertex", "image")
-DOMAINS = ("corner", "point")
+TARGETS = tuple(each.value for each in Target)
+DOMAINS = tuple(each.value for each in Domain)
 FORMATS = ("exr", "png", "png16", "hdr", "rgbm", "rgbe")
 COLOR_TYPES = ("float", "byte")
 UNWRAPS = ("smart", "lightmap", "existing")
@@ -24,8 +40,8 @@ class Settings:
     """What the user asks of a bake. The command line and the panel only fill this in."""
 
     objects: tuple[str, ...] = ()  # names of receivers; empty: every renderable mesh
-    target: str = "vertex"
-    domain: str = "corner"
+    target: str = Target.VERTEX.value
+    domain: str = Domain.CORNER.value
     resolution: int = 1024  # texels along an image's lower edge
     height: int | None = None  # texels along its other edge; None: as many
     atlas: str | None = None  # name of what all objects share; None: an image for each

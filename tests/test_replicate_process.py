@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from radiosity_addon.replicate_process import ReplicateProcess, peak_memory, start_twin
+from radiosity_addon.replicate_process import ReplicateProcess, peak_memory, start_replicate_process
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.adaptive.requests import FollowMorePaths
 from radiosity_addon.solver.adaptive.second_replicate import ReplicateLost
@@ -68,8 +68,8 @@ def test_the_light_is_that_of_one_process_bit_for_bit(twin, alone):
 def test_solves_that_were_kept_reach_the_other_process(twin):
     scene, receivers = lit_box()
     kept = SolveCache()
-    first = solve(scene, receivers, SETTINGS, kept=kept, beside=twin)
-    again = solve(scene, receivers, SETTINGS, kept=pickle.loads(pickle.dumps(kept)), beside=twin)
+    first = solve(scene, receivers, SETTINGS, cache=kept, beside=twin)
+    again = solve(scene, receivers, SETTINGS, cache=pickle.loads(pickle.dumps(kept)), beside=twin)
     assert again.statistics.rays < first.statistics.rays
     assert np.array_equal(first.indirect, again.indirect)
 
@@ -152,7 +152,7 @@ def is_there(number: int) -> bool:
 
 
 def test_one_thread_or_no_python_has_none(monkeypatch):
-    assert start_twin(1) is None
+    assert start_replicate_process(1) is None
     monkeypatch.setattr(sys, "executable", "/no/such/python")
-    assert start_twin(2) is None
+    assert start_replicate_process(2) is None
     assert peak_memory(None) > 0

@@ -12,7 +12,7 @@ import pytest
 from radiosity_addon.bake.windows import Place, whole
 from radiosity_addon.bake_job import Job, run
 from radiosity_addon.export.exported import ExportedObject
-from radiosity_addon.replicate_process import start_twin
+from radiosity_addon.replicate_process import start_replicate_process
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.scene import Material, PointLamp, Scene
@@ -167,7 +167,7 @@ def test_tiles_of_objects_do_not_depend_on_threads_and_processes():
     tiling = replace(SMALL, whole=2000, tile=1500)
     assert {w.target for tile in tiles_of(job, tiling) for w in tile} == {0, 1}
     two = replace(job, settings=replace(job.settings, threads=2))
-    with start_twin(2) as twin:
+    with start_replicate_process(2) as twin:
         beside = run(two, tiling=tiling, beside=twin)
         assert twin.rays > 0
     for one, other in zip(run(job, tiling=tiling).colors, beside.colors):

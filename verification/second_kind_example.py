@@ -46,7 +46,14 @@ def galerkin(n: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def solve(n: int, tolerance: float = 1e-12) -> SecondKindSolution:
-    """The piecewise-constant solution on n elements."""
+    """The piecewise-constant solution on n elements.
+
+    With twice as many its error is half as large, and its iterate's a quarter:
+
+    >>> few, many = np.array(errors(16)), np.array(errors(32))
+    >>> np.round(few / many, 1).tolist()
+    [2.0, 4.0]
+    """
     matrix, means = galerkin(n)
     return solve_second_kind(lambda y: matrix @ y, means, tolerance)
 

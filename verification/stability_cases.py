@@ -14,6 +14,7 @@ import numpy as np
 
 from radiosity_addon.solver.fields import Constant
 from verification import meshes
+from verification import stability_gaps as gaps
 from verification import stability_invariance as invariance
 from verification import stability_measures as measures
 from verification import stability_scenes as scenes
@@ -88,23 +89,23 @@ def _size():
         yield Case("size ratio", f"{count} triangles in 1e-6 of the volume", "B = 1", 5e-3,
                    lambda k=level: measures.furnace([*walls(1), meshes.blob(k, 0.005)], 0.5, 0.03),
                    slow=level > 5)  # fmt: skip
-    yield Case("gaps", "slab 1 × 100 × 0.01", "F = 0.9899535671", 1e-3, measures.slab)
+    yield Case("gaps", "slab 1 × 100 × 0.01", "F = 0.9899535671", 1e-3, gaps.slab)
     for gap in (1e-2, 1e-4):
         yield Case("gaps", f"plates {gap:g} apart", "F closed form", 1e-3,
-                   partial(measures.near_plates, gap))  # fmt: skip
+                   partial(gaps.near_plates, gap))  # fmt: skip
     yield Case("gaps", "room 1 × 1 × 1e-4, baked on its plates to 0.1 %", "infinite plates", 1e-3,
-               partial(measures.thin_room, 1e-4, 0.001, True))  # fmt: skip
+               partial(gaps.thin_room, 1e-4, 0.001, True))  # fmt: skip
     yield Case("gaps", "the same room, ⅔ of its receivers on the rim, to 0.5 %", "infinite plates",
-               5e-3, partial(measures.thin_room, 1e-4, 0.005, False), slow=True)  # fmt: skip
+               5e-3, partial(gaps.thin_room, 1e-4, 0.005, False), slow=True)  # fmt: skip
     # At 179.9° one seed in ten finds a place so near to an edge that a ray starts outside.
     for degrees in (0.1, 1.0, 10.0, 90.0, 170.0, 179.0, 179.5):
         yield Case("dihedral angles", f"sealed prism beside the sun, {degrees:g}°", "B = 0", 0,
-                   lambda d=degrees: measures.sealed(scenes.prism(d)))  # fmt: skip
+                   lambda d=degrees: gaps.sealed(scenes.prism(d)))  # fmt: skip
     for degrees in (0.1, 1.0, 10.0, 90.0, 170.0, 179.0, 179.9):
         yield Case("dihedral angles", f"wedge, {degrees:g}°", "F = 1 − sin(α/2), of all light",
-                   1e-3, partial(measures.wedge, degrees))  # fmt: skip
+                   1e-3, partial(gaps.wedge, degrees))  # fmt: skip
         yield Case("dihedral angles", f"closed prism, {degrees:g}°", "rows sum to 1", 1e-12,
-                   partial(measures.closed_rows, degrees))  # fmt: skip
+                   partial(gaps.closed_rows, degrees))  # fmt: skip
     for count in (100, 1000, 3000):
         yield Case("slivers", f"room of strips, aspect {count}", "as the plain room", 1e-2,
                    partial(_room_of, scenes.strips, count), slow=True)  # fmt: skip
@@ -149,7 +150,7 @@ def _shape():
 
 
 def _topology():
-    sealed, furnace = measures.sealed, measures.furnace
+    sealed, furnace = gaps.sealed, measures.furnace
     yield Case("topology", "sealed box beside the sun", "B = 0", 0, lambda: sealed(walls()))
     yield Case("topology", "sealed box, low sun", "B = 0", 0,
                lambda: sealed(walls(), toward=(1, 1, -0.2)))  # fmt: skip
@@ -172,7 +173,7 @@ def _topology():
     ):
         for turned in (False, True):  # 1e-5 of the sun's: a ray in a million starts beside a wall
             yield Case("topology", f"sealed room: {what}" + ", turned" * turned, "B = 0", 1e-5,
-                       partial(measures.sealed_inside, parts, turned),
+                       partial(gaps.sealed_inside, parts, turned),
                        slow="small" in what)  # fmt: skip
     yield Case("topology", "a Möbius strip", "B = 1", 5e-3,
                lambda: furnace([*walls(1), scenes.moebius()], 0.5))  # fmt: skip
@@ -181,7 +182,7 @@ def _topology():
     yield Case("topology", "blob in a sealed box of inverted normals", "B = 0", 0,
                lambda: sealed([*inverted, inside], [6]))  # fmt: skip
     yield Case("topology", "a dark room beside a lit one, edges of three walls", "B = 0", 0,
-               measures.next_room)  # fmt: skip
+               gaps.next_room)  # fmt: skip
     two = [meshes.blob(2, 0.2), meshes.blob(2, 0.2, (0.6, 0.55, 0.5))]
     yield Case("topology", "two blobs through each other", "B = 1", 5e-3,
                lambda: furnace([*walls(1), *two], 0.5))  # fmt: skip

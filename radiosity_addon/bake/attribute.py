@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..settings import Domain
 from .layers import check_editable, item_count, write_attribute
 from .made import COLOR, note
 
@@ -53,7 +54,7 @@ def find_colors(mesh, name: str) -> str | None:
 def _rows(mesh, colors: np.ndarray, domain: str) -> np.ndarray:
     """(n, 4) float32 for every loop or vertex of the mesh; ValueError when they do not fit."""
     size = item_count(mesh, domain)
-    short_allowed = domain == "point" and len(colors) <= size
+    short_allowed = domain == Domain.POINT and len(colors) <= size
     if len(colors) != size and not short_allowed:
         raise ValueError(
             f"mesh {mesh.name!r} has {size} {domain}s where {len(colors)} were baked; it changed: "

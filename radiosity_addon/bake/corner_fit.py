@@ -18,6 +18,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix, diags
 
 from ..export.exported import ExportedObject
+from ..settings import Domain
 from ..solver.receivers import Receivers
 from .bounded import solve_bounded, solve_roughly
 
@@ -121,7 +122,7 @@ def corner_fit(
     _check(target.name, np.zeros((receivers.count, 3)), weights)
     group = unknowns_of(target, domain)
     number = np.arange(int(group.max(initial=-1)) + 1) if joined is None else joined
-    shown, group = (number if domain == "point" else number[group]), number[group]
+    shown, group = (number if domain == Domain.POINT else number[group]), number[group]
     corners = _corner_map(target, group, int(number.max(initial=-1)) + 1)
     light = _data(receivers, weights, target.start, target.stop - target.start)
     sampling = (light.sampling @ corners).tocsr()
@@ -134,7 +135,7 @@ def corner_fit(
 
 def unknowns_of(target: ExportedObject, domain: str) -> np.ndarray:
     """(n_loops,) the unknown color of each loop, within the object."""
-    return target.loop_vertex if domain == "point" else target.loop_smooth_group
+    return target.loop_vertex if domain == Domain.POINT else target.loop_smooth_group
 
 
 def _nowhere_seen(corners: csr_matrix, light: _Light, hidden: np.ndarray | None) -> np.ndarray:

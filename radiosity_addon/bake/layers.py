@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..settings import Domain
+
 
 def check_editable(name: str, mesh) -> None:
     """Raise ValueError when ``mesh`` of object ``name`` belongs to a linked library."""
@@ -21,9 +23,9 @@ def check_editable(name: str, mesh) -> None:
 def item_count(mesh, domain: str) -> int:
     """Face corners ("corner") or vertices ("point") of the mesh as it is now, in any mode."""
     if not mesh.is_editmode:
-        return len(mesh.loops if domain == "corner" else mesh.vertices)
+        return len(mesh.loops if domain == Domain.CORNER else mesh.vertices)
     edited = _bmesh(mesh)
-    if domain == "point":
+    if domain == Domain.POINT:
         return len(edited.verts)
     return sum(len(face.verts) for face in edited.faces)
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..settings import Domain
 from .layers import item_count, values_of, write_attribute
 from .made import UV_MAP, forget, note, read_made
 
@@ -67,7 +68,7 @@ def give_maps(held) -> None:
     try:
         for each in held:
             item = objects.get(each.identity)
-            if item is None or item_count(item.data, "corner") != len(each.values):
+            if item is None or item_count(item.data, Domain.CORNER) != len(each.values):
                 continue
             if each.name not in item.data.uv_layers:
                 made.append((item.name, each.name))

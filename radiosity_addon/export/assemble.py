@@ -27,7 +27,7 @@ class Placed:
 
 
 @dataclass(frozen=True)
-class Geometry:
+class Assembly:
     """The arrays of ``solver.scene.Scene`` that describe triangles."""
 
     vertices: np.ndarray
@@ -36,7 +36,7 @@ class Geometry:
     placed: tuple[Placed, ...]
 
 
-def assemble(parts: list[Part], warnings: list[str]) -> Geometry:
+def assemble(parts: list[Part], warnings: list[str]) -> Assembly:
     """Join all parts in world space, in the order given."""
     vertices, triangles, owners, placed = [], [], [], []
     base = start = 0
@@ -54,10 +54,10 @@ def assemble(parts: list[Part], warnings: list[str]) -> Geometry:
         base += len(points)
         start += len(kept)
     if not parts:
-        return Geometry(
+        return Assembly(
             np.zeros((0, 3)), np.zeros((0, 3), np.int32), np.zeros(0, np.int32), ()
         )
-    return Geometry(
+    return Assembly(
         np.concatenate(vertices),
         np.concatenate(triangles).astype(np.int32),
         np.concatenate(owners),
@@ -75,7 +75,7 @@ def _report_unsound(name: str, unfinite: int, empty: int, warnings: list[str]) -
         warnings.append(f'object "{name}": {empty} triangles without area left out')
 
 
-def material_indices(geometry: Geometry, palette: Palette) -> np.ndarray:
+def material_indices(geometry: Assembly, palette: Palette) -> np.ndarray:
     """(n_triangles,) int32 into the palette's surfaces."""
     result = np.zeros(len(geometry.triangles), np.int32)
     for index, placed in enumerate(geometry.placed):
@@ -90,7 +90,7 @@ def corner_loops(placed: Placed) -> np.ndarray:
     return placed.part.mesh.triangle_loops[placed.kept][:, placed.order]
 
 
-def scatter_uvs(geometry: Geometry, name: str) -> np.ndarray:
+def scatter_uvs(geometry: Assembly, name: str) -> np.ndarray:
     """(n_triangles, 3, 2) float32 of the UV map ``name`` ("": each mesh's default); 0 elsewhere."""
     result = np.zeros((len(geometry.triangles), 3, 2), np.float32)
     for placed in geometry.placed:
@@ -101,7 +101,7 @@ def scatter_uvs(geometry: Geometry, name: str) -> np.ndarray:
     return result
 
 
-def scatter_atlas(geometry: Geometry, atlases: dict) -> np.ndarray:
+def scatter_atlas(geometry: Assembly, atlases: dict) -> np.ndarray:
     """(n_triangles, 3, 2) float32 from {part index: (mesh triangles, their uv (k, 3, 2))}."""
     result = np.zeros((len(geometry.triangles), 3, 2), np.float32)
     for index, (chosen, uv) in atlases.items():
@@ -112,7 +112,7 @@ def scatter_atlas(geometry: Geometry, atlases: dict) -> np.ndarray:
     return result
 
 
-def scatter_colors(geometry: Geometry, name: str) -> np.ndarray:
+def scatter_colors(geometry: Assembly, name: str) -> np.ndarray:
     """(n_triangles, 3, 4) float32 of the colour attribute ``name`` ("": the default), else 0."""
     result = np.zeros((len(geometry.triangles), 3, 4), np.float32)
     for placed in geometry.placed:

@@ -13,7 +13,7 @@ from .bake_stage import aim, bake_pass, bake_stage, user_materials
 from .colors import Color, Mapping, constant
 from .materials import Palette, slot_keys
 from .parts import Part, world_vertices
-from .shaders import Surface
+from .shaders import SurfaceShader
 from .sides import sees_sides, turn_around
 from .traceless import traceless
 from .transparency import emit_transmittance, lets_light_through
@@ -66,7 +66,7 @@ def _evaluate_part(part: Part, keys, palette: Palette, like):
     return found, (chosen, atlas.lookup)
 
 
-def _surfaces(stage, thing, image, materials: dict, cells: dict) -> dict[str, Surface]:
+def _surfaces(stage, thing, image, materials: dict, cells: dict) -> dict[str, SurfaceShader]:
     """What temporary materials {key: bpy material} show on the texels ``cells[key]``; each takes
     the slot of its key. They are used up and removed."""
     import bpy
@@ -86,7 +86,7 @@ def _surfaces(stage, thing, image, materials: dict, cells: dict) -> dict[str, Su
     found = {}
     for key in materials:
         shown = pictures if key in clear else pictures[:2]
-        found[key] = Surface(*(_color(picture, cells[key], mapping) for picture in shown))
+        found[key] = SurfaceShader(*(_color(picture, cells[key], mapping) for picture in shown))
     for index in range(len(keys)):
         thing.data.materials[index] = None
     bpy.data.batch_remove(list(materials.values()))

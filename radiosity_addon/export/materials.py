@@ -15,7 +15,7 @@ from .colors import Color, NotSimple, constant, extremes, to_field, values
 from .images import working_space_is_rec709
 from .parts import material_key
 from .remarks import bare_remarks, material_remarks, moved_remarks
-from .shaders import Surface, read_sides
+from .shaders import SurfaceShader, read_sides
 from .sockets import Reader
 
 DEFAULT_REFLECTANCE = 0.8  # Cycles' surface of a face without material
@@ -26,14 +26,15 @@ MOSTLY_GLOSSY = 0.5
 class Palette:
     """The surfaces read so far, and who uses them."""
 
-    surfaces: list[tuple[str, Surface, Surface | None]] = field(default_factory=list)  # and back
+    # Name, front and back of each.
+    surfaces: list[tuple[str, SurfaceShader, SurfaceShader | None]] = field(default_factory=list)
     index: dict = field(default_factory=dict)  # material key -> index; None: Cycles evaluates
     difficult: dict = field(default_factory=dict)  # material key -> why it is not simple
     per_part: dict = field(default_factory=dict)  # (part index, key) -> index, where evaluated
     atlases: dict = field(default_factory=dict)  # part index -> (mesh triangles, uv (k, 3, 2))
     warnings: list[str] = field(default_factory=list)
 
-    def add(self, name: str, front: Surface, back: Surface | None = None) -> int:
+    def add(self, name: str, front: SurfaceShader, back: SurfaceShader | None = None) -> int:
         """Check and keep a surface, and that of its back where it is another one."""
         sides = [None if s is None else checked(s, name, self.warnings) for s in (front, back)]
         self.surfaces.append((name, *sides))
@@ -60,7 +61,7 @@ def read_materials(parts) -> Palette:
     for key in _used(parts):
         material = known.get(key)
         if material is None:
-            surface = Surface(reflectance=constant(DEFAULT_REFLECTANCE))
+            surface = SurfaceShader(reflectance=constant(DEFAULT_REFLECTANCE))
             palette.index[key] = palette.add(key or "(none)", surface)
             continue
         palette.warnings.extend(material_remarks(material))
@@ -91,9 +92,9 @@ def _used(parts) -> list:
     return list(keys)
 
 
-def checked(surface: Surface, name: str, warnings: list[str]) -> Surface:
+def checked(surface: SurfaceShader, name: str, warnings: list[str]) -> SurfaceShader:
     """Reflectance and transmittance clamped to [0, 1], emission to [0, inf); with warnings."""
-    return Surface(
+    return SurfaceShader(
         _clamped(surface.reflectance, 1.0, name, "reflectance", warnings),
         _clamped(surface.emission, np.inf, name, "emission", warnings),
         _clamped(surface.transmittance, 1.0, name, "transmittance", warnings),
@@ -132,7 +133,7 @@ def _warn_glossy(palette: Palette) -> None:
 def scene_materials(palette: Palette, uv_of, corners_of) -> tuple[Material, ...]:
     """The solver's materials; see ``colors.to_field`` for the two functions."""
 
-    def fields(surface: Surface):
+    def fields(surface: SurfaceShader):
         yield to_field(surface.reflectance, uv_of, corners_of, 1.0)
         yield to_field(surface.emission, uv_of, corners_of, np.inf)
         yield to_field(surface.transmittance, uv_of, corners_of, 1.0)

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bake.windows import Place, sheet_of, whole, window
-from ..solver.scene import Scene
+from ..settings import Target
+from ..solver.scene import Scene, Sky
 from .assemble import (
-    Geometry,
+    Assembly,
     Placed,
     assemble,
     corner_loops,
@@ -74,6 +75,19 @@ class Evaluated:
     warnings: list[str]
 
 
+@dataclass(frozen=True)
+class Illumination:
+    """What lights the scene beside its surfaces, and which objects lamps and emission light, and which
+    shade them: see ``Scene``."""
+
+    lights: list[Light]
+    sky: Sky | None
+    lamp_objects: tuple
+    lamp_blockers: tuple
+    emission_objects: tuple
+    emission_blockers: tuple
+
+
 def steps(scene, view_layer, settings, progress):
     """The steps of ``export_scene``, which return what it returns. The first is the longest: one
     evaluation of the scene, which Blender does in one piece. ``progress`` may raise during it."""
@@ -91,22 +105,15 @@ def steps(scene, view_layer, settings, progress):
     for fraction in evaluate_steps(read.parts, palette, lambda: _find_scene(name)):
         yield 0.5 + 0.2 * fraction
     turned, windows = {}, [(None, None)] * len(read.receivers)
-    if settings.target == "image":
+    if settings.target == Target.IMAGE:
         windows = [_window(*pair) for pair in zip(read.receivers, geometry.placed)]
-    if settings.target == "image" and settings.shading_normals:
+    if settings.target == Target.IMAGE and settings.shading_normals:
         here = [(placed, *found) for placed, found in zip(geometry.placed, windows)]
         for fraction in texel_normal_steps(here, lambda: _find_scene(name), turned):
             yield 0.7 + 0.1 * fraction
     elif settings.shading_normals:
         warnings += bent_remarks(bent_materials(read.parts[: len(read.receivers)]))
-    with traceless():
-        sky, suns = read_world(_find_scene(name), Reader(working_space_is_rec709()), warnings)
-        lights += [Light(sun) for sun in suns]
-        linked = (
-            lit_objects(lights, read.parts),
-            shading_objects(lights, read.parts),
-            *emission_links(read.parts, palette),
-        )
+    illumination = _illumination(_find_scene(name), read.parts, palette, lights, warnings)
     yield 0.8
     objects, skipped = [], list(read.skipped)
     for number, (receiver, placed) in enumerate(zip(read.receivers, geometry.placed)):
@@ -117,7 +124,16 @@ def steps(scene, view_layer, settings, progress):
             objects.append(found)
         yield 0.8 + 0.2 * len(objects) / len(read.receivers)
     warnings += palette.warnings
-    return _exported(geometry, palette, lights, linked, sky, objects, skipped, warnings)
+    return _exported(geometry, palette, illumination, objects, skipped, warnings)
+
+
+def _illumination(scene, parts: list[Part], palette, lights: list[Light], warnings) -> Illumination:
+    """The world's light beside ``lights``, and what is linked to all of them."""
+    with traceless():
+        sky, suns = read_world(scene, Reader(working_space_is_rec709()), warnings)
+        lights = [*lights, *(Light(sun) for sun in suns)]
+        shaded = lit_objects(lights, parts), shading_objects(lights, parts)
+        return Illumination(lights, sky, *shaded, *emission_links(parts, palette))
 
 
 def _find_scene(name: str):
@@ -163,7 +179,7 @@ def _render(scene, view_layer, chosen, settings, progress):
     copies: dict[str, str] = {}
 
     def prepare(temporary):
-        if settings.target == "vertex":
+        if settings.target == Target.VERTEX:
             changed = [t for t in chosen if t.type == "MESH" and changes_faces(t)]
             copies.update(add_copies(temporary, changed))
 
@@ -203,7 +219,7 @@ def _object(
     if stop == start:
         return NO_FACES
     weights = vertex = groups = None
-    if settings.target == "vertex":
+    if settings.target == Target.VERTEX:
         mesh = _find_mesh(receiver)
         if mesh is None:
             return EDITED
@@ -248,13 +264,13 @@ def _corner_map(mesh, placed: Placed, trace: Trace | None):
     return one_hot(corner_loops(placed), len(mesh.loops))
 
 
-def _uvs(geometry: Geometry, name: str, atlases) -> np.ndarray:
+def _uvs(geometry: Assembly, name: str, atlases) -> np.ndarray:
     """(n_triangles, 3, 2) float32 of a UV map, or of the atlases of evaluated materials."""
     return scatter_atlas(geometry, atlases) if name == ATLAS else scatter_uvs(geometry, name)
 
 
 def _exported(
-    geometry: Geometry, palette, lights, linked, sky, objects, skipped, warnings
+    geometry: Assembly, palette, illumination: Illumination, objects, skipped, warnings
 ) -> Exported:
     if not objects:
         reasons = "; ".join(f"{name} {reason}" for name, reason in skipped)
@@ -272,14 +288,14 @@ def _exported(
             lambda name: scatter_colors(geometry, name),
         ),
         objects=tuple(part.name for part in parts),
-        lamps=tuple(light.lamp for light in lights),
-        sky=sky,
+        lamps=tuple(light.lamp for light in illumination.lights),
+        sky=illumination.sky,
         casts_shadow=np.array([part.casts_shadow for part in parts]),
         visible=np.array([part.visible for part in parts]),
-        lamp_objects=linked[0],
-        lamp_blockers=linked[1],
-        emission_objects=linked[2],
-        emission_blockers=linked[3],
+        lamp_objects=illumination.lamp_objects,
+        lamp_blockers=illumination.lamp_blockers,
+        emission_objects=illumination.emission_objects,
+        emission_blockers=illumination.emission_blockers,
         warnings=tuple(warnings),
     )
     return Exported(scene, tuple(objects), tuple(skipped), tuple(dict.fromkeys(warnings)))

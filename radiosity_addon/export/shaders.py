@@ -17,7 +17,7 @@ from .sockets import BACK, FRONT, Reader, source, uses_nodes
 
 
 @dataclass(frozen=True)
-class Surface:
+class SurfaceShader:
     """What a shader does with light; ``glossy`` in [0, 1] is the share it mirrors instead."""
 
     reflectance: Color = ZERO
@@ -26,21 +26,21 @@ class Surface:
     glossy: float = 0.0
 
 
-def read_surface(material, reader: Reader) -> Surface:
+def read_surface(material, reader: Reader) -> SurfaceShader:
     """The surface of a bpy material. Raises NotSimple when Cycles has to evaluate it."""
     if not uses_nodes(material):
-        return Surface(reflectance=constant(material.diffuse_color[:3]))
+        return SurfaceShader(reflectance=constant(material.diffuse_color[:3]))
     output = material.node_tree.get_output_node("CYCLES")
     if output is None:
-        return Surface()
+        return SurfaceShader()
     origin = source(output.inputs["Surface"])
     if origin is None:
         volume = source(output.inputs["Volume"]) is not None
-        return Surface(transmittance=ONE) if volume else Surface()
+        return SurfaceShader(transmittance=ONE) if volume else SurfaceShader()
     return _shader(origin[0], reader, 0)
 
 
-def read_sides(material, reader: Reader) -> tuple[Surface, Surface | None]:
+def read_sides(material, reader: Reader) -> tuple[SurfaceShader, SurfaceShader | None]:
     """The surface of a bpy material and, where its tree asks which side is seen, that of its
     back. Raises NotSimple when Cycles has to evaluate it."""
     reader.side, reader.saw_side = FRONT, False
@@ -51,7 +51,7 @@ def read_sides(material, reader: Reader) -> tuple[Surface, Surface | None]:
     return front, read_surface(material, reader)
 
 
-def _shader(node, reader: Reader, depth: int) -> Surface:
+def _shader(node, reader: Reader, depth: int) -> SurfaceShader:
     """The surface of one shader node and those it mixes; the depth is capped against cycles."""
     if node.mute or node.bl_idname not in SHADERS:
         raise NotSimple(f"node {node.name}")
@@ -60,18 +60,18 @@ def _shader(node, reader: Reader, depth: int) -> Surface:
     return SHADERS[node.bl_idname](node, reader, depth)
 
 
-def _child(socket, reader: Reader, depth: int) -> Surface:
+def _child(socket, reader: Reader, depth: int) -> SurfaceShader:
     origin = source(socket)
-    return Surface() if origin is None else _shader(origin[0], reader, depth + 1)
+    return SurfaceShader() if origin is None else _shader(origin[0], reader, depth + 1)
 
 
-def _mix(node, reader: Reader, depth: int) -> Surface:
+def _mix(node, reader: Reader, depth: int) -> SurfaceShader:
     weight = reader.color(node.inputs[0])
     if weight.is_constant:
         weight = constant(np.clip(weight.factor, 0.0, 1.0))
     a, b = (_child(node.inputs[i], reader, depth) for i in (1, 2))
     share = float(np.mean(weight.factor)) if weight.is_constant else 0.5
-    return Surface(
+    return SurfaceShader(
         mix(weight, a.reflectance, b.reflectance),
         mix(weight, a.emission, b.emission),
         mix(weight, a.transmittance, b.transmittance),
@@ -79,9 +79,9 @@ def _mix(node, reader: Reader, depth: int) -> Surface:
     )
 
 
-def _add(node, reader: Reader, depth: int) -> Surface:
+def _add(node, reader: Reader, depth: int) -> SurfaceShader:
     a, b = (_child(node.inputs[i], reader, depth) for i in (0, 1))
-    return Surface(
+    return SurfaceShader(
         add(a.reflectance, b.reflectance),
         add(a.emission, b.emission),
         add(a.transmittance, b.transmittance),
@@ -89,26 +89,26 @@ def _add(node, reader: Reader, depth: int) -> Surface:
     )
 
 
-def _diffuse(node, reader: Reader, depth: int) -> Surface:
-    return Surface(reflectance=reader.color(node.inputs["Color"]))
+def _diffuse(node, reader: Reader, depth: int) -> SurfaceShader:
+    return SurfaceShader(reflectance=reader.color(node.inputs["Color"]))
 
 
-def _emission(node, reader: Reader, depth: int) -> Surface:
+def _emission(node, reader: Reader, depth: int) -> SurfaceShader:
     strength = reader.color(node.inputs["Strength"])
     if strength.is_constant and strength.is_black:
-        return Surface()
-    return Surface(emission=multiply(reader.color(node.inputs["Color"]), strength))
+        return SurfaceShader()
+    return SurfaceShader(emission=multiply(reader.color(node.inputs["Color"]), strength))
 
 
-def _through(node, reader: Reader, depth: int) -> Surface:
-    return Surface(transmittance=reader.color(node.inputs["Color"]))
+def _through(node, reader: Reader, depth: int) -> SurfaceShader:
+    return SurfaceShader(transmittance=reader.color(node.inputs["Color"]))
 
 
-def _mirror(node, reader: Reader, depth: int) -> Surface:
-    return Surface(glossy=1.0)
+def _mirror(node, reader: Reader, depth: int) -> SurfaceShader:
+    return SurfaceShader(glossy=1.0)
 
 
-def _principled(node, reader: Reader, depth: int) -> Surface:
+def _principled(node, reader: Reader, depth: int) -> SurfaceShader:
     """Diffuse reflectance = base · (1 - metallic) · (1 - transmission) · share below the coating,
     all times alpha; emission = colour · strength, times alpha."""
     inputs = node.inputs
@@ -130,7 +130,7 @@ def _principled(node, reader: Reader, depth: int) -> Surface:
     glossy = 1.0 - float(np.mean(plain.factor)) if plain.is_constant else 0.0
     if transmission.is_constant:
         glossy = max(glossy - float(np.mean(transmission.factor)), 0.0)
-    return Surface(
+    return SurfaceShader(
         multiply(alpha, reflectance),
         multiply(alpha, _principled_emission(node, reader)),
         add(complement(alpha), multiply(alpha, through)),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ..settings import Target
 from .parts import Part
 
 NOT_RENDERED = "is not visible in renders"
@@ -61,9 +62,9 @@ def sort_out(things, parts: list[Part], seen: set[str], settings):
         if thing.name not in seen and not settings.objects:
             continue
         reason = _refusal(thing, own, seen, settings)
-        if reason is None and (settings.target == "vertex" or settings.atlas):
+        if reason is None and (settings.target == Target.VERTEX or settings.atlas):
             first = users.setdefault(thing.data.as_pointer(), thing.name)
-            told = SHARED if settings.target == "vertex" else SHARED_UV
+            told = SHARED if settings.target == Target.VERTEX else SHARED_UV
             reason = None if first == thing.name else told.format(first=first)
         if reason is None:
             reason = _check_uv(thing, parts[own[thing.name]], settings)
@@ -79,7 +80,7 @@ def _refusal(thing, own, seen, settings) -> str | None:
         return NOT_MESH.format(kind=thing.type.lower())
     if thing.name not in own:
         return NO_FACES if thing.name in seen else NOT_RENDERED
-    if settings.target == "vertex" and (thing.data.library or thing.data.override_library):
+    if settings.target == Target.VERTEX and (thing.data.library or thing.data.override_library):
         return LINKED
     return None
 
@@ -92,7 +93,7 @@ def uv_map_name(thing, settings) -> str:
 
 
 def _check_uv(thing, part: Part, settings) -> str | None:
-    if settings.target != "image":
+    if settings.target != Target.IMAGE:
         return None
     name = uv_map_name(thing, settings)
     if name not in thing.data.uv_layers:

@@ -6,6 +6,7 @@ import sys
 from contextlib import contextmanager
 from pathlib import Path
 
+from ..settings import Target
 from .dress import COLOR, TAG, UV
 
 PACKAGE = __package__.rpartition(".")[0]  # what Blender knows as the add-on
@@ -109,4 +110,4 @@ def _hooked(hook):
 
 def carried(target: str, attribute: str) -> dict[str, str]:
     """The attribute or UV map of the bake, and the name that it travels by."""
-    return {attribute: COLOR if target == "vertex" else UV}
+    return {attribute: COLOR if target == Target.VERTEX else UV}

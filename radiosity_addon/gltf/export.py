@@ -12,6 +12,7 @@ from ..bake.encodings import coding_error, decode, encode, scale_of
 from ..bake.image import find_baked
 from ..bake.png import png_bytes
 from ..bake.uv_maps import find_uv_map
+from ..settings import Target
 from .blender_export import carried, export_glb
 from .dress import Dress, Lightmap, dress
 from .glb import read_glb, write_glb
@@ -26,7 +27,7 @@ class Baked:
     """What is to be exported: a bake's target, name, UV map, and whether it holds colour."""
 
     objects: tuple[str, ...]
-    target: str  # "vertex" or "image"
+    target: str  # see Target
     name: str
     uv_map: str
     colored: bool
@@ -43,11 +44,11 @@ def export_bake(baked: Baked, path: str | Path) -> tuple[str, ...]:
     names = _carried(baked)
     if not names:
         raise ValueError(f"no object carries a bake called {baked.name!r}; bake before the export")
-    lightmaps = _lightmaps(baked, warnings) if baked.target == "image" else None
+    lightmaps = _lightmaps(baked, warnings) if baked.target == Target.IMAGE else None
     export_glb(path, set(baked.objects), names)
     glb = read_glb(path)
     dressed = dress(glb, Dress(baked.colored, lightmaps))
-    if baked.target == "vertex":
+    if baked.target == Target.VERTEX:
         _to_rec709(glb)
     bare = [name for name in baked.objects if name not in dressed]
     if bare:
@@ -67,7 +68,7 @@ def _carried(baked: Baked) -> dict[str, str]:
     for item in map(bpy.data.objects.get, baked.objects):
         if item is None or item.type != "MESH":
             continue
-        if baked.target == "image":
+        if baked.target == Target.IMAGE:
             found = find_uv_map(item.data, baked.uv_map)
         else:
             candidates = (baked.name, FALLBACK.format(baked.name))

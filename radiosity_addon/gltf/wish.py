@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..settings import Settings
+from ..solver.passes import Pass
 from ..stages.job import Job
 from .export import Baked
 
@@ -19,6 +20,6 @@ def of_settings(settings: Settings, objects: tuple[str, ...]) -> Baked:
         target=settings.target,
         name=settings.name,
         uv_map=settings.uv_map or Settings().name,
-        colored="color" in settings.passes,
+        colored=Pass.COLOR in settings.passes,
         atlas=settings.atlas,
     )

@@ -28,8 +28,8 @@ from .tracing.embree import Hits
 
 PARTICLES = 2048
 MAX_BOUNCES = 64
-FAINT = 0.01  # of all light: less under way is shared out as the rest was
-AROUND = 0.9  # radius of a sphere around the unit box
+FAINT = 0.01  # share [of all light] under way: less is shared out as the rest was
+AROUND = 0.9  # radius [unit box] of a sphere around everything
 
 
 @dataclass(frozen=True)

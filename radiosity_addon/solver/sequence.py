@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .adaptive.error_estimator import ErrorEstimator, Estimate, Surface
+from .adaptive.error_estimator import ErrorEstimator
+from .adaptive.estimate import Estimate, Surface
 from .adaptive.plan import Plan, make_plan
 from .adaptive.replicate import Replicate, SolveFigures
 from .adaptive.requirements import SolverSettings, requirements_of
@@ -42,20 +43,48 @@ from .workers.parallel import thread_count
 @np.errstate(under="ignore")  # light that vanishes beside the brightest is nothing
 def solve(
     scene: Scene, receivers: Receivers, settings: SolverSettings, progress: Progress | None = None,
-    project: Projection | None = None, kept: SolveCache | None = None,
-    beside: RemoteReplicate | None = None, context: Context | None = None,
+    project: Projection | None = None, cache: SolveCache | None = None,
+    beside: RemoteReplicate | None = None,
 ) -> Solution:
     """Light at the receivers, to the relative error ``settings.target_error``.
 
     ``project`` tells where the error is judged, for colours that are means over receivers; None
-    judges the receivers themselves. ``progress`` may raise to stop. ``kept`` has solves to use
+    judges the receivers themselves. ``progress`` may raise to stop. ``cache`` has solves to use
     again and takes those made. ``beside`` does the second replicate in another process; None does
-    both here. The result is the same. ``context`` is the scene's where it is open already. Raises
-    ValueError for a scene that cannot be solved.
+    both here. The result is the same. Raises ValueError for a scene that cannot be solved.
+
+    A cube that glows inside with radiance 1 and reflects half: 1 + 1/2 + 1/4 + ... = 2 everywhere.
+
+    >>> from radiosity_addon.settings import Settings
+    >>> from radiosity_addon.solver.fields import Constant
+    >>> from radiosity_addon.solver.scene import Material
+    >>> from radiosity_addon.solver.solution import compose
+    >>> corners = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
+    >>> quads = [(4, 6, 2, 0), (3, 7, 5, 1), (1, 5, 4, 0), (6, 7, 3, 2), (2, 3, 1, 0), (5, 7, 6, 4)]
+    >>> triangles = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))], np.int32)
+    >>> number, none = np.arange(12, dtype=np.int32), np.zeros(12, np.int32)
+    >>> glow = Material("Glow", Constant(np.full(3, 0.5)), Constant(np.ones(3)))
+    >>> scene = Scene(corners, triangles, none, none, (glow,), ("Cube",))
+    >>> whole = np.tile([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], (12, 1, 1))  # a receiver a triangle
+    >>> receivers = Receivers(12, number, number, whole, np.zeros(12, bool))
+    >>> found = solve(scene, receivers, Settings(error=0.01, threads=1))
+    >>> light = compose(found, Settings().passes)
+    >>> light.shape, bool(np.allclose(light, 2, rtol=0.01))
+    ((12, 3), True)
     """
     clock = Clock()
-    context = context or open_scene(scene, receivers, settings, progress, beside)
-    opened = begin(scene, receivers, settings, project, kept, beside, context, clock)
+    context = open_scene(scene, receivers, settings, progress, beside)
+    return solve_opened(context, receivers, settings, project, cache, beside, clock)
+
+
+@np.errstate(under="ignore")
+def solve_opened(
+    context: Context, receivers: Receivers, settings: SolverSettings,
+    project: Projection | None = None, cache: SolveCache | None = None,
+    beside: RemoteReplicate | None = None, clock: Clock | None = None,
+) -> Solution:
+    """The same of a scene that ``open_scene`` has opened. ``clock`` started before that; None: now."""
+    opened = begin(context, receivers, settings, project, cache, beside, clock or Clock())
     verdict, solved = opened.rounds.run(opened.plan)
     reached = Reached(verdict.error, verdict.error_95, solved)
     statistics = statistics_of(opened, reached, settings)
@@ -73,7 +102,7 @@ class Opened:
 
 @dataclass(frozen=True)
 class Reached:
-    """The relative error that was reached, as estimated, and what each half solved."""
+    """The relative error that was reached, as estimated, and what each replicate solved."""
 
     error: float
     error_95: float
@@ -81,29 +110,30 @@ class Reached:
 
 
 def begin(
-    scene: Scene, receivers: Receivers, settings: SolverSettings, project: Projection | None,
-    kept: SolveCache | None, beside: RemoteReplicate | None, context: Context, clock: Clock,
+    context: Context, receivers: Receivers, settings: SolverSettings, project: Projection | None,
+    cache: SolveCache | None, beside: RemoteReplicate | None, clock: Clock,
 ) -> Opened:
-    """Both replicates opened. Arguments as in ``solve``."""
+    """Both replicates opened. Arguments as in ``solve_opened``."""
+    scene = context.scene
     threads = thread_count(settings.threads)
     if threads == 1:
         beside = None
     if beside is not None:
         beside.open(scene, receivers, settings, threads - context.threads)
     footprints = build_footprints(context.geometry, receivers)
-    needs = requirements_of(context, settings.passes)
+    requirements = requirements_of(context, settings.passes)
     first = Replicate(
-        0, context, split_beams(context), receivers, footprints, needs, settings.target_error
+        0, context, split_beams(context), receivers, footprints, requirements, settings.target_error
     )
     judge = judge_of(first, settings.passes, project, threads)
     corners = project is not None
     plan = make_plan(settings.target_error, receivers.count, bool(judge.lattices), corners)
-    if kept is not None:
-        kept.begin(scene_key(scene, receivers, settings.seed))
+    if cache is not None:
+        cache.begin(scene_key(scene, receivers, settings.seed))
     clock.lap("elements")
     deadline = None if settings.time_limit is None else clock.start + settings.time_limit
     second, lost = _opened(beside, first)
-    return Opened(Rounds(first, second, judge, deadline, clock, kept), plan, lost)
+    return Opened(Rounds(first, second, judge, deadline, clock, cache), plan, lost)
 
 
 def solution_of(
@@ -127,10 +157,10 @@ def statistics_of(opened: Opened, reached: Reached, settings: SolverSettings) ->
     energy = energy_balance(context)
     rounds.clock.lap("solve")
     return Statistics(
-        elements=sum(half.unknowns for half in solved) // 2,
+        elements=sum(replicate.unknowns for replicate in solved) // 2,
         rays=context.rays + second.rays,
-        iterations=max(half.iterations for half in solved),
-        residual=max(half.residual for half in solved),
+        iterations=max(replicate.iterations for replicate in solved),
+        residual=max(replicate.residual for replicate in solved),
         target_error=settings.target_error,
         estimated_error=reached.error,
         error_95=reached.error_95,
@@ -145,7 +175,7 @@ def open_scene(
     beside: RemoteReplicate | None = None,
 ) -> Context:
     """The scene made ready for rays, checked, with the threads that are left where ``beside`` does
-    the second half. Raises ValueError for a scene that cannot be solved."""
+    the second replicate. Raises ValueError for a scene that cannot be solved."""
     check_scene(scene, receivers)
     threads = thread_count(settings.threads)
     if beside is not None:
@@ -204,7 +234,7 @@ def _warnings(context: Context, reached: Reached, settings: SolverSettings):
             f"the error asked for, {settings.target_error:.3g}, was not reached {reason}: "
             f"estimated {reached.error:.3g}"
         )
-    residual = max(half.residual for half in reached.solved)
+    residual = max(replicate.residual for replicate in reached.solved)
     if residual > 0.1 * settings.target_error:
         yield (
             f"the linear system was solved to a residual of {residual:.2g} only; "

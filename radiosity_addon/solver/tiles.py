@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .adaptive.error_estimator import Estimate
+from .adaptive.estimate import Estimate
 from .adaptive.plan import make_plan
 from .adaptive.relative_error import bound_of_most
 from .adaptive.replicate import SolveFigures
@@ -23,12 +23,11 @@ from .adaptive.second_replicate import RemoteReplicate
 from .adaptive.solve_cache import SolveCache
 from .lights.context import Context
 from .receivers import Receivers
-from .scene import Scene
 from .sequence import Reached, begin, judge_of, solution_of, statistics_of
 from .solution import Solution, Statistics
 from .workers.parallel import thread_count
 
-SURVEY = 0.2  # of the time limit, at most
+SURVEY = 0.2  # share [of the time limit] for the survey, at most
 
 
 class TiledSolve:
@@ -36,13 +35,12 @@ class TiledSolve:
 
     @np.errstate(under="ignore")
     def __init__(
-        self, scene: Scene, survey: Receivers, settings: SolverSettings, context: Context,
-        kept: SolveCache | None = None, beside: RemoteReplicate | None = None,
+        self, context: Context, survey: Receivers, settings: SolverSettings,
+        cache: SolveCache | None = None, beside: RemoteReplicate | None = None,
     ):
-        """Solve the ``survey``; the arguments are as in ``sequence.solve``, which see for what is
-        raised."""
+        """Solve the ``survey``; the arguments are as in ``sequence.solve_opened``."""
         self._settings, self._context, clock = settings, context, Clock()
-        self._opened = begin(scene, survey, settings, None, kept, beside, context, clock)
+        self._opened = begin(context, survey, settings, None, cache, beside, clock)
         limit = settings.time_limit
         deadline = None if limit is None else clock.start + SURVEY * limit
         rounds = replace(self._opened.rounds, deadline=deadline)
@@ -65,7 +63,7 @@ class TiledSolve:
         rounds.clock.lap("elements")
         plan = make_plan(settings.target_error, smaller, bool(judge.lattices))
         mine = replace(
-            rounds, estimator=judge, deadline=self._deadline(share), kept=None, solved=True
+            rounds, estimator=judge, deadline=self._deadline(share), cache=None, solved=True
         )
         estimate, solved = mine.run(plan)
         self._note(estimate, solved)

@@ -14,7 +14,7 @@ from ..bake.image import MARK, file_names, find_baked, save_encoded, save_image,
 from ..bake.made import ATLAS, OWNER, PASSES, note
 from ..bake.windows import owners
 from ..files import Publication
-from ..settings import Settings
+from ..settings import Settings, Target
 from ..solver.progress import Progress, silent
 from ..steps import finish
 from .encode import BYTE_KIND, Encoding, encoded_kind, encoding_of
@@ -59,7 +59,7 @@ def apply_steps(
         undo.callback(discard, context, job)
         files = publication or own.enter_context(Publication())
         objects = _find(job)
-        if job.settings.target == "image":
+        if job.settings.target == Target.IMAGE:
             earlier = yield from _image_steps(job, result, objects, files, undo, warnings, encoding)
         else:
             earlier = []
@@ -91,7 +91,7 @@ def _write_colors(job: Job, item, colors, encoding: Encoding) -> list[str]:
 def _keep_scale(job: Job, item, encoding: Encoding) -> None:
     """The scale as a custom property of the mesh, or of the image whose file is encoded."""
     owner = item.data
-    if job.settings.target == "image":
+    if job.settings.target == Target.IMAGE:
         owner = find_baked(job.settings.name, job.settings.atlas, item.name)
     _keep_scale_on(owner, f"{job.settings.name}_scale", encoding)
 
@@ -191,7 +191,7 @@ def _file_paths(job: Job, sheets: list[Sheet]) -> list[Path | None]:
     import bpy
 
     settings = job.settings
-    if settings.target != "image" or not settings.image_dir:
+    if settings.target != Target.IMAGE or not settings.image_dir:
         return [None] * len(sheets)
     folder = Path(bpy.path.abspath(settings.image_dir))
     names = [image_name(settings, sheet.name) for sheet in sheets]

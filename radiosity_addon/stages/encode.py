@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bake.encodings import BITS, coding_error, decode, encode, scale_of, share_above
+from ..settings import Target
 from ..solver.workers.parallel import ranges
 from .job import Job, Result
 from .spool import drop_pages
@@ -39,7 +40,7 @@ def encoding_of(job: Job, result: Result, matrix: np.ndarray) -> Encoding:
     kind = encoded_kind(job.settings)
     if kind is None:
         return Encoding(None, 1.0, 0.0, 0.0, ())
-    matrix = np.eye(3) if job.settings.target == "vertex" else matrix
+    matrix = np.eye(3) if job.settings.target == Target.VERTEX else matrix
     counts, peaks = zip(*((len(c), c.max(initial=0.0)) for c in _bands(result, matrix)))
     count, peak = sum(counts), np.max(peaks, keepdims=True)
     scale = scale_of([peak], kind, job.settings.scale)
@@ -56,7 +57,7 @@ def encoding_of(job: Job, result: Result, matrix: np.ndarray) -> Encoding:
 
 def encoded_kind(settings) -> str | None:
     """The kind of encoding that the settings ask for; None for floats."""
-    if settings.target == "vertex":
+    if settings.target == Target.VERTEX:
         return BYTE_KIND if settings.color_type == "byte" else None
     return settings.format if settings.image_dir and settings.format in BITS else None
 
@@ -79,7 +80,7 @@ def _covered(colors: np.ndarray) -> np.ndarray:
 def _warn(job: Job, kind: str, scale: float, above: float, peak: float) -> tuple[str, ...]:
     if not above:
         return ()
-    vertex = job.settings.target == "vertex"
+    vertex = job.settings.target == Target.VERTEX
     where = "byte color attribute" if vertex else f"{kind} files"
     return (
         f"{100 * above:.2g} % of the {'colors' if vertex else 'texels'} lie above {scale:.4g} "

@@ -15,6 +15,7 @@ from ..bake.faces import receiver_areas
 from ..bake.pieces import Ways, joined_unknowns
 from ..components import connected_components
 from ..export.exported import CornerMap, ExportedObject
+from ..settings import Domain
 from ..solver.direct.line_of_sight import is_way_free
 from ..solver.fields import Constant
 from ..solver.lights.context import Context
@@ -127,7 +128,7 @@ def _fit(
         _as_one(own), concatenate(moved), np.concatenate(areas), job.settings.domain, hidden,
         joined.reshape(-1),
     )  # fmt: skip
-    point = job.settings.domain == "point"
+    point = job.settings.domain == Domain.POINT
     sizes = [_vertices(each) if point else len(each.loop_vertex) for each in own]
     spans = tuple(slice(*layout.spans[i : i + 2]) for i in members)
     return JointFit(fit, tuple(members), spans, tuple(np.cumsum([0, *sizes]).tolist()))

@@ -14,6 +14,7 @@ from ..bake.faces import face_receivers, receiver_budget, triangle_areas
 from ..bake.texels import overlapping_texels, texel_receivers
 from ..bake.uv_cover import missed_shares, missed_warning
 from ..bake.windows import whole
+from ..settings import Target
 from ..solver.progress import Progress
 from ..solver.receivers import Receivers, concatenate, slice_receivers
 from ..solver.workers.parallel import map_chunks
@@ -48,7 +49,7 @@ def lay_out(job: Job, progress: Progress) -> Layout:
 
 def lay_out_part(job: Job, progress: Progress) -> Layout:
     """``lay_out`` of what may have no texel."""
-    make = _texels(job) if job.settings.target == "image" else _faces(job)
+    make = _texels(job) if job.settings.target == Target.IMAGE else _faces(job)
     parts = map_chunks(
         make, range(len(job.targets)), job.settings.threads, lambda done: progress(STAGE, done)
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ..solver.passes import Pass
 from ..solver.solution import Solution
 
 
@@ -12,6 +13,6 @@ def has_light(solution: Solution) -> bool:
 
 def warn_of_darkness(passes: tuple[str, ...]) -> list[str]:
     """Where there is no light: only what the passes ask for was looked for."""
-    if not {"direct", "indirect"} & set(passes):
+    if not {Pass.DIRECT, Pass.INDIRECT} & set(passes):
         return []
     return ["nothing that is baked receives light: the result is black; add a lamp or a sky"]

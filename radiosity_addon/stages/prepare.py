@@ -13,7 +13,7 @@ from ..bake.unwrap import unwrap_steps
 from ..bake.uv_maps import HeldMap, give_maps, given, remove_uv_maps, take_back
 from ..bake.windows import own_size
 from ..export.exported import Exported
-from ..settings import Settings
+from ..settings import Settings, Target
 from ..solver.progress import Progress, silent
 from ..steps import finish
 from .job import Job
@@ -74,7 +74,7 @@ def prepare_steps(scene, view_layer, settings: Settings, tell=lambda fraction: N
 
 def _map_steps(view_layer, names: list[str], settings: Settings):
     """Steps that return the UV maps to be made or laid out anew; none where a map is named."""
-    if settings.target != "image" or settings.uv_map is not None:
+    if settings.target != Target.IMAGE or settings.uv_map is not None:
         return []
     if settings.atlas is None:
         return (yield from unwrap_steps(
@@ -146,7 +146,7 @@ def _quoted(names, most: int = 5) -> str:
 
 
 def _check_images(names: list[str], settings: Settings) -> None:
-    if settings.target != "image" or settings.density is not None:
+    if settings.target != Target.IMAGE or settings.density is not None:
         return  # a density's images are known later
     import bpy
 
@@ -176,7 +176,7 @@ def _what_fits(texels: list[int], resolution: int) -> str:
 def _check_triangles(exported: Exported, settings: Settings) -> None:
     sizes = [target.stop - target.start for target in exported.objects]
     triangles = len(exported.scene.triangles)
-    if settings.target == "image":
+    if settings.target == Target.IMAGE:
         images = {each.place.sheet or each.name: each.place.size for each in exported.objects}
         texels = [width * height for width, height in images.values()]
         needed = memory.of_images(sum(texels), max(texels), triangles)
@@ -223,7 +223,7 @@ def _warn_of_sharing(view_layer, targets, settings: Settings) -> list[str]:
         if first is not None and len(users[mesh]) > 1:
             shown = (
                 "they share its UV map and materials, and have an image each"
-                if settings.target == "image" and settings.atlas is None
+                if settings.target == Target.IMAGE and settings.atlas is None
                 else f"all show the colours of {first!r}"
             )
             warnings.append(f"mesh {mesh!r} is shared by {_quoted(users[mesh])}: {shown}; make "

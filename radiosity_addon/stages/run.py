@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..settings import Target
 from ..solver.progress import Progress, silent
 from ..solver.receivers import Projection
 from ..solver.solution import Statistics, compose
@@ -21,31 +22,31 @@ from .tiling import Tiling, tiles_of
 
 
 def run(
-    job: Job, progress: Progress = silent, kept=None, beside=None, tiling: Tiling | None = None
+    job: Job, progress: Progress = silent, cache=None, beside=None, tiling: Tiling | None = None
 ) -> Result:
     """Solve the scene and turn the light into each target's colours. Imports no bpy.
 
-    ``kept`` (solver.adaptive.solve_cache.SolveCache) has solves of an earlier bake to use
+    ``cache`` (solver.adaptive.solve_cache.SolveCache) has solves of an earlier bake to use
     again, and takes this one's.
     ``beside`` (replicate_process) does half of the work in another process.
     ``tiling`` tells which bakes are done in tiles; None: those of more texels than usual.
     Raises solver.progress.Cancelled (or whatever else ``progress`` raises) when told to stop.
     """
-    from ..solver.sequence import open_scene, solve
+    from ..solver.sequence import open_scene, solve_opened
 
     tiling = tiling or Tiling()
     tiles = tiles_of(job, tiling)
     if tiles:
-        return run_tiles(job, tiles, tiling, progress, kept, beside)
+        return run_tiles(job, tiles, tiling, progress, cache, beside)
     began = time.perf_counter()
     layout = lay_out(job, progress)
     context = open_scene(job.scene, layout.receivers, job.settings, progress, beside)
     layout = shaded_layout(job, open_layout(layout, context))
     laid_out = time.perf_counter() - began
     receivers = layout.receivers
-    fits = None if job.settings.target == "image" else joint_fits(job, layout, context)
+    fits = None if job.settings.target == Target.IMAGE else joint_fits(job, layout, context)
     judged = fits and _where_judged(fits)
-    solution = solve(job.scene, receivers, job.settings, progress, judged, kept, beside, context)
+    solution = solve_opened(context, receivers, job.settings, judged, cache, beside)
     started = time.perf_counter()
     progress("Write", 0.0)
     light = compose(solution, job.settings.passes)

@@ -38,7 +38,7 @@ class Portions:
 
 
 def run_tiles(
-    job: Job, tiles: list[list[Window]], tiling: Tiling, progress: Progress, kept=None, beside=None
+    job: Job, tiles: list[list[Window]], tiling: Tiling, progress: Progress, cache=None, beside=None
 ) -> Result:
     """What ``run`` gives, tile by tile. Warnings of the layout are those of the survey."""
     from ..solver.sequence import open_scene
@@ -52,7 +52,7 @@ def run_tiles(
     ground = surroundings_of(context)
     survey, ground = _opened(survey, context, ground)
     receivers = shaded_layout(coarse, survey).receivers
-    solve = TiledSolve(job.scene, receivers, job.settings, context, kept, beside)
+    solve = TiledSolve(context, receivers, job.settings, cache, beside)
     drawing, texels = Drawing(job, tiles), [sum(w.width * w.height for w in tile) for tile in tiles]
     lit = False
     for number, windows in enumerate(tiles):

@@ -14,6 +14,7 @@ from .. import memory
 from ..bake.clip import doubled_areas
 from ..bake.windows import Place
 from ..export.exported import ExportedObject
+from ..settings import Target
 from .job import Job
 from .sheets import place_of
 
@@ -60,7 +61,7 @@ def _ramp(place: np.ndarray, width: int) -> np.ndarray:
 def tiles_of(job: Job, tiling: Tiling) -> list[list[Window]]:
     """The windows of each tile, image by image; [] for a job that is not divided."""
     places = [place_of(job, index) for index in range(len(job.targets))]
-    if job.settings.target != "image":
+    if job.settings.target != Target.IMAGE:
         return []
     shares = [covered_share(target) for target in job.targets]
     if sum(p.width * p.height * share for p, share in zip(places, shares)) <= tiling.whole:

@@ -43,7 +43,7 @@ def _work(folder: Path, keep: Path | None, given: threading.Event, progress: Pro
     """Import, wait until the job is ``given``, run it with what the file ``keep`` keeps."""
     package = _load_package(Path(__file__).resolve().parents[1])
     twins = importlib.import_module(f"{package}.replicate_process")
-    twin = twins.start_twin(0)
+    twin = twins.start_replicate_process(0)
     numpy = importlib.import_module("numpy")
     payload, keep_file, meter, work, _ = (
         importlib.import_module(f"{package}.{name}")

@@ -74,6 +74,28 @@ def add_image(bpy, pixels, space="Non-Color", alpha_mode="STRAIGHT", floats=Fals
     return image
 
 
+def image_material(
+    bpy, image, uv=None, alpha=False, shader="ShaderNodeEmission", extension="REPEAT"
+):
+    material, nodes, link = add_material(bpy)
+    node = surface(material, nodes.new(shader))
+    texture = nodes.new("ShaderNodeTexImage")
+    texture.image, texture.extension = image, extension
+    link(texture.outputs["Color"], node.inputs["Color"])
+    if alpha:
+        link(texture.outputs["Alpha"], node.inputs["Strength"])
+    if uv:
+        name = nodes.new("ShaderNodeUVMap")
+        name.uv_map = uv
+        link(name.outputs[0], texture.inputs["Vector"])
+    return material
+
+
+def material_of(exported, triangle=0):
+    """The material of a triangle of the exported scene."""
+    return exported.scene.materials[exported.scene.material[triangle]]
+
+
 def cycles_bake(bpy, thing, kind="DIFFUSE", passes=("DIRECT",), size=1, samples=16):
     """(size, size, 3) of Cycles' bake of an object with one UV map and materials."""
     scene = bpy.context.scene

@@ -6,6 +6,8 @@ import ast
 import re
 from pathlib import Path
 
+from radiosity_addon.solver.sampling.streams import Stream
+
 SOLVER = Path(__file__).resolve().parents[2] / "radiosity_addon" / "solver"
 # From the lowest to the highest. A module imports its own layer's package or lower ones only.
 LAYERS = (
@@ -80,3 +82,13 @@ def test_keys_name_their_stream():
     found = [str(path.relative_to(SOLVER)) for path in SOLVER.rglob("*.py")
              if plain.search(path.read_text(encoding="utf-8"))]  # fmt: skip
     assert found == []
+
+
+def test_each_stream_belongs_to_one_file():
+    """Two stages that share random numbers would err alike."""
+    used = {stream.name: [] for stream in Stream}
+    for path in SOLVER.rglob("*.py"):
+        for name in set(re.findall(r"\bStream\.([A-Z_]+)", path.read_text(encoding="utf-8"))):
+            used[name].append(path.name)
+    assert {name: files for name, files in used.items() if len(files) != 1} == {}
+    assert len(Stream.__members__) == len({int(stream) for stream in Stream})

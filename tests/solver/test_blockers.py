@@ -59,6 +59,6 @@ def test_a_linked_lamp_is_never_chosen_among_many():
     others are a pool to choose from."""
     scene = stack(*(None,) * (FEW + 2), NONE)
     sources = build_context(scene, 0, 1, silent).sources
-    assert sources.always == (FEW + 2,) and len(sources.pools) == 1
-    assert FEW + 2 not in sources.pools[0].blocks
+    assert sources.always == (FEW + 2,) and len(sources.samplers) == 1
+    assert FEW + 2 not in sources.samplers[0].blocks
     assert floor_light(scene) == pytest.approx(1, abs=1e-6)

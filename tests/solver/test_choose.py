@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from radiosity_addon.solver.lights.context import build_context
-from radiosity_addon.solver.lights.light_choice import BLOCK, TOP, choose_lights, make_light_pool
-from radiosity_addon.solver.lights.light_tree import Emitters, build_tree, pick
+from radiosity_addon.solver.lights.light_choice import BLOCK, TOP, choose_lights, make_light_sampler
+from radiosity_addon.solver.lights.light_tree import Emitters, build_tree, sample_discrete
 from radiosity_addon.solver.materials.texture_cells import whole_triangles
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import AreaLamp, PointLamp
@@ -57,7 +57,7 @@ def test_choices_bring_the_sum(count, reach, uneven):
     the sum over all lights, within four standard errors of the mean (as if they were independent,
     which is more), whether they are made for the point or for all within ``reach`` of it."""
     sources = hall(count, uneven=uneven)
-    (pool,) = sources.pools
+    (sampler,) = sources.samplers
     random = np.random.default_rng(3)
     position = random.uniform(-0.45, 0.45, (3, 3))
     normal = random.normal(size=(3, 3))
@@ -67,7 +67,7 @@ def test_choices_bring_the_sum(count, reach, uneven):
     for x, direction, expected in zip(position, normal, truth):
         many = np.tile(x, (n, 1)), np.tile(direction, (n, 1))
         level = ((np.arange(n) + 0.5) / n)[None]
-        (light,), (factor,) = choose_lights(sources, pool, *many, np.full(n, reach), level)
+        (light,), (factor,) = choose_lights(sources, sampler, *many, np.full(n, reach), level)
         values = np.zeros(n)
         for number, kind in enumerate(sources.kinds):
             rows = np.flatnonzero((sources.kind[light] == number) & (factor > 0))
@@ -102,9 +102,9 @@ def test_work_grows_with_the_logarithm():
     for count in (1000, 10_000, 100_000):
         zero = np.zeros(count)
         center = np.random.default_rng(0).random((count, 3))
-        pool = make_light_pool(np.arange(count), Emitters(center, zero, center, zero + 1, zero, zero > 0))
-        depth[count] = len(pool.tree.levels)
-        assert pool.blocks.shape[1] == BLOCK and pool.tree.levels[0].count <= TOP
+        sampler = make_light_sampler(np.arange(count), Emitters(center, zero, center, zero + 1, zero, zero > 0))
+        depth[count] = len(sampler.tree.levels)
+        assert sampler.blocks.shape[1] == BLOCK and sampler.tree.levels[0].count <= TOP
     assert depth[10_000] - depth[1000] <= 4 and depth[100_000] - depth[10_000] <= 4
 
 
@@ -112,27 +112,27 @@ def test_pick_is_in_proportion():
     """Columns 1, 3, 0, 4 of 8: one eighth, three eighths, none, a half of evenly spread numbers;
     and the numbers made anew are evenly spread again."""
     n = 8000
-    strength = np.tile(np.array([1.0, 3, 0, 4])[:, None], n)
-    (column,), (chance,), (rest,) = pick(strength, ((np.arange(n) + 0.5) / n)[None])
+    importance = np.tile(np.array([1.0, 3, 0, 4])[:, None], n)
+    (column,), (chance,), (rest,) = sample_discrete(importance, ((np.arange(n) + 0.5) / n)[None])
     assert list(np.bincount(column)) == [1000, 3000, 0, 4000]
     np.testing.assert_allclose(chance, np.array([1, 3, 0, 4])[column] / 8)
     for k in (0, 1, 3):
         mine = np.sort(rest[column == k])
         np.testing.assert_allclose(mine, (np.arange(len(mine)) + 0.5) / len(mine), atol=1e-6)
-    assert pick(np.zeros((3, 2)), np.full((1, 2), 0.5))[1].max() == 0
+    assert sample_discrete(np.zeros((3, 2)), np.full((1, 2), 0.5))[1].max() == 0
 
 
 def test_choices_for_all_points_of_a_receiver_reach_each():
     """Chosen once for all points of a flat receiver: every light that brings them a thousandth of
     their light or more is taken by some of 2^14 evenly spread numbers."""
     sources = hall(90)
-    (pool,) = sources.pools
+    (sampler,) = sources.samplers
     random = np.random.default_rng(5)
     n, reach = 1 << 14, 0.05
     place, normal = np.array([0.1, -0.2, 0.05]), np.array([0.0, 0.6, 0.8])
     level = ((np.arange(n) + 0.5) / n)[None]
     many = np.tile(place, (n, 1)), np.tile(normal, (n, 1))
-    (light,), (factor,) = choose_lights(sources, pool, *many, np.full(n, reach), level)
+    (light,), (factor,) = choose_lights(sources, sampler, *many, np.full(n, reach), level)
     chance = np.zeros(sources.count)
     np.maximum.at(chance, light, factor > 0)
     inside = random.uniform(-1, 1, (200, 3)) * reach / np.sqrt(3)

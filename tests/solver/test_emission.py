@@ -95,7 +95,7 @@ def test_many_cells_of_a_picture():
     pixels = np.random.default_rng(1).uniform(0, 3, (8, 8, 1)) * np.ones(3)
     scene = panel_over_floor(textured(pixels), divisions=4)
     scene = panel_over_floor(textured(pixels, len(scene.triangles)), divisions=4)
-    assert build_context(scene, 0, 1, silent).sources.pools
+    assert build_context(scene, 0, 1, silent).sources.samplers
     found, _ = floor_light(scene, 0.005)
     along, up = (PANEL[1] - PANEL[0]) / 8, (PANEL[3] - PANEL[0]) / 8
     truth = 0.0

@@ -66,12 +66,12 @@ def test_only_linked_objects_are_lit_and_shade(lit, shading, share, size):
 
 
 def test_links_hold_where_points_choose_among_many():
-    """A panel in 32 rectangles or more, which only the floor shades: a pool of its own, whose rays
+    """A panel in 32 rectangles or more, which only the floor shades: a sampler of its own, whose rays
     meet nothing else."""
     scene = scene_of(None, FLOOR, 0.2, 4)
     sources = build_context(scene, 0, 1, silent).sources
-    (pool,) = sources.pools
-    assert pool.blocks.size > FEW and pool.shading == 1
+    (sampler,) = sources.samplers
+    assert sampler.blocks.size > FEW and sampler.shading == 1
     whole = floor_light(scene_of(None, FLOOR, 0.2))
     assert floor_light(scene) == pytest.approx(whole, rel=0.01)
 

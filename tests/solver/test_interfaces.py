@@ -29,7 +29,7 @@ from radiosity_addon.solver.lights.sky_spots import SkySpots
 from radiosity_addon.solver.lights.spheres import SphereLights
 from radiosity_addon.solver.lights.suns import Suns
 from radiosity_addon.solver.sampling.guide import PlainRays, start_learning, sums_by_cell
-from radiosity_addon.solver.transport.radiosity import SolvePlan
+from radiosity_addon.solver.transport.solve_patches import SolvePlan
 
 KINDS = [
     *((LightBatch, kind) for kind in (Polygons, FacingDiscs, SphereLights, Suns, SkySpots)),

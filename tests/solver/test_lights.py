@@ -100,8 +100,8 @@ def test_suns_and_lamps_are_chosen_apart():
     suns = [SunLamp(f"{i}", np.array([np.cos(i), np.sin(i), -1.0]) / np.sqrt(2), np.ones(3))
             for i in range(8)]  # fmt: skip
     sources = context_of(*USEFUL, *suns).sources
-    assert len(sources.always) == 3 and len(sources.pools) == 1
-    assert sorted(sources.pools[0].blocks.ravel()) == list(range(3, 11))
+    assert len(sources.always) == 3 and len(sources.samplers) == 1
+    assert sorted(sources.samplers[0].blocks.ravel()) == list(range(3, 11))
 
 
 @pytest.mark.parametrize("corners", [

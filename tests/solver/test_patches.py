@@ -15,7 +15,7 @@ from radiosity_addon.solver.receivers import Receivers
 from radiosity_addon.solver.scene import SunLamp
 from radiosity_addon.solver.transport.lit_patches import light_receivers
 from radiosity_addon.solver.transport.patches import Patches, build_receiver_patches
-from radiosity_addon.solver.transport.radiosity import varied_patches
+from radiosity_addon.solver.transport.solve_patches import varied_patches
 from verification import meshes
 from verification.texels import texel_receivers
 

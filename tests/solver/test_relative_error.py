@@ -5,13 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radiosity_addon.solver.adaptive.error_estimator import (
-    BALANCE,
-    ErrorEstimator,
-    Estimate,
-    Surface,
-    _Part,
-)  # fmt: skip
+from radiosity_addon.solver.adaptive.error_estimator import ErrorEstimator
+from radiosity_addon.solver.adaptive.estimate import BALANCE, Estimate, SmoothedLight, Surface
 from radiosity_addon.solver.adaptive.relative_error import (
     area_shares,
     bound_of_most,
@@ -158,7 +153,7 @@ def test_a_bias_that_is_noise_never_takes_off_the_noise_itself():
     bias, measured with noise, is above 0 in the mean before that, and below after: −4 · 16 + 9 · 1 at
     half of the surface each. At least BALANCE times the noise stands in its place: 1 + 1.5 of it."""
     apart = np.full((2, 1), 0.1, np.float32)
-    part = _Part(apart, apart, apart, np.array([-4.0, 9.0]), np.ones(2, bool))
+    part = SmoothedLight(apart, apart, apart, np.array([-4.0, 9.0]), np.ones(2, bool))
     level, share = np.array([[4.0], [1.0]], np.float32), np.full(2, 0.5)
     sample, square = part.error(share, level)
     noise = (level[:, 0] * 0.1) ** 2

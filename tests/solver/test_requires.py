@@ -10,7 +10,8 @@ import pytest
 
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver import sequence
-from radiosity_addon.solver.adaptive.error_estimator import ErrorEstimator, Surface
+from radiosity_addon.solver.adaptive.error_estimator import ErrorEstimator
+from radiosity_addon.solver.adaptive.estimate import Surface
 from radiosity_addon.solver.adaptive.requirements import Requirements
 from radiosity_addon.solver.fields import Constant, CornerColors, Texture
 from radiosity_addon.solver.gather.lighting import Lighting
@@ -20,7 +21,7 @@ from radiosity_addon.solver.materials.channels import channels_of
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import AreaLamp, Material, PointLamp, Sky, SunLamp
 from radiosity_addon.solver.solution import compose
-from radiosity_addon.solver.transport import radiosity as radiosity_module
+from radiosity_addon.solver.transport import solve_patches
 from radiosity_addon.solver.transport.places import Places, join_places
 from verification.meshes import box_polygons, box_scene, grid, triangle_receivers
 from verification.meshes import scene as make_scene
@@ -191,7 +192,7 @@ def test_sides_that_no_light_leaves_get_no_unknowns(monkeypatch):
     the same and costs more rays."""
     scene = furnished()
     less, statistics = solve(scene, ("indirect",))
-    seeds = radiosity_module._seeds
+    seeds = solve_patches._seeds
 
     def everywhere(context, patches, *rest):
         elements = patches.elements
@@ -203,7 +204,7 @@ def test_sides_that_no_light_leaves_get_no_unknowns(monkeypatch):
         found, number = seeds(context, patches, *rest)
         return join_places([found, *every]), number
 
-    monkeypatch.setattr(radiosity_module, "_seeds", everywhere)
+    monkeypatch.setattr(solve_patches, "_seeds", everywhere)
     more, with_all = solve(scene, ("indirect",))
     assert apart(less, more) < 0.03 * np.sqrt(2)
     assert statistics.elements < with_all.elements - 500

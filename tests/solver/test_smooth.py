@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from radiosity_addon.solver.adaptive.error_estimator import ErrorEstimator, Surface
+from radiosity_addon.solver.adaptive.error_estimator import ErrorEstimator
+from radiosity_addon.solver.adaptive.estimate import Surface
 from radiosity_addon.solver.filtering.lattice import build_lattices
 from radiosity_addon.solver.filtering.smooth import smooth
 
@@ -42,7 +43,7 @@ def test_share_of_noise_that_is_left(level):
             pictures = LATTICE.step(*pictures, level=step)
         variance.append((LATTICE.read(pictures[0])[INSIDE] ** 2).mean())
     error = 4 * np.std(variance) / np.sqrt(repeats)
-    assert np.mean(variance) == pytest.approx(LATTICE.left(level), abs=error)
+    assert np.mean(variance) == pytest.approx(LATTICE.variance_left(level), abs=error)
 
 
 def test_even_light_loses_nearly_all_noise():
@@ -101,7 +102,7 @@ def test_an_edge_at_an_angle_is_smoothed_too():
         left.append(((mean_of(found) - 1)[edge] ** 2).mean() / (0.3**2 / 2))
     assert np.mean(left) < 0.5
     dark = GRID[inside, 2] < 10
-    parted = lattice.parted(dark, lambda one, other: np.zeros(len(one), bool))
+    parted = lattice.separated(dark, lambda one, other: np.zeros(len(one), bool))
     for border in parted.borders:
         number = np.full(parted.shape[0] * parted.shape[1], -1)
         number[parted.cell] = np.arange(len(dark))

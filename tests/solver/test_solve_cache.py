@@ -26,7 +26,7 @@ from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.scene import Material, PointLamp, Sky
 from radiosity_addon.solver.sequence import solve
 from radiosity_addon.solver.solution import compose
-from radiosity_addon.solver.transport import radiosity
+from radiosity_addon.solver.transport import solve_patches
 from verification.meshes import areas, box_polygons, grid, triangle_receivers
 from verification.meshes import scene as make_scene
 
@@ -50,7 +50,7 @@ def room(left=50.0, right=10.0):
 
 
 def bake(scene, kept=None, divisions=2, settings=SETTINGS):
-    return solve(scene, triangle_receivers(scene, divisions), settings, kept=kept)
+    return solve(scene, triangle_receivers(scene, divisions), settings, cache=kept)
 
 
 def relative_error(found, truth) -> float:
@@ -83,14 +83,14 @@ def kept(once):
 @pytest.fixture
 def no_rows(monkeypatch):
     """A function after which a new solve's rays between surfaces are an error."""
-    trace = radiosity.trace_transport
+    trace = solve_patches.trace_transport
 
     def refuse(*words):
         if len(words) < 6:
             raise AssertionError("traced between surfaces")
         return trace(*words)  # for the few sides that no ray had met before
 
-    return lambda: monkeypatch.setattr(radiosity, "trace_transport", refuse)
+    return lambda: monkeypatch.setattr(solve_patches, "trace_transport", refuse)
 
 
 def test_other_passes_give_what_a_fresh_bake_gives_without_a_solve(no_rows, kept):

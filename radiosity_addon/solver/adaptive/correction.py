@@ -16,16 +16,16 @@ import numpy as np
 from ..gather.residual import Residuals
 from ..geometry.footprints import Footprints
 
-LEVELS = 6  # of regions, each half as wide as the one around it
-PER_REGION = 64  # paths: a level whose regions have fewer in the mean is not looked at
-POOLED = 8  # paths by which all regions' variance counts beside a region's own
-DARKEST = 0.25  # of the mean irradiance: darker places are judged against that
-SIGNIFICANT = 2.5  # standard errors: a part's bias below is taken for noise
-WILD = 0.5  # standard deviation of a path, relative: above, elements with rare large values count
-MOST_OF_SQUARE = 0.8  # share of the variance that few elements must be behind
-FEW = 0.05  # share of elements that may be behind that: more of them are noisy, not wrong
-MOST_OF_BIAS = 0.9  # of what elements bring: those that bring the rest are not divided
-LARGEST = 3.0  # times the gathered light: more is not added to it, only told
+LEVELS = 6  # number [levels of regions], each half as wide as the one around it
+PER_REGION = 64  # number [paths in a region, on average]: levels with fewer are not used
+POOLED = 8  # weight [paths] of all regions' variance beside a region's own
+DARKEST = 0.25  # irradiance [of the mean]: darker places are judged against it
+SIGNIFICANT = 2.5  # bias [standard errors]: smaller ones are taken for noise
+WILD = 0.5  # deviation [relative] of a path: above it, elements with rare large values count
+MOST_OF_SQUARE = 0.8  # share [of the variance] that few elements must be behind to be divided
+FEW = 0.05  # share [of elements] that may be behind it: more of them are noisy, not wrong
+MOST_OF_BIAS = 0.9  # share [of the bias]: elements that bring the rest are not divided
+LARGEST = 3.0  # factor [gathered light]: a larger correction is reported, not added
 
 
 @dataclass(frozen=True)

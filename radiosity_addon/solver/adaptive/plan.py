@@ -9,21 +9,23 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 MANY_RECEIVERS = 400_000
-# Of all receivers together in the first round, at least: fewer would make a bake a tenth quicker,
-# as the rest of it takes its time, and half as far off again. A draft is content with half of them.
+# Numbers [rays, points of all receivers] of the first round, at least. With fewer a bake took a tenth
+# less time and its error was half as large again, as measured. A draft takes half of them.
 FIRST_RAYS, FIRST_POINTS = 720_000, 360_000
-DRAFT = 0.06  # error
-# Receivers for which to gather again costs more than elements do; how many an element may serve.
+DRAFT = 0.06  # error asked for: from it on, half of the first rays and points will do
+# Number [receivers] above which gathering again costs more than elements do; and how many of them an
+# element may serve.
 VERY_MANY_RECEIVERS, RECEIVERS_PER_ELEMENT = 1_200_000, 200
-# At 3 %. Many small faces lie where one element of a room's size gets their light wrong, alike in
-# both halves. Measured when each corner counted as much as any other, however small its faces.
+# Numbers [elements] at an error of 3 %, of images and of vertex colors. Many small faces lie where one
+# element of a room's size gets their light wrong, alike in both replicates. Measured when each corner
+# counted as much as any other, however small its faces.
 ELEMENTS, CORNER_ELEMENTS = 1000.0, 8000.0
-MOST_ROW_RAYS = 10_000_000  # of all elements together: they are kept in memory
+MOST_ROW_RAYS = 10_000_000  # number [rays of all elements]: bounds the memory of their rows
 
 
 @dataclass(frozen=True)
 class Plan:
-    """Numbers are per half; rays and points are 2^k or 3·2^k, as Sobol sets want."""
+    """Numbers are per replicate; rays and points are 2^k or 3·2^k, as Sobol sets want."""
 
     goal: float  # estimated relative error that more samples are sized for
     enough: float  # estimated relative error at which to stop

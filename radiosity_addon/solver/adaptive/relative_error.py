@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-FLOOR = 0.25  # of the mean brightness: darker places are judged against that much
-MOST = 0.95  # share of the surface that ``error_95`` speaks of
+FLOOR = 0.25  # brightness [of the mean]: darker places are judged against it
+MOST = 0.95  # share [of the surface] that ``error_95`` holds for
 
 
 def area_shares(area: np.ndarray) -> np.ndarray:

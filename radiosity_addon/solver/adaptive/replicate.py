@@ -24,7 +24,8 @@ from ..sampling.guide import Guide, Learning, Lesson, clusters_of, start_learnin
 from ..sampling.streams import Stream
 from ..scene import Scene
 from ..transport.patches import ReceiverPatches, build_receiver_patches
-from ..transport.radiosity import Radiosity, divided, solve_radiosity, without_reflection
+from ..transport.radiosity import Radiosity
+from ..transport.solve_patches import divided, solve_radiosity, without_reflection
 from .correction import (
     Correction,
     biased_elements,
@@ -35,24 +36,24 @@ from .correction import (
 from .plan import Plan
 from .requirements import Requirements, SolverSettings, requirements_of
 
-# Edges of elements differ by half between the halves, so that few coincide: what the elements'
-# size does to the light then shows in the difference of the halves.
+# Edges of elements differ by half between the two, so that few coincide: what the elements'
+# size does to the light then shows in the difference of the replicates.
 SHARE_OF_ELEMENTS = (0.6, 1.35)
-SHARE_OF_ROW_RAYS = (1.5, 0.75)  # so that the halves cost about the same
-FEWEST_PATHS, MOST_PATHS = 2000, 40_000  # along the residual
-DIVISION_PATHS = 4000  # at most, to find elements to divide
-MORE_PATHS = 1.5  # times the paths so far: to follow fewer more is not worth it
-MEAN_ERROR = 0.25  # of the error asked for: standard error of the mean over paths
-MANY_ELEMENTS = 5_000  # before any is divided: to solve them again takes longer than it tells
-FEW_ON_ELEMENTS = 0.01  # share of rows' rays: with fewer on elements these are not divided
-MAX_DIVISIONS = 5  # rounds of dividing elements that bring a bias
-MOST_DIVIDED = 30  # times the elements at the start
-SMALL_BIAS = 0.2  # of the error asked for: the sum of a bias that is left to the correction
+SHARE_OF_ROW_RAYS = (1.5, 0.75)  # factors [rays of a row]: make both replicates cost about the same
+FEWEST_PATHS, MOST_PATHS = 2000, 40_000  # numbers [paths along the residual]: at the start, and in all
+DIVISION_PATHS = 4000  # number [paths], at most, to find elements to divide
+MORE_PATHS = 1.5  # factor [paths so far]: fewer more are not worth following
+MEAN_ERROR = 0.25  # error [of that asked for] of the mean over paths: sets their number
+MANY_ELEMENTS = 5_000  # number [elements at the start]: with more, none is divided, as it does not pay
+FEW_ON_ELEMENTS = 0.01  # share [of rows' rays] on elements: with fewer, none is divided
+MAX_DIVISIONS = 5  # number [rounds] of dividing elements that bring a bias
+MOST_DIVIDED = 30  # factor [elements at the start]: with more, no further one is divided
+SMALL_BIAS = 0.2  # bias [of the error asked for] of all elements: less is left to the correction
 
 
 @dataclass(frozen=True)
 class SolveFigures:
-    """Figures of a half's linear system: unknowns, iterations, residual, seconds it took."""
+    """Figures of a replicate's linear system: unknowns, iterations, residual, seconds it took."""
 
     unknowns: int
     iterations: int
@@ -62,7 +63,7 @@ class SolveFigures:
 
 @dataclass(frozen=True)
 class RoundResult:
-    """What a half knows after a round: all its light so far."""
+    """What a replicate knows after a round: all its light so far."""
 
     light: Lighting
     solved: SolveFigures
@@ -71,14 +72,14 @@ class RoundResult:
 
 @dataclass
 class Replicate:
-    """One half of a bake: its own solve, and its own light at the receivers."""
+    """One replicate of a bake: its own solve, and its own light at the receivers."""
 
     number: int  # 0 or 1
     context: Context
     split: Split
     receivers: Receivers
     footprints: Footprints
-    needs: Requirements
+    requirements: Requirements
     error: float  # relative, that the bake is for
     radiosity: Radiosity | None = None  # that rays look up
     solved: np.ndarray | None = None  # (n, channels) what the patches of receivers reflect by it
@@ -114,7 +115,7 @@ class Replicate:
         """Radiosities for ``plan``; what was gathered by others is forgotten."""
         context, size = self.split.reflected, int(plan.elements * SHARE_OF_ELEMENTS[self.number])
         rays = int(plan.row_rays * SHARE_OF_ROW_RAYS[self.number])
-        if not self.needs.reflected:
+        if not self.requirements.reflected:
             return self.take(without_reflection(context, size))
         key = (context.seed, Stream.SOLVE, self.number, plan.elements)
         everyone = np.arange(self.footprints.count)
@@ -194,7 +195,7 @@ class Replicate:
         self.light = no_light(self.footprints.count, self.context.channels)
 
     def _key(self, *key: int) -> tuple[int, ...]:
-        """Of random numbers: of this half and tile."""
+        """Of random numbers: of this replicate and tile."""
         return (*key, self.number, *([self.tile] if self.tile else []))
 
     def audit(self, factor: float) -> None:
@@ -221,15 +222,15 @@ class Replicate:
         self.lessons = []
         if self.residuals is not None:
             self._look_at_receivers()
-        if self.needs.explicit:
+        if self.requirements.explicit:
             for part in direct:
                 add_direct(self.split, self.footprints, self.light, *part, *self._key(step))
-        if self.needs.rays:
+        if self.requirements.rays:
             self.radiosity, self.lessons = add_gathered(
                 self.split, self.footprints, self.light, self.radiosity, gathered,
                 *self._key(step), guide=guide, learns=learn,
             )
-        if self.needs.reflected and self.residuals is None:
+        if self.requirements.reflected and self.residuals is None:
             self._look_at_receivers()
             self.residuals = self._followed(self.radiosity, MOST_PATHS)
             self._correct()
@@ -239,7 +240,7 @@ class Replicate:
         """Rays read from now on what has been gathered at the receivers that they end on, beside what
         rows have brought: more rays, one reflection later."""
         own = self.radiosity.patches.receivers
-        if own is None or not self.needs.everything or not own.are_of(self.footprints):
+        if own is None or not self.requirements.everything or not own.are_of(self.footprints):
             return
         light, turned = self.light, self.footprints.turned()
         known = light.rays[:, 0] > 0
@@ -286,11 +287,11 @@ class Replicate:
 def build_replicate(
     scene: Scene, receivers: Receivers, settings: SolverSettings, threads: int
 ) -> Replicate:
-    """The second half, from what ``sequence.solve`` is given."""
+    """The second replicate, from what ``sequence.solve`` is given."""
     context = build_context(scene, settings.seed, threads, silent)
     footprints = build_footprints(context.geometry, receivers)
-    needs = requirements_of(context, settings.passes)
-    if needs.reflected:
-        context.crossings  # found now: the first half counts the rays for both
+    requirements = requirements_of(context, settings.passes)
+    if requirements.reflected:
+        context.crossings  # found now: the first replicate counts the rays for both
     split = split_beams(context)
-    return Replicate(1, context, split, receivers, footprints, needs, settings.target_error)
+    return Replicate(1, context, split, receivers, footprints, requirements, settings.target_error)

@@ -13,9 +13,10 @@ import numpy as np
 
 from ..gather.lighting import Lighting, Samples
 from ..sampling.guide import Guide, joined, make_guide
-from .error_estimator import DIRECT_SHARE, ErrorEstimator, Estimate
+from .error_estimator import DIRECT_SHARE, ErrorEstimator
+from .estimate import Estimate
 from .plan import Plan, round_up
-from .replicate import MOST_PATHS, Replicate, SolveFigures
+from .replicate import MOST_PATHS, Replicate, RoundResult, SolveFigures
 from .requests import (
     AddLight,
     Answer_co,
@@ -30,17 +31,19 @@ from .second_replicate import SecondReplicate
 from .solve_cache import Solve, SolveCache, solved_before
 
 MAX_ROUNDS = 20
-MAX_SAMPLES = 1 << 14  # rays or points of a receiver in one round
-ELEMENTS_SHARE = 0.8  # of the goal: a larger error common to neighbours wants finer elements
+MAX_SAMPLES = 1 << 14  # number [rays or points of a receiver] in one round, at most
+ELEMENTS_SHARE = 0.8  # error [of the goal] common to neighbors: above it elements get finer
 MOST_ELEMENTS = 200_000
-LAST_RESTART = 6  # rounds: later, too much would be gathered anew
-GROWTH = 8  # times the samples so far, at most, in one round;
-LARGE_ROUND, LARGE_GROWTH = 1.5e7, 3  # with so many rays this: the elements may be too coarse
-AUDIT_SHARE = 0.7  # of the goal: a larger error of the elements wants more paths along the residual
-MOST_MORE_PATHS = 8  # times the paths along the residual, at most, in one round
-CLOSE = 0.95  # of what is enough: an error that stays so near to it leaves rays next to no room
-NEAR = 1.1  # times what more rays would not lower: they are not worth their time
-TELLING = 1.25  # times the rays, from which on two rounds tell what more rays would not lower
+LAST_RESTART = 6  # number [rounds]: after so many, solving anew would waste too much
+GROWTH = 8  # factor [samples so far]: the most in one round
+# Number [rays] of a large round, and its GROWTH: elements may be too coarse.
+LARGE_ROUND, LARGE_GROWTH = 1.5e7, 3
+# Error [of the goal] known of elements: above it more paths along the residual are followed.
+AUDIT_SHARE = 0.7
+MOST_MORE_PATHS = 8  # factor [paths along the residual]: the most in one round
+CLOSE = 0.95  # error [of what is enough] that rays do not lower: above it elements get finer
+NEAR = 1.1  # factor [of the error that rays do not lower]: below it no more rays are traced
+TELLING = 1.25  # factor [rays of the round before]: from it on, two rounds tell what rays do not lower
 
 
 class Clock:
@@ -75,7 +78,7 @@ class Rounds:
     estimator: ErrorEstimator
     deadline: float | None  # perf_counter seconds after which no round may end
     clock: Clock
-    kept: SolveCache | None
+    cache: SolveCache | None
     solved: bool = False  # the radiosities are there, and stay as they are
 
     def run(self, plan: Plan) -> tuple[Estimate, list[SolveFigures]]:
@@ -90,28 +93,23 @@ class Rounds:
         told = []  # since the last solve: rays of a receiver, and what is squared error of theirs
         for step in range(MAX_ROUNDS):
             began, work = time.perf_counter(), _samples(direct, gathered)
-            halves = self._both(AddLight(direct, gathered, step, guide, learns))
-            light = [half.light for half in halves]
-            estimate = self.estimator.weigh(light, [half.left for half in halves])
-            self.clock.lap("gather")
+            replicates, estimate = self._gathered(AddLight(direct, gathered, step, guide, learns))
+            light = replicates[0].light
             if estimate.error <= plan.enough:
                 break
             if learns:
                 learning = joined(learning, *self._both(Learn()))
                 guide = make_guide(learning)
                 learns = guide is not None  # the first rays tell well enough whether one pays
-            shadows, dim = estimate.squares()
-            told.append((light[0].rays.mean(), dim))
-            floor = _floor(told, min(shadows, DIRECT_SHARE * plan.goal**2), plan.enough)
+            floor = _least_error(told, estimate, light, plan)
             excess = max(self.estimator.common(estimate), floor) / (ELEMENTS_SHARE * plan.goal)
             coarse = excess > 1 and plan.elements < MOST_ELEMENTS
             if coarse and step < LAST_RESTART and not self.solved:
                 plan, told = plan.refined(excess), []
-                laps = self.clock.laps
-                if not self._time_for(2 * (laps.get("transport", 0.0) + laps["gather"])):
+                if not self._time_for(self._seconds_of_restart()):
                     break
                 plan = self._solve(plan)
-                rays = round_up(np.median(light[0].rays), 4, MAX_SAMPLES)
+                rays = round_up(np.median(light.rays), 4, MAX_SAMPLES)
                 direct, gathered = [], [(everyone, rays)]
                 continue
             audited = self._audited(estimate, plan)
@@ -123,7 +121,20 @@ class Rounds:
                 break
             if not self._time_for((time.perf_counter() - began) * ahead / max(work, 1)):
                 break
-        return estimate, [half.solved for half in halves]
+        return estimate, [replicate.solved for replicate in replicates]
+
+    def _gathered(self, request: AddLight) -> tuple[tuple[RoundResult, RoundResult], Estimate]:
+        """What both replicates have after one more round, and the estimate by it."""
+        replicates = self._both(request)
+        light = [replicate.light for replicate in replicates]
+        estimate = self.estimator.weigh(light, [replicate.left for replicate in replicates])
+        self.clock.lap("gather")
+        return replicates, estimate
+
+    def _seconds_of_restart(self) -> float:
+        """About what it takes to solve with finer elements, and to gather anew."""
+        laps = self.clock.laps
+        return 2 * (laps.get("transport", 0.0) + laps["gather"])
 
     def _time_for(self, seconds: float) -> bool:
         return self.deadline is None or time.perf_counter() + seconds <= self.deadline
@@ -136,9 +147,9 @@ class Rounds:
     def _solve(self, plan: Plan) -> Plan:
         """Two independent solves, of which the second may still be under way. The plan they were
         made for is finer than ``plan`` where such solves were kept."""
-        keeps = self.kept is not None and self.first.needs.reflected
+        keeps = self.cache is not None and self.first.requirements.reflected
         context, error = self.first.split.reflected, self.first.error
-        found = solved_before(self.kept, plan, context, error) if keeps else None
+        found = solved_before(self.cache, plan, context, error) if keeps else None
         if found:
             one, other = found.replicates
             self.second.ask(TakeRadiosity(other))
@@ -147,18 +158,18 @@ class Rounds:
             return replace(plan, elements=found.plan.elements, row_rays=found.plan.row_rays)
         self.second.ask(SolveFor(plan))
         solved = self.first.solve(plan)
-        if self.first.needs.reflected:
+        if self.first.requirements.reflected:
             self.clock.lap("transport")
             self.clock.move("transport", "solve", solved.seconds)
         if keeps:
             solved = Solve(plan, self._both(GiveRadiosity()), self.first.context.unit)
-            self.kept.put(self.kept.key(plan), solved)
+            self.cache.put(self.cache.key(plan), solved)
         return plan
 
     def _audited(self, estimate: Estimate, plan: Plan) -> bool:
         """Whether both replicates have followed more paths along the residual, as they know of a
         bias that is too large and not corrected."""
-        if not self.first.needs.reflected or self.first.paths >= MOST_PATHS:
+        if not self.first.requirements.reflected or self.first.paths >= MOST_PATHS:
             return False
         known = np.sqrt(max(estimate.error**2 - estimate.sampled**2, 0.0))
         excess = known / (AUDIT_SHARE * plan.goal)
@@ -168,12 +179,12 @@ class Rounds:
         self.clock.lap("transport")
         return True
 
-    def _more(self, estimate: Estimate, plan: Plan, light: list[Lighting], guide: Guide | None):
+    def _more(self, estimate: Estimate, plan: Plan, light: Lighting, guide: Guide | None):
         """[(owners, samples of each)] to add, of points for direct light and of rays."""
-        points, rays = self.estimator.lacking(estimate, plan.goal, light[0])
-        points = _bounded(points, light[0].points[:, 0], GROWTH)
-        large = GROWTH * light[0].rays.sum() > LARGE_ROUND
-        rays = _bounded(rays, light[0].rays[:, 0], LARGE_GROWTH if large else GROWTH)
+        points, rays = self.estimator.lacking(estimate, plan.goal, light)
+        points = _bounded(points, light.points[:, 0], GROWTH)
+        large = GROWTH * light.rays.sum() > LARGE_ROUND
+        rays = _bounded(rays, light.rays[:, 0], LARGE_GROWTH if large else GROWTH)
         if guide is not None:
             rays /= guide.worth[guide.cluster]
         return _alike(points, 4), _alike(rays, 8)
@@ -190,6 +201,15 @@ def _alike(samples: np.ndarray, least: int) -> list[tuple[np.ndarray, int]]:
     some = np.flatnonzero(samples >= least / 2)
     exponent = np.rint(np.log2(np.clip(samples[some], least, MAX_SAMPLES))).astype(int)
     return [(some[exponent == e], 1 << int(e)) for e in np.unique(exponent)]
+
+
+def _least_error(
+    told: list[tuple[float, float]], estimate: Estimate, light: Lighting, plan: Plan
+) -> float:
+    """The error that stays however many rays there are. This round is added to ``told``."""
+    shadows, dim = estimate.squares()
+    told.append((light.rays.mean(), dim))
+    return _floor(told, min(shadows, DIRECT_SHARE * plan.goal**2), plan.enough)
 
 
 def _floor(told: list[tuple[float, float]], shadows: float, enough: float) -> float:

@@ -23,7 +23,7 @@ from ..transport.lit_patches import light_points
 from ..transport.radiosity import Radiosity, solve_rows
 from .plan import Plan
 
-SOLUTION, TRANSPORT = "solution", "transport"  # what of an earlier bake was used again
+SOLUTION, TRANSPORT = "solution", "transport"  # words: what of an earlier bake was used again
 
 
 @dataclass(frozen=True)
@@ -129,12 +129,12 @@ def _lit_anew(context: Context, solve: Solve, tolerance: float) -> Solve:
 
 
 def lit_anew(
-    context: Context, half: Radiosity, unit: float, tolerance: float, key: tuple[int, ...]
+    context: Context, radiosity: Radiosity, unit: float, tolerance: float, key: tuple[int, ...]
 ) -> Radiosity:
     """The same elements and rows under the context's lamps: direct light at the points that the
     rows start from, and the linear system. ``unit`` is what the rows' sky was divided by."""
     blocks = []
-    for number, block in enumerate(half.transport.blocks):
+    for number, block in enumerate(radiosity.transport.blocks):
         _, lit, spread = light_points(context, block.patches.points, (*key, number))
         patches = replace(block.patches, lit=lit, spread=spread)
         found = block.found
@@ -142,8 +142,8 @@ def lit_anew(
             found = sum(block.onward.light(context, (*key, number, 1))) / block.rays
         sky = block.sky * (unit / context.unit)
         blocks.append(replace(block, patches=patches, sky=sky, found=found))
-    transport = replace(half.transport, blocks=tuple(blocks))
-    return solve_rows(context, half.patches, transport, tolerance)
+    transport = replace(radiosity.transport, blocks=tuple(blocks))
+    return solve_rows(context, radiosity.patches, transport, tolerance)
 
 
 def _as_fine(kept: Plan, asked: Plan) -> bool:

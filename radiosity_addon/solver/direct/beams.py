@@ -19,14 +19,14 @@ from ..sampling.sobol import sobol
 from ..sampling.streams import Stream
 from .transmission import followed
 
-TRIAL = 64  # particles of each spot that find how much of the surface it lights
-NARROW = 2e-3  # of all surface: a spot that lights less is a beam
-LANDED = 0.25  # of a spot's particles, at least: of one that shines past the scene too few would tell
-STEEPEST = 0.05  # cosine of incidence, at least, where the lit area is judged
-PARTICLES = 4096  # of each beam
-FAINT = 0.01  # of what a beam's reflection brings: a plane that reflects less is left out
-ALIKE = 1e4  # per unit of normals and of their planes' heights: what lies in one plane agrees so well
-SMALLEST = 1e-5  # half axes of an ellipse [unit box], at least
+TRIAL = 64  # number [particles of each spot] that find how much of the surface it lights
+NARROW = 2e-3  # share [of all surface]: a spot that lights less is a beam
+LANDED = 0.25  # share [of a spot's particles] that must land: with fewer its area is not known
+STEEPEST = 0.05  # cosine of incidence: the least by which the lit area is judged
+PARTICLES = 4096  # number [particles of each beam]
+FAINT = 0.01  # share [of a beam's reflection]: planes that reflect less are left out
+ALIKE = 1e4  # steps [per unit of normals and heights]: what agrees to one lies in one plane
+SMALLEST = 1e-5  # half axis [unit box] of an ellipse: the least
 
 
 @dataclass(frozen=True)

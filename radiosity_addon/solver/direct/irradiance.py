@@ -39,7 +39,7 @@ def direct_light(
     (count,) of its channels' mean that the choice among many lights leaves; ``place(chosen, group)``
     gives their ``per`` Points."""
     irradiance, variance = np.zeros((count, context.channels)), np.zeros(count)
-    if count == 0 or not (context.sources.always or context.sources.pools):
+    if count == 0 or not (context.sources.always or context.sources.samplers):
         return irradiance, variance
 
     def work(chunk: tuple[int, slice]):
@@ -65,7 +65,7 @@ def _light_points(context: Context, points: Points, key: tuple[int, ...]):
     """(R, channels) irradiance and (R,) variance."""
     middles = points.middles()
     irradiance = _from_each(context, points, middles, key)
-    if not context.sources.pools:
+    if not context.sources.samplers:
         return irradiance, np.zeros(len(irradiance))
     light, variance = chosen_light(context, points, middles, key)
     return irradiance + light, variance

@@ -10,8 +10,8 @@ from ..geometry.footprints import Footprints
 from ..geometry.triangles import OFFSET
 from ..lights.context import Context
 
-LIFT = 4 * OFFSET  # lines of sight run above the surface
-RISE = 0.5  # of their distance: how far above two places the way may lead
+LIFT = 4 * OFFSET  # height [unit box] of lines of sight above the surface
+RISE = 0.5  # height [of the distance] by which a way may rise between two places
 
 
 def is_way_free(

@@ -12,7 +12,7 @@ from .transmission import visible_samples
 
 
 def chosen_light(context: Context, points: Points, middles: Middles, key: tuple[int, ...]):
-    """(R, channels) irradiance from the lights in pools, and the variance (R,) of its channels' mean
+    """(R, channels) irradiance from the lights in samplers, and the variance (R,) of its channels' mean
     that the choice leaves. Owners that are flat choose for all of their points at once; points of
     others each for themselves."""
     if middles.flat.all():
@@ -75,16 +75,16 @@ def _choices(context: Context, points: Points, middles: Middles, key: tuple[int,
     """Yield (light, factor) pairs (n,): what was chosen for each point, and one over its
     probability and the number of choices; and the row of blockers that shade all of those."""
     per, count = points.shape
-    for number, pool in enumerate(context.sources.pools):
+    for number, sampler in enumerate(context.sources.samplers):
         table = sobol(per, 6, *key, 2, number)[:, 5:]
-        xi = shifted(table, points.turn[:, 0].astype(float))
+        xi = shifted(table, points.shift[:, 0].astype(float))
         xi = (xi + np.arange(PER_POINT)[:, None, None]) / PER_POINT  # a point's choices lie apart
         lights, factors = choose_lights(
-            context.sources, pool, middles.place.T, middles.normal.T, middles.reach,
+            context.sources, sampler, middles.place.T, middles.normal.T, middles.reach,
             xi.reshape(-1, count),
         )
         for pair in zip(*(array.reshape(PER_POINT, -1) for array in (lights, factors / PER_POINT))):
-            yield *pair, pool.shading
+            yield *pair, sampler.shading
 
 
 def _samples(

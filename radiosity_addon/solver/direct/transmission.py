@@ -15,8 +15,8 @@ from ..sampling.shade import Shade
 from ..tracing.blockers import Blockers
 from ..tracing.embree import Hits
 
-MAX_LAYERS = 64  # surfaces that a ray is followed through
-FAINT = 1e-3  # of a ray's light: less is not followed
+MAX_LAYERS = 64  # number [surfaces] that a ray is followed through
+FAINT = 1e-3  # share [of a ray's light]: fainter rays are not followed
 
 
 def followed(context: Context, origins: np.ndarray, directions: np.ndarray, hits: Hits):
@@ -59,7 +59,7 @@ def visibility(
         clear = np.ones(len(origins), bool)
     else:
         clear = blockers.shadow.clear(origins, segments, length)
-    if blockers.veil is None:
+    if blockers.transmitting is None:
         return clear
     share = np.repeat(clear[:, None].astype(float), context.channels, axis=1)
     rays = np.flatnonzero(clear)
@@ -70,7 +70,7 @@ def visibility(
     for _ in range(MAX_LAYERS):
         if len(rays) == 0:
             return share
-        hits = blockers.veil.intersect(
+        hits = blockers.transmitting.intersect(
             np.ascontiguousarray(origins, np.float32), np.ascontiguousarray(directions, np.float32)
         )
         index = np.flatnonzero((hits.triangle >= 0) & (hits.distance < left))
@@ -102,7 +102,7 @@ def visible_samples(
     """(n, 1 or channels) float64 share of a light's ``sample`` that comes through to ``origins``
     (n, 3); 0 where it carries nothing: no ray is traced there."""
     carrying = np.flatnonzero(sample.irradiance > 0)
-    share = np.zeros((len(sample.irradiance), 1 if blockers.veil is None else context.channels))
+    share = np.zeros((len(sample.irradiance), 1 if blockers.transmitting is None else context.channels))
     if len(carrying):
         share[carrying] = visibility(
             context, blockers, origins[carrying], sample.segment[carrying], sample.length,

@@ -17,15 +17,15 @@ from ..lights.context import Context
 from ..tracing.crossings import Crossings
 from .elements import INSIDE, Elements, cut_cells, refine
 
-MAX_GROWTH = 4  # times the elements at the start
-SPENT = 2.5  # times these: as far as cuts and small faces go; the edges of shadows need some too
-SMALL = 0.004  # of the scene: a face less high over the plane of what cuts it is not cut
-FEW = 3  # lines across a cell; with more it is divided first
-FINER = 3  # times
-MOST_CUTS = 12  # of a cell
-PROBES = 8  # along an edge, to find a place in each part of a cell
-MOST_TESTED = 1 << 18  # small faces that are looked at one by one
-ROUNDS = 4  # elements that one of small faces may fall into before its faces are left alone
+MAX_GROWTH = 4  # factor [elements at the start]: the most there may be after refinement
+SPENT = 2.5  # factor [elements at the start]: the most after cuts; shadows' edges get the rest
+SMALL = 0.004  # height [of the scene] over the cutting plane: lower faces are not cut
+FEW = 3  # number [lines across a cell]: with more of them the cell is divided first
+FINER = 3  # factor [cells along an edge]: how finely such a cell is divided
+MOST_CUTS = 12  # number [cuts of a cell]: the rest are left out
+PROBES = 8  # number [places along an edge] looked at to find one in each part of a cell
+MOST_TESTED = 1 << 18  # number [small faces] looked at one by one: with more, none is cut
+ROUNDS = 4  # number [elements] that small faces of one may fall into: with more they stay whole
 
 
 def set_apart(context: Context, elements: Elements, target: int, tolerance: float) -> Elements:

@@ -17,12 +17,12 @@ import numpy as np
 from ..geometry.grids import cell_in_grid, grid_cells, inside, quarter_at, quarters
 from ..geometry.triangles import OFFSET, Geometry
 
-MAX_GRID = 128  # cells along a triangle's edge, before refinement
-LONG = 4.0  # times an element's size: a small triangle is a sliver
-MAX_SLIVER_GRID = 32  # cells along a sliver
-SLIVER_CELLS = 500_000  # of all slivers together
-BAND = OFFSET  # rays meet the surface with an error; nearer to a cut its sides are not told
-INSIDE = -1  # in ``Elements.element``: -1 - k means that grid k divides the cell further
+MAX_GRID = 128  # grid [cells along a triangle's edge]: the finest before refinement
+LONG = 4.0  # aspect [of an element's size]: a small triangle that is longer is a sliver
+MAX_SLIVER_GRID = 32  # grid [cells along a sliver]: the finest
+SLIVER_CELLS = 500_000  # number [cells of all slivers]: beyond it slivers get coarser grids
+BAND = OFFSET  # distance [unit box] from a cut: nearer to it, the side of a hit is unknown
+INSIDE = -1  # code in ``Elements.element``: -1 - k tells that grid k divides the cell further
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix
 
-LEVELS = 2  # neighbours up to two texels away
-PLANE = 0.1  # height of a neighbour over a texel's plane, of its distance, at most
-FACING = 0.99  # cosine between their normals, at least
-STRETCH = 2.0  # times the distance of the nearest neighbour, for each texel between
+LEVELS = 2  # number [levels] of kernels that borders have: neighbors up to two texels away
+PLANE = 0.1  # height [of its distance] of a neighbor over a texel's plane, at most
+FACING = 0.99  # cosine between the normals of neighbors, at least
+STRETCH = 2.0  # distance [of the nearest neighbor's, for each texel between], at most
 Missing = tuple[int, float, float, np.ndarray]  # a direction: see ``find_border``
 
 

@@ -15,11 +15,11 @@ from scipy.sparse import csr_matrix, diags_array
 from .neighborhood import Sees
 from .walls import Walls
 
-LEVELS = 5  # kernels are applied 1, 2, 4, 8, 16 times
-NEAREST = 9  # with the receiver itself
-LEAST = 512  # receivers; fewer agree by chance, and have rays enough of their own
-FACING = 0.8  # cosine between the normals of neighbours, at least
-SLOPE = 0.4  # height of a neighbour over the receiver's plane, of its distance, at most
+LEVELS = 5  # number [levels]: kernels are applied 1, 2, 4, 8, 16 times
+NEAREST = 9  # number [neighbors], the receiver itself among them
+LEAST = 512  # number [receivers]: fewer agree by chance, and have rays enough of their own
+FACING = 0.8  # cosine between the normals of neighbors, at least
+SLOPE = 0.4  # height [of its distance] of a neighbor over the receiver's plane, at most
 
 
 @dataclass(frozen=True)
@@ -45,12 +45,12 @@ class Graph:
         """(n,)."""
         return picture
 
-    def left(self, level: int) -> float:
+    def variance_left(self, level: int) -> float:
         """The share of independent noise's variance that the kernel of ``level`` leaves: it is
         spread over NEAREST receivers, and over as many more each time."""
         return 1 / (NEAREST << level)
 
-    def around(self, level: int) -> int:
+    def levels_around(self, level: int) -> int:
         """Levels of kernels that average what decides whether to go to ``level``."""
         return min(level + 2, 3)
 
@@ -67,7 +67,7 @@ class Graph:
             values = self.kernel @ values
         return list(np.ascontiguousarray(values.T))
 
-    def parted(self, dark: np.ndarray, sees: Sees) -> Graph:
+    def separated(self, dark: np.ndarray, sees: Sees) -> Graph:
         """Without the links by which receivers that are ``dark`` (n,) bool would get light from
         others that are not and that they do not see: ``sees(one, other)`` (k,) bool."""
         row = np.repeat(np.arange(len(dark)), np.diff(self.kernel.indptr))

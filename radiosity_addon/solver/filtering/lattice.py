@@ -20,13 +20,13 @@ from .border import Border, find_border
 from .neighborhood import Sees
 from .walls import Walls
 
-MANY = 400_000  # texels of an image: a fine one
-BAND = 1 << 16  # texels that are averaged together
-LEVELS = 5  # kernels reach 1, 3, 7, 15, 31 texels
+MANY = 400_000  # number [texels] from which an image is a fine one
+BAND = 1 << 16  # number [texels] that are averaged together: their weights stay in the cache
+LEVELS = 5  # number [levels]: kernels reach 1, 3, 7, 15, 31 texels
 DIRECTIONS = ((0, 1, 1 / 8), (1, 0, 1 / 8), (1, 1, 1 / 16), (1, -1, 1 / 16))  # row, column, weight
-FLAT = 0.1  # a pair counts where its middle is this near the texel [of its distance]
+FLAT = 0.1  # distance [of the pair's] of a pair's middle from the texel: further, it does not count
 ROUND = 0.3  # the same where faces are shaded smooth: edges up to 33° are
-STRETCH = 2.0  # and where it is not this much wider than the texels nearby say
+STRETCH = 2.0  # width [of what texels nearby have] of a pair: wider, it does not count
 
 
 @dataclass(frozen=True)
@@ -91,13 +91,13 @@ class Lattice:
     def _prepared(self) -> list:
         return [border.prepared(self.shape[0] * self.shape[1]) for border in self.borders]
 
-    def left(self, level: int) -> float:
+    def variance_left(self, level: int) -> float:
         """The share of independent noise's variance that kernels up to ``level`` leave: together
         they are triangles 2m wide along both axes."""
         m = 2 << level
         return ((2 * m * m + 1) / (3 * m**3)) ** 2
 
-    def around(self, level: int) -> int:
+    def levels_around(self, level: int) -> int:
         """Levels of kernels that average what decides whether to go to ``level``. The finer an
         image, the fewer rays a texel has, and the more often a few of them mislead."""
         return min(max(level, len(self.cell) > MANY) + 2, self.levels)
@@ -108,7 +108,7 @@ class Lattice:
 
         return maximum_filter(picture, 3)
 
-    def parted(self, dark: np.ndarray, sees: Sees) -> Lattice:
+    def separated(self, dark: np.ndarray, sees: Sees) -> Lattice:
         """Without the pairs by which receivers that are ``dark`` (count,) bool would get light from
         others that are not and that they do not see: ``sees(one, other)`` (k,) bool."""
         number = np.full(self.shape[0] * self.shape[1], -1)
@@ -132,7 +132,7 @@ class Lattice:
                 if weights[level][k] is self.weights[level][k]:
                     weights[level][k] = weights[level][k].copy()
                 weights[level][k].ravel()[place[some[cut]]] = 0
-        borders = tuple(_parted_border(each, number, dark, sees) for each in self.borders)
+        borders = tuple(_separated_border(each, number, dark, sees) for each in self.borders)
         return replace(self, weights=tuple(weights), borders=borders)
 
     def inner(self, picture: np.ndarray, dy: int, dx: int) -> np.ndarray:
@@ -237,7 +237,7 @@ def _is_blocked(border: Border, missing: list, blocked: list, level: int) -> np.
     return result
 
 
-def _parted_border(border: Border, number: np.ndarray, dark: np.ndarray, sees: Sees) -> Border:
+def _separated_border(border: Border, number: np.ndarray, dark: np.ndarray, sees: Sees) -> Border:
     one, other = number[border.cell], number[border.other]
     kept = ~dark[one] | dark[other]
     some = np.flatnonzero(~kept)
@@ -245,22 +245,36 @@ def _parted_border(border: Border, number: np.ndarray, dark: np.ndarray, sees: S
     return border.take(kept)
 
 
+@dataclass(frozen=True)
+class _Surface:
+    """Pictures of a lattice's texels: positions and normals (3, height, width), the square of how far
+    a pair's middle may lie from the texel, of its distance (height, width), and bool where texels
+    are."""
+
+    place: np.ndarray
+    facing: np.ndarray
+    flat: np.ndarray
+    covered: np.ndarray
+
+
 def _weights(
     lattice: Lattice, position: np.ndarray, normal: np.ndarray, flat: np.ndarray, levels: int,
     threads: int,
 ) -> tuple:
-    place, facing = lattice.spread(position), lattice.spread(normal)
-    flat = lattice.spread(flat[:, None])[0]
-    covered = lattice.spread(np.ones((len(position), 1), bool))[0] > 0
-    height, width = lattice.inner(covered, 0, 0).shape
+    surface = _Surface(
+        lattice.spread(position),
+        lattice.spread(normal),
+        lattice.spread(flat[:, None])[0],
+        lattice.spread(np.ones((len(position), 1), bool))[0] > 0,
+    )
+    height, width = lattice.inner(surface.covered, 0, 0).shape
     weights = np.empty((levels, len(DIRECTIONS), height, width), np.float32)
 
     def weigh(rows: slice) -> None:
         pairs = [
-            [_pairs(lattice, place, facing, flat, covered, dy << level, dx << level, rows)
-             for dy, dx, _ in DIRECTIONS]
+            [_pairs(lattice, surface, dy << level, dx << level, rows) for dy, dx, _ in DIRECTIONS]
             for level in range(levels)
-        ]  # fmt: skip
+        ]
         # The usual width of a step, from the nearest pairs.
         usual = np.minimum.reduce([np.where(ok, step, np.float32(np.inf)) for ok, step in pairs[0]])
         usual *= STRETCH**2
@@ -273,9 +287,8 @@ def _weights(
 
 
 def _pairs(
-    lattice: Lattice, place: np.ndarray, facing: np.ndarray, flat: np.ndarray, covered: np.ndarray,
-    dy: int, dx: int, rows: slice,
-):
+    lattice: Lattice, surface: _Surface, dy: int, dx: int, rows: slice
+) -> tuple[np.ndarray, np.ndarray]:
     """Where the texels (dy, dx) to both sides lie in one plane with this one, (rows, width) bool,
     and the square of how wide a step between them is; without the padding."""
 
@@ -283,15 +296,15 @@ def _pairs(
         sides = (0, 0), (dy, dx), (-dy, -dx)
         return (lattice.inner(picture, *side)[..., rows, :] for side in sides)
 
-    here, one, other = three(place)
+    here, one, other = three(surface.place)
     apart = one - other
     width = dot(apart, apart)
     bent = one + other
     bent -= 2 * here
-    ok = dot(bent, bent) <= lattice.inner(flat, 0, 0)[rows] * width
-    for part in three(covered):
+    ok = dot(bent, bent) <= lattice.inner(surface.flat, 0, 0)[rows] * width
+    for part in three(surface.covered):
         ok &= part
-    normal, one, other = three(facing)
+    normal, one, other = three(surface.facing)
     ok &= dot(one + other, normal) > np.float32(1.98)
     width *= np.float32(1 / (dy * dy + dx * dx))
     return ok, width

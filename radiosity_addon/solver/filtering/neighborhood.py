@@ -44,15 +44,15 @@ class Neighborhood(Protocol):
         """One kernel applied to pictures (...). The results may be put ``into`` pictures that are 0
         wherever there is no receiver."""
 
-    def left(self, level: int) -> float:
+    def variance_left(self, level: int) -> float:
         """The share of independent noise's variance that kernels up to ``level`` leave."""
 
-    def around(self, level: int) -> int:
+    def levels_around(self, level: int) -> int:
         """Levels of kernels that average what decides whether to go to ``level``."""
 
     def beside(self, picture: np.ndarray) -> np.ndarray:
         """Of a picture >= 0, one above 0 at the receivers that are or have a neighbor above 0."""
 
-    def parted(self, dark: np.ndarray, sees: Sees) -> Neighborhood:
+    def separated(self, dark: np.ndarray, sees: Sees) -> Neighborhood:
         """Without the links by which receivers that are ``dark`` (count,) bool would get light from
         others that are not and that they do not see."""

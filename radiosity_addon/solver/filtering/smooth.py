@@ -18,10 +18,10 @@ from ..geometry.vectors import row_squares
 from ..workers.parallel import map_chunks, ranges
 from .neighborhood import Neighborhood
 
-WINDOW = 33  # receivers
-BAND = 1 << 16  # numbers that are looked at together
-LARGEST = 1e9  # in pictures: they are float32, which holds fourth powers up to here
-MARGIN = 0.2  # of the noise that a wider kernel takes away must not come back as blur
+WINDOW = 33  # width [receivers] of the mean where there is no lattice
+BAND = 1 << 16  # number [values] that are looked at together
+LARGEST = 1e9  # value in pictures: float32 holds fourth powers up to it
+MARGIN = 0.2  # share [of the noise that a wider kernel takes away] that may come back as blur
 
 
 @dataclass(frozen=True)
@@ -139,11 +139,11 @@ def _smooth_picture(
         np.subtract(total, gain, out=change)
         change *= 1 / count
         mean = change
-        for k in range(lattice.around(level)):
+        for k in range(lattice.levels_around(level)):
             (mean,) = lattice.step(mean, level=k, into=[two[k % 2]])
-        while averaged < lattice.around(level):
+        while averaged < lattice.levels_around(level):
             (noise,), averaged = lattice.step(noise, level=averaged), averaged + 1
-        remains = np.float32(lattice.left(level))
+        remains = np.float32(lattice.variance_left(level))
         better = mean < MARGIN * noise * (remains - left)
         for chosen, new in zip([*best, gain], [*after, total]):
             np.copyto(chosen, new, where=better)

@@ -17,7 +17,7 @@ from ..lights.context import Context
 from ..receivers import Receivers
 from ..tracing.contacts import find_contacts, shares_above
 
-DIVIDED = 1e-3  # of a receiver on one side of a line: with less it lies on the other
+DIVIDED = 1e-3  # share [of a receiver] beside a line: with less, it lies on the other side
 
 
 @dataclass(frozen=True)

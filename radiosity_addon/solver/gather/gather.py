@@ -13,7 +13,7 @@ import numpy as np
 from ..lights.context import Context
 from ..lights.polygons import NEAR
 from ..sampling.guide import Guide, Lesson, PlainRays, sums_by_cell
-from ..sampling.points import PlacePoints, grouped_chunks
+from ..sampling.points import PlacePoints, Points, grouped_chunks
 from ..sampling.sobol import sobol
 from ..transport.onward import Ends, ends_of, go_on, join_ends
 from ..transport.radiosity import Radiosity
@@ -38,75 +38,132 @@ class Gathered:
 
     bounced: np.ndarray
     first: np.ndarray
-    unseen: Ends  # where nothing is known; the weight is the share in the owner's mean
+    unknown: Ends  # where nothing is known; the weight is the share in the owner's mean
     lessons: list[Lesson]
 
 
+@dataclass(frozen=True)
+class Bundle:
+    """Rays to be shot: ``rays`` from each of ``owners`` (count,) int, from the Points that
+    ``place(chosen, group)`` gives of some of them. ``guide`` aims them; None: nobody."""
+
+    owners: np.ndarray  # the receivers' numbers
+    rays: int
+    place: PlacePoints
+    key: tuple[int, ...]
+    guide: Guide | None = None
+
+
+@dataclass(frozen=True)
+class _Shot:
+    """Rays of some of a bundle's owners, and what they met."""
+
+    numbers: np.ndarray  # (R,) int: the owners' in the bundle
+    key: tuple[int, ...]
+    points: Points
+    met: list[Met]
+    directions: np.ndarray  # (rays, R, 3) float32
+    share: np.ndarray | None  # (rays · R, 1) that counts, as owners are shaded; None: all
+    weight: np.ndarray | None  # (rays · R, 1) the same times what guided rays weigh; None: 1
+    cells: np.ndarray | None  # (rays, R) of the guide's; None: nobody aimed
+
+
+@dataclass(frozen=True)
+class _Brought:
+    """What these rays bring: ``bounced`` light and light ``first``-hand, means (R, channels) over
+    owners' rays; where nothing is known; and the light of each ray (rays · R,)."""
+
+    bounced: np.ndarray
+    first: np.ndarray | float
+    unknown: list[Ends]
+    light: np.ndarray | None
+
+
 def gather(
-    context: Context, radiosity: Radiosity, count: int, rays: int, place: PlacePoints,
-    key: tuple[int, ...], stage: str, owners: np.ndarray, learns: bool = False,
-    guide: Guide | None = None,
+    context: Context, radiosity: Radiosity, bundle: Bundle, stage: str, learns: bool = False
 ) -> Gathered:
-    """Light that ``rays`` from each of ``count`` owners bring; ``place(chosen, group)`` gives the
-    owners' Points. ``radiosity`` is a Radiosity. ``owners`` (count,) are the receivers' numbers; where
-    somebody ``learns``, lessons are given; ``guide`` aims the rays; None: nobody."""
-    totals, unseen, lessons = np.zeros((2, count, context.channels)), [], []
-    patches = radiosity.patches
+    """Light that a ``bundle`` of rays brings; where somebody ``learns``, lessons are given."""
+    count = len(bundle.owners)
+    totals, unknown, lessons = np.zeros((2, count, context.channels)), [], []
     emitted = first_hand_table(context, radiosity)
 
     def work(chunk: tuple[int, slice]):
-        group, chosen = chunk
-        whose = owners[chosen]
-        points = place(chosen, group)
-        key_, weight = (*key, group, 3), None
-        if guide is None:
-            met, directions = shoot(context, points, rays, *key_)
-        else:
-            met, directions, cells = shoot_guided(context, points, rays, guide, whose, *key_)
-            weight = np.take(guide.weight, cells.ravel())[:, None]
-        share = None if points.shade is None else points.shade.share_of_rays(directions)
-        if share is not None:
-            weight = share if weight is None else weight * share
-        bounced, first, brought = 0.0, 0.0, None
-        unseen = []
-        for part in met:
-            entries = patches.hit_resolved(part.hits)
-            unknown = _unknown(radiosity, part, entries, share)
-            if len(unknown):
-                worth = 1 if weight is None else of_first(weight, part)[unknown]
-                worth = np.broadcast_to(worth / rays, (len(unknown), context.channels))
-                number = unknown if part.rays is None else part.rays[unknown]
-                owner = np.arange(count)[chosen][number % len(whose)]
-                unseen.append(ends_of(part, directions, entries, unknown, owner, worth))
-            if part.rays is None:
-                find_lost(entries, patches, len(whose))
-            light = np.take(radiosity.reflected, entries, axis=0)
-            bounced = bounced + mean_of_rays(light, part, rays, len(whose), weight)
-            direct = first_hand(context, radiosity, emitted, entries, part, directions)
-            if direct is not None:
-                first = first + mean_of_rays(direct, part, rays, len(whose), weight)
-                light = light + direct
-            if learns:
-                seen = light if share is None else light * of_first(share, part)
-                brought = _brought(seen, part, brought)
-        if not learns:
-            lesson = None
-        elif guide is None:
-            lesson = PlainRays(sobol(rays, 2, *key_), points.turn[:, 2], whose, brought)
-        else:
-            lesson = sums_by_cell(cells, brought)
-        return chosen, bounced, first, unseen, lesson
+        shot = _shoot(context, bundle, *chunk)
+        found = _brought_by(context, radiosity, emitted, shot, learns)
+        return chunk[1], found, _lesson(bundle, shot, found.light) if learns else None
 
-    chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // rays))
-    for chosen, bounced, first, places, lesson in map_chunks(
-        work, chunks, context.threads, context.tick(stage)
-    ):
-        totals[0, chosen] = bounced
-        totals[1, chosen] = first
-        unseen += places
+    chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // bundle.rays))
+    for chosen, found, lesson in map_chunks(work, chunks, context.threads, context.tick(stage)):
+        totals[0, chosen] = found.bounced
+        totals[1, chosen] = found.first
+        unknown += found.unknown
         if learns:
             lessons.append(lesson)
-    return Gathered(*totals, join_ends(unseen, context.channels), lessons)
+    return Gathered(*totals, join_ends(unknown, context.channels), lessons)
+
+
+def _shoot(context: Context, bundle: Bundle, group: int, chosen: slice) -> _Shot:
+    """The rays of the owners ``chosen``, a ``group``."""
+    points, owners = bundle.place(chosen, group), bundle.owners[chosen]
+    key, weight, cells = (*bundle.key, group, 3), None, None
+    if bundle.guide is None:
+        met, directions = shoot(context, points, bundle.rays, *key)
+    else:
+        met, directions, cells = shoot_guided(
+            context, points, bundle.rays, bundle.guide, owners, *key
+        )
+        weight = np.take(bundle.guide.weight, cells.ravel())[:, None]
+    share = None if points.shade is None else points.shade.share_of_rays(directions)
+    if share is not None:
+        weight = share if weight is None else weight * share
+    numbers = np.arange(len(bundle.owners))[chosen]
+    return _Shot(numbers, key, points, met, directions, share, weight, cells)
+
+
+def _brought_by(
+    context: Context, radiosity: Radiosity, emitted: np.ndarray | None, shot: _Shot, learns: bool
+) -> _Brought:
+    """What rays bring. ``emitted``: see ``first_hand_table``. The light of each is kept where
+    somebody ``learns``."""
+    patches, (rays, count) = radiosity.patches, shot.directions.shape[:2]
+    bounced, first, brought, ends = 0.0, 0.0, None, []
+    for part in shot.met:
+        entries = patches.hit_resolved(part.hits)
+        unknown = _unknown(radiosity, part, entries, shot.share)
+        if len(unknown):
+            ends.append(_ends_unknown(shot, part, entries, unknown, context.channels))
+        if part.rays is None:
+            find_lost(entries, patches, count)
+        light = np.take(radiosity.reflected, entries, axis=0)
+        bounced = bounced + mean_of_rays(light, part, rays, count, shot.weight)
+        direct = first_hand(context, radiosity, emitted, entries, part, shot.directions)
+        if direct is not None:
+            first = first + mean_of_rays(direct, part, rays, count, shot.weight)
+            light = light + direct
+        if learns:
+            seen = light if shot.share is None else light * of_first(shot.share, part)
+            brought = _brought(seen, part, brought)
+    return _Brought(bounced, first, ends, brought)
+
+
+def _ends_unknown(
+    shot: _Shot, met: Met, entries: np.ndarray, unknown: np.ndarray, channels: int
+) -> Ends:
+    """Where the hits ``unknown`` (k,) int lie; their weights are shares of owners' means."""
+    rays, count = shot.directions.shape[:2]
+    weight = 1 if shot.weight is None else of_first(shot.weight, met)[unknown]
+    weight = np.broadcast_to(weight / rays, (len(unknown), channels))
+    number = unknown if met.rays is None else met.rays[unknown]
+    owner = shot.numbers[number % count]
+    return ends_of(met, shot.directions, entries, unknown, owner, weight)
+
+
+def _lesson(bundle: Bundle, shot: _Shot, light: np.ndarray) -> Lesson:
+    """Of rays that brought ``light`` (rays · R,)."""
+    if shot.cells is not None:
+        return sums_by_cell(shot.cells, light)
+    places, owners = sobol(bundle.rays, 2, *shot.key), bundle.owners[shot.numbers]
+    return PlainRays(places, shot.points.shift[:, 2], owners, light)
 
 
 def _unknown(

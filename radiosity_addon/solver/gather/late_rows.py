@@ -11,19 +11,20 @@ import numpy as np
 
 from ..lights.context import Context
 from ..transport.onward import Ends, join_ends
-from ..transport.radiosity import Radiosity, extended
+from ..transport.radiosity import Radiosity
+from ..transport.solve_patches import extended
 from .gather import follow_onward, light_at
 
 
-def light_unseen(
-    context: Context, radiosity: Radiosity, unseen: Ends, count: int, key: tuple[int, ...]
+def light_of_unknown(
+    context: Context, radiosity: Radiosity, unknown: Ends, count: int, key: tuple[int, ...]
 ):
     """Light (count, channels) of owners' rays that ended where nothing is known: reflected, and
     first-hand; and the radiosity, with rows for what they met."""
-    onward = unseen.places.entry == radiosity.patches.onward
+    onward = unknown.places.entry == radiosity.patches.onward
     lost, late = np.flatnonzero(onward), np.flatnonzero(~onward)
-    bounced, first, ends = follow_onward(context, radiosity, unseen.take(lost), count, key)
-    ends = join_ends([unseen.take(late), ends], context.channels)
+    bounced, first, ends = follow_onward(context, radiosity, unknown.take(lost), count, key)
+    ends = join_ends([unknown.take(late), ends], context.channels)
     unknown = np.flatnonzero(radiosity.unknown[ends.places.entry])
     if len(unknown):
         radiosity = extended(context, radiosity, ends.places[unknown], (*key, 3))

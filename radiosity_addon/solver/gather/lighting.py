@@ -16,10 +16,10 @@ from ..sampling.sobol import uniform
 from ..sampling.streams import Stream
 from ..transport.onward import join_ends
 from ..transport.radiosity import Radiosity
-from .gather import gather
-from .late_rows import light_unseen
+from .gather import Bundle, gather
+from .late_rows import light_of_unknown
 
-MOST_POINTS = 256  # of a receiver that share its rays in one round
+MOST_POINTS = 256  # number [points of a receiver] that share its rays in one round
 Samples = list[tuple[np.ndarray, int]]  # [(owners (k,) int, samples of each)]
 
 
@@ -115,14 +115,13 @@ def add_gathered(
     counts as many as it is worth. Returns the radiosity, with that of all that the rays met, and
     lessons where somebody ``learns``. What beams' spots bring is added point by point."""
     context = split.reflected
-    key, lessons, unseen = (context.seed, Stream.GATHER, *key), [], []
+    key, lessons, unknown = (context.seed, Stream.GATHER, *key), [], []
     for owners, rays in parts:
         own_key, owners = (*key, rays), _simple_first(footprints, owners)
         per = gcd(rays, int(np.clip(rays // 4, 4, MOST_POINTS)))  # every point has as many rays
         place = place_on(footprints, owners, per, *own_key)
-        found = gather(
-            context, radiosity, len(owners), rays, place, own_key, "gather", owners, learns, guide
-        )
+        bundle = Bundle(owners, rays, place, own_key, guide)
+        found = gather(context, radiosity, bundle, "gather", learns)
         worth = np.full((len(owners), 1), rays, float)
         if guide is not None:
             worth *= guide.worth[guide.cluster[owners]][:, None]
@@ -133,11 +132,11 @@ def add_gathered(
         _add(lighting.bounced, owners, worth * bounced)
         _add(lighting.first, owners, worth * found.first)
         lighting.rays[owners] += worth
-        ends = found.unseen
-        unseen.append(replace(ends, owner=owners[ends.owner], weight=ends.weight * worth[ends.owner]))
+        ends = found.unknown
+        unknown.append(replace(ends, owner=owners[ends.owner], weight=ends.weight * worth[ends.owner]))
         lessons += found.lessons
-    bounced, first, radiosity = light_unseen(
-        context, radiosity, join_ends(unseen, context.channels), footprints.count, (*key, 9)
+    bounced, first, radiosity = light_of_unknown(
+        context, radiosity, join_ends(unknown, context.channels), footprints.count, (*key, 9)
     )
     lighting.bounced[:] += bounced
     lighting.first[:] += first

@@ -27,9 +27,9 @@ from ..transport.rays import Met, find_lost, mean_of_rays, shoot_apart, sums_of
 from ..workers.parallel import map_chunks, ranges
 from .gather import first_hand, first_hand_table, follow_onward, light_at
 
-NEXT_RAYS = 16  # rays at each place of a path: they find K (T + F) there
-LIGHT_SAMPLES = 2  # of each light, at each place of a path
-MAX_BOUNCES = 64  # places of a path; chance ends nearly all long before
+NEXT_RAYS = 16  # number [rays] at each place of a path: they find K (T + F) there
+LIGHT_SAMPLES = 2  # number [samples of each light] at each place of a path
+MAX_BOUNCES = 64  # number [places] of a path: chance ends nearly all long before
 PATHS_PER_CHUNK = 4096
 STAGE = "transport"
 
@@ -181,7 +181,7 @@ def _direct(context: Context, points: Points, key: tuple[int, ...]) -> np.ndarra
         np.repeat(points.normal, LIGHT_SAMPLES, axis=0),
         np.broadcast_to(points.triangle, shape),
         lambda: np.broadcast_to(points.uv, (*shape, 2)),
-        points.turn,
+        points.shift,
     ).single()  # owners of their own, as their numbers are independent
     light, _ = direct_at(context, repeated, key, STAGE)
     return light.reshape(*shape, -1).mean(axis=0)

@@ -10,8 +10,8 @@ from ..receivers import Receivers
 from ..workers.parallel import ranges
 from .triangles import Geometry
 
-BAND = 1 << 15  # cells that are looked at together
-SAME = 1e-6  # normals whose parts differ by less are one
+BAND = 1 << 15  # number [cells] that are looked at together
+SAME = 1e-6  # difference between parts of normals: below it they are one
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from ..workers.parallel import ranges
 from .cell_shading import CellShading, build_cell_shading
 from .triangles import OFFSET, Geometry
 
-BAND = 1 << 15  # cells that are placed together
+BAND = 1 << 15  # number [cells] that are placed together
 
 
 @dataclass(frozen=True)

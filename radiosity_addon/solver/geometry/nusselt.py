@@ -17,10 +17,10 @@ import numpy as np
 from .vectors import cross, dot, size, tangents
 from .warps import linear_place
 
-BLOCK = 1 << 11  # polygons at a time: their arrays stay in the cache
+BLOCK = 1 << 11  # number [polygons] at a time: their arrays stay in the cache
 STEPS = 2  # of Newton's method [iterations]: nearly always enough;
-CLOSE = 1e-5  # of a sector's area: where an azimuth is further off, more steps are taken
-BRACKETED_STEPS = 30  # [iterations] of these
+CLOSE = 1e-5  # area [of a sector's]: where an azimuth is further off, more steps are taken
+BRACKETED_STEPS = 30  # number [iterations] of these
 TURN = 2 * np.pi
 
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-LEAST = 1e-5  # of a triangle: what every point keeps away from every edge, for float32's sake
+LEAST = 1e-5  # distance [of a triangle] of points from its edges, at least, for float32's sake
 MOST = 0.5
 SHARP = np.cos(np.radians(15))
-COINCIDENT = 1e-5  # sine: below, the two are one wall twice, and no distance helps
+COINCIDENT = 1e-5  # sine of an angle: below it two triangles are one wall twice, and no distance helps
 
 
 def edge_shrink(

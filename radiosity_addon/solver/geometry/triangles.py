@@ -15,9 +15,10 @@ from .thin_triangles import edge_shrink
 # Ray origins leave the surface by this much [unit box]. Embree's own self-hits stop between 1e-7
 # and 5e-7; nearer gaps than this cannot be told apart in float32 anyway.
 OFFSET = 5e-7
-SMALLEST, LARGEST = 1e-100, 1e100  # extent of a scene; powers of it must be numbers too
-SMALL = 8 * OFFSET  # edges of faces at which rays start too far from where they should
-ROUGH = 1e-4  # of a scene's extent: 32-bit vertices further apart than this have lost its shape
+SMALLEST, LARGEST = 1e-100, 1e100  # extent of a scene: powers of it must be numbers, too
+# Edge [unit box] of faces: rays of smaller ones start too far from where they should.
+SMALL = 8 * OFFSET
+ROUGH = 1e-4  # step [of a scene's extent] of 32-bit vertices: a larger one has lost its shape
 
 
 @dataclass(frozen=True)

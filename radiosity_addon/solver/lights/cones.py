@@ -13,7 +13,7 @@ import numpy as np
 
 from ..geometry.vectors import cross, size, tangents
 
-STEPS = 5  # of Newton's method [iterations]: solve Kepler's equation to 1e-6
+STEPS = 5  # number [iterations] of Newton's method: solves Kepler's equation to 1e-6
 
 
 def cone_directions(

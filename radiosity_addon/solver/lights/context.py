@@ -74,7 +74,7 @@ class Context:
         return found
 
     def _distinct(self) -> list[Tracer]:
-        tracers = [self.tracer, *(t for b in self.blockers for t in (b.shadow, b.veil) if t)]
+        tracers = [self.tracer, *(t for b in self.blockers for t in (b.shadow, b.transmitting) if t)]
         return list({id(tracer): tracer for tracer in tracers}.values())
 
     def tick(self, stage: str) -> Tick:

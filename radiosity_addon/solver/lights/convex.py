@@ -15,9 +15,10 @@ from .polygons import Polygons
 from .sources import Sources
 from .suns import Suns
 
-MOST = 1 << 26  # heights of points over planes that are worth computing
-GLANCE = 256  # triangles and points of which a scene that is not convex nearly always has bad ones
-BLOCK = 1 << 22  # heights at once
+MOST = 1 << 26  # number [heights of points over planes] that are worth computing
+# Number [triangles, and points] looked at first: nearly all scenes show there that they are not convex.
+GLANCE = 256
+BLOCK = 1 << 22  # number [heights] at once
 
 
 def is_unobstructed(geometry: Geometry, sources: Sources) -> bool:

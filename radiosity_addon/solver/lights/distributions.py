@@ -12,9 +12,9 @@ from typing import Callable
 
 import numpy as np
 
-ROWS = 18  # of the coarse picture: 10° each
-REACH = np.pi / ROWS  # [rad] around a direction: what its coarse maximum holds for
-FINE = 256  # places of the quadrature along the axis of a lamp and around it, each
+ROWS = 18  # number [rows] of the coarse picture: 10° each
+REACH = np.pi / ROWS  # angle [rad] around a direction that its coarse maximum holds for
+FINE = 256  # number [places] of the quadrature along a lamp's axis, and around it
 
 
 @dataclass(frozen=True)

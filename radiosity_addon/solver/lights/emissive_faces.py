@@ -23,12 +23,12 @@ from ..tracing.embree import Tracer
 from .flat_shapes import RECTANGLE, TRIANGLE
 from .polygons import Polygons
 
-LARGEST_SHARE = 0.1  # of the scene's area: an object's glowing faces above it are left to rays
-BRIGHT = 4.0  # times the scene's mean radiance: what is less bright is left to rays, too
-MOST = 1 << 20  # lights; a scene with more emissive faces leaves them to rays
-PROBES = 1 << 20  # rays, of all sides together, that look where their light goes
-MOST_PROBES = 32  # of a side
-HIDDEN = 0.02  # of a light's importance remains where no probe came out
+LARGEST_SHARE = 0.1  # share [of the scene's area]: an object's glowing faces above it are left to rays
+BRIGHT = 4.0  # radiance [of the scene's mean]: what is less bright is left to rays
+MOST = 1 << 20  # number [lights]: a scene with more emissive faces leaves them to rays
+PROBES = 1 << 20  # number [rays of all sides] that look where their light goes
+MOST_PROBES = 32  # number [rays of a side], at most
+HIDDEN = 0.02  # share [of a light's importance] that stays where no probe came out
 
 
 def emissive_faces(scene: Scene, geometry: Geometry, tracer: Tracer) -> tuple[Polygons, np.ndarray]:

@@ -14,11 +14,11 @@ from .distributions import FINE, Distributions
 from .light_batch import Sample, Unoccluded, chord, combined, in_disc, unknown
 from .light_tree import Emitters
 
-NODES = 24  # of the quadrature across a soft spot
-FAR = 32  # times the reach of a footprint: an irradiance's curvature across it is < 0.1 % there
+NODES = 24  # number [nodes] of the quadrature across a soft spot
+FAR = 32  # distance [radii of a footprint]: from it on, curvature across it is < 0.1 %
 EVEN = 0.2  # of a lamp's height above the horizon: where its radius is less, its disc's places
 # bring alike
-NEAR = 1e-3  # of the scene: float32 does not tell directions well from nearer than that
+NEAR = 1e-3  # distance [of the scene]: from nearer, float32 does not tell directions well
 
 
 @dataclass(frozen=True)
@@ -180,7 +180,7 @@ class FacingDiscs:
         beam = self.beam(which, unit)
         return beam * self.shapes.at(which, -unit) if self.uneven(which) else beam
 
-    def strength(
+    def importance(
         self, which: np.ndarray, place: np.ndarray, normal: np.ndarray, reach: np.ndarray
     ) -> np.ndarray:
         """See ``LightBatch``."""

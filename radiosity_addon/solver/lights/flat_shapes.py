@@ -8,7 +8,7 @@ from ..geometry.vectors import columns
 from .light_batch import in_disc
 
 TRIANGLE, RECTANGLE, ELLIPSE = range(3)
-RIM = 48  # corners of the polygon that stands for an ellipse
+RIM = 48  # number [corners] of the polygon that stands for an ellipse
 
 
 def corner_places(shape: int) -> list[tuple[float, float]]:

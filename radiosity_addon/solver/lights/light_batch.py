@@ -79,7 +79,7 @@ class LightBatch(Protocol):
     def whole(self, which: int, middles: Middles) -> Unoccluded:
         """One light over all of the owners' points, where that is known."""
 
-    def strength(
+    def importance(
         self, which: np.ndarray, place: np.ndarray, normal: np.ndarray, reach: np.ndarray
     ) -> np.ndarray:
         """Rough irradiance of lights ``which`` (...) at owners' ``place`` (3, ...), facing as

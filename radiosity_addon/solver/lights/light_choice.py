@@ -14,20 +14,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..geometry.vectors import columns
-from .light_tree import Emitters, LightTree, build_tree, pick
+from .light_tree import Emitters, LightTree, build_tree, sample_discrete
 
 if TYPE_CHECKING:
     from .sources import Sources
 
-FEW = 6  # lights up to here are all sampled at every point
-PER_POINT = 3  # lights sampled at a point where there are more
-ALL = 64  # lights up to here are all compared at every place
-TOP = 64  # nodes of the tree that are all compared at every place, where there are more
-BLOCK = 8  # lights that are compared where a way down the tree ends
+FEW = 6  # number [lights] up to which all are sampled at every point
+PER_POINT = 3  # number [lights] sampled at a point where there are more
+ALL = 64  # number [lights] up to which all are compared at every place
+TOP = 64  # number [nodes of the tree] compared at every place, where there are more
+BLOCK = 8  # number [lights] compared where a way down the tree ends
 
 
 @dataclass(frozen=True)
-class LightPool:
+class LightSampler:
     """Lights to choose from. ``blocks`` (m, size) their numbers, filled up with −1; ``tree`` leads
     to one of several blocks; ``shading`` is the row of blockers that shade all of them."""
 
@@ -36,32 +36,32 @@ class LightPool:
     shading: int = 0
 
 
-def make_light_pool(lights: np.ndarray, emitters: Emitters, shading: int = 0) -> LightPool:
-    """A pool of ``lights`` (n,) int, which shine as ``emitters``."""
+def make_light_sampler(lights: np.ndarray, emitters: Emitters, shading: int = 0) -> LightSampler:
+    """A sampler of ``lights`` (n,) int, which shine as ``emitters``."""
     if len(lights) <= ALL:
-        return LightPool(lights[None], None, shading)
+        return LightSampler(lights[None], None, shading)
     tree = build_tree(emitters, TOP, BLOCK)
-    return LightPool(np.where(tree.blocks >= 0, lights[tree.blocks], -1), tree, shading)
+    return LightSampler(np.where(tree.blocks >= 0, lights[tree.blocks], -1), tree, shading)
 
 
 def choose_lights(
-    sources: Sources, pool: LightPool, place: np.ndarray, normal: np.ndarray, reach: np.ndarray,
+    sources: Sources, sampler: LightSampler, place: np.ndarray, normal: np.ndarray, reach: np.ndarray,
     xi: np.ndarray,
 ):
-    """Lights (k, n) of a pool of ``sources`` for n places (n, 3), each of points within ``reach``
+    """Lights (k, n) of a sampler of ``sources`` for n places (n, 3), each of points within ``reach``
     (n,) of it that face as ``normal`` (n, 3) tells, one for each of the numbers ``xi`` (k, n) in
     [0, 1); and one over the probability with which each was taken (k, n)."""
     narrow = [columns(array).astype(np.float32) for array in (place, normal)]
     narrow.append(reach.astype(np.float32))
-    if pool.tree is None:
-        members, before = pool.blocks[0], 1.0
-        strength = _strengths(sources, members[:, None], *narrow)
+    if sampler.tree is None:
+        members, before = sampler.blocks[0], 1.0
+        importance = _importances(sources, members[:, None], *narrow)
     else:
-        block, before, xi = pool.tree.descend(place, normal, reach, xi)
-        members = np.moveaxis(pool.blocks[block], -1, 0)
-        strength = _strengths(sources, members, *narrow)
-    which, share, _ = pick(strength, xi)
-    if pool.tree is None:
+        block, before, xi = sampler.tree.descend(place, normal, reach, xi)
+        members = np.moveaxis(sampler.blocks[block], -1, 0)
+        importance = _importances(sources, members, *narrow)
+    which, share, _ = sample_discrete(importance, xi)
+    if sampler.tree is None:
         light = members[which]
     else:
         light = np.take_along_axis(members, which[None], axis=0)[0]
@@ -70,7 +70,7 @@ def choose_lights(
     return np.maximum(light, 0), factor
 
 
-def _strengths(
+def _importances(
     sources: Sources, light: np.ndarray, place: np.ndarray, normal: np.ndarray, reach: np.ndarray
 ) -> np.ndarray:
     """Rough irradiance of lights (c, 1) or (c, k, n) at places (3, n): (c, n) or (c, k, n); 0
@@ -79,14 +79,14 @@ def _strengths(
     alone = np.unique(kinds[kinds >= 0])
     if len(alone) == 1:
         kind = sources.kinds[alone[0]]
-        found = kind.strength(sources.place[light], place, normal, reach)
+        found = kind.importance(sources.place[light], place, normal, reach)
         return np.where(light >= 0, found, 0.0)
-    strength = np.zeros(np.broadcast_shapes(light.shape, reach.shape))
-    wide = np.broadcast_to(light, strength.shape)
+    importance = np.zeros(np.broadcast_shapes(light.shape, reach.shape))
+    wide = np.broadcast_to(light, importance.shape)
     for number in alone:
-        some = np.nonzero(np.broadcast_to(kinds == number, strength.shape))
+        some = np.nonzero(np.broadcast_to(kinds == number, importance.shape))
         at = some[-1]
-        strength[some] = sources.kinds[number].strength(
+        importance[some] = sources.kinds[number].importance(
             sources.place[wide[some]], place[:, at], normal[:, at], reach[at]
         )
-    return strength
+    return importance

@@ -13,7 +13,7 @@ from ..scene import Scene
 from .light_batch import LightBatch
 from .light_tree import along_a_curve
 
-GROUPS = 256  # boxes around neighbouring triangles that stand for the scene
+GROUPS = 256  # number [boxes around neighboring triangles] that stand for the scene
 
 
 def lights_that_reach(

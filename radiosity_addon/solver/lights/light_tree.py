@@ -12,10 +12,10 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-LEAST = 0.02  # of a node's power that is always thought to leave toward a point
-SLACK = 0.25  # times a node's apparent size: light that leaves although its mean faces away
-NEAREST = 1e-6  # squared distance; float32 knows none that are smaller
-BITS = 10  # of each coordinate in the order along which lights are neighbours
+LEAST = 0.02  # share [of a node's power] that is always taken to leave toward a point
+SLACK = 0.25  # factor [a node's apparent size]: light that leaves although its mean faces away
+NEAREST = 1e-6  # squared distance [unit box]: float32 knows none that are smaller
+BITS = 10  # number [bits] of each coordinate in the order along which lights are neighbors
 
 
 @dataclass(frozen=True)
@@ -70,22 +70,23 @@ class LightTree:
         """For n places (n, 3), each of points within ``reach`` (n,), and k numbers each, ``xi``
         (k, n) in [0, 1): the block each ends in (k, n), the probability of that, and a number in
         [0, 1) to go on with."""
-        node, chance, rest = pick(_among_all(self.levels[0], place, normal, reach).T, xi)
+        node, chance, rest = sample_discrete(_among_all(self.levels[0], place, normal, reach).T, xi)
         for level in self.levels[1:]:
             for k in range(len(xi)):
                 children = 2 * node[k, :, None] + np.arange(2)
-                strength = _of_own(level, children, place, normal, reach)
-                side, share, rest[k] = (found[0] for found in pick(strength.T, rest[k : k + 1]))
+                importance = _of_own(level, children, place, normal, reach)
+                found = sample_discrete(importance.T, rest[k : k + 1])
+                side, share, rest[k] = (each[0] for each in found)
                 node[k] = 2 * node[k] + side
                 chance[k] *= share
         return node, chance, rest
 
 
-def pick(strength: np.ndarray, xi: np.ndarray):
-    """One of c for each of n columns of ``strength`` (c, n) or (c, k, n), in proportion to it, for
+def sample_discrete(importance: np.ndarray, xi: np.ndarray):
+    """One of c for each of n columns of ``importance`` (c, n) or (c, k, n), in proportion to it, for
     each of k numbers ``xi`` (k, n) in [0, 1): which (k, n), its probability (0 where a column has
     none), and ``xi`` made anew from what is left."""
-    cumulative = strength.astype(float)
+    cumulative = importance.astype(float)
     for before, row in zip(cumulative, cumulative[1:]):
         row += before
     total = cumulative[-1]
@@ -96,9 +97,9 @@ def pick(strength: np.ndarray, xi: np.ndarray):
         which += row <= level
     which = which.astype(np.intp)
     index = (which, np.arange(level.shape[1]))
-    if strength.ndim == 3:
+    if importance.ndim == 3:
         index = (which, np.arange(level.shape[0])[:, None], index[1])
-    taken = strength[index].astype(float)
+    taken = importance[index].astype(float)
     some = np.where(taken > 0, taken, 1)
     rest = np.clip((level - cumulative[index] + taken) / some, 0, 1 - 1e-12)
     return which, taken / np.where(total > 0, total, 1), rest

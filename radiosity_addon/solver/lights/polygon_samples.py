@@ -18,12 +18,12 @@ from ..geometry.triangles import OFFSET
 from ..geometry.vectors import dot
 from ..geometry.warps import bilinear_density, bilinear_places
 from .flat_shapes import ELLIPSE, RECTANGLE, RIM, corner_places, each, places_in, spread_falloff
-from .light_tree import pick
+from .light_tree import sample_discrete
 
 if TYPE_CHECKING:
     from .polygons import Polygons
 
-SLICES = 8  # of an ellipse that looks large
+SLICES = 8  # number [slices] of an ellipse that looks large
 
 
 def by_area(
@@ -146,9 +146,9 @@ def _slice_rays(
     slices = [[middle, *(rim[(first + k) % RIM] for k in range(step + 1))]
               for first in range(0, RIM, step)]  # fmt: skip
     nowhere = np.zeros(normal.T.shape)
-    strength = np.stack([polygon_form_factor(nowhere, normal.T, [ray.T for ray in one])
+    importance = np.stack([polygon_form_factor(nowhere, normal.T, [ray.T for ray in one])
                          for one in slices])  # fmt: skip
-    (taken,), (chance,), (rest,) = pick(strength, xi[:1])
+    (taken,), (chance,), (rest,) = sample_discrete(importance, xi[:1])
     numbers = np.arange(len(taken))
     corners = [np.stack(ray)[taken, :, numbers].T for ray in zip(*slices)]
     share = np.where(chance > 0, 1 / np.where(chance > 0, chance, 1), 0)

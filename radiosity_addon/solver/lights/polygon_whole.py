@@ -25,7 +25,7 @@ from .light_batch import Unoccluded, combined
 if TYPE_CHECKING:
     from .polygons import Polygons
 
-FAR = 16  # times the reach of a footprint: a form factor's curvature across it is < 0.1 % there
+FAR = 16  # distance [radii of a footprint]: from it on, a form factor's curvature across it is < 0.1 %
 NO_HEIGHT = 1e-6  # of the scene: what lies nearer to a plane may be on either side of it,
 NO_DISTANCE = 1e-4  # and nearer to a light's than this float32 does not tell its places well
 NEAR = 0.1  # of a light's distance: a larger one is sampled as its texture is

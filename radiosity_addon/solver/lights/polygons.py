@@ -135,7 +135,7 @@ class Polygons:
         """(s, t) uniform in the light's shape, from those in the unit square."""
         return places_in(self.shape[which], s, t)
 
-    def strength(
+    def importance(
         self, which: np.ndarray, place: np.ndarray, normal: np.ndarray, reach: np.ndarray
     ) -> np.ndarray:
         """See ``LightBatch``."""

@@ -13,8 +13,8 @@ import numpy as np
 
 from ..scene import Sky
 
-BRIGHT = 16.0  # times the mean radiance: a spot
-LARGEST = 0.2  # steradians: a larger bright region is gathered like the rest
+BRIGHT = 16.0  # radiance [of the mean]: brighter regions are spots
+LARGEST = 0.2  # solid angle [sr]: larger bright regions are gathered like the rest
 MOST_SPOTS = 16
 
 

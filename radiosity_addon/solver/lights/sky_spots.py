@@ -17,7 +17,7 @@ from .light_batch import Sample, Unoccluded
 from .sky import pixel_directions, solid_angles
 from .suns import Suns
 
-WIDEST = 0.2  # [rad]: a spot that reaches further from its middle is cut into several lights
+WIDEST = 0.2  # angle [rad] from a spot's middle: wider spots are cut into several lights
 
 
 @dataclass(frozen=True)

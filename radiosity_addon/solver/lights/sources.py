@@ -14,7 +14,7 @@ from .emissive_faces import emissive_faces
 from .facing_discs import FacingDiscs
 from .flat_shapes import ELLIPSE, RECTANGLE
 from .light_batch import LightBatch
-from .light_choice import FEW, LightPool, make_light_pool
+from .light_choice import FEW, LightSampler, make_light_sampler
 from .light_range import lights_that_reach
 from .light_tree import join_emitters
 from .polygons import Polygons, join_polygons
@@ -35,7 +35,7 @@ class Sources:
     block: np.ndarray  # (n,) int: which row of ``blocking`` tells what shades its light
     blocking: np.ndarray  # (m, n_objects) bool: objects that block; the first row: all
     always: tuple[int, ...]  # lights that are sampled at every point
-    pools: tuple[LightPool, ...]  # lights of which points choose some; those in neither light nothing
+    samplers: tuple[LightSampler, ...]  # of lights that points choose some of; others light nothing
 
     @property
     def count(self) -> int:
@@ -69,24 +69,24 @@ class Sources:
 
     def used(self) -> np.ndarray:
         """(k,) int: the lights that any point samples."""
-        chosen = [pool.blocks[pool.blocks >= 0] for pool in self.pools]
+        chosen = [sampler.blocks[sampler.blocks >= 0] for sampler in self.samplers]
         return np.unique(np.concatenate([np.array(self.always, int), *chosen]))
 
     def without(self, lights: np.ndarray) -> Sources:
         """The same with no point sampling ``lights`` (k,) int."""
         always = [light for light in self.always if light not in lights]
-        emitters, pools = join_emitters([kind.emitters() for kind in self.kinds]), []
-        for pool in self.pools:
-            left = np.setdiff1d(pool.blocks[pool.blocks >= 0], lights)
+        emitters, samplers = join_emitters([kind.emitters() for kind in self.kinds]), []
+        for sampler in self.samplers:
+            left = np.setdiff1d(sampler.blocks[sampler.blocks >= 0], lights)
             if len(left) <= FEW:
                 always += left.tolist()
             else:
-                pools.append(make_light_pool(left, emitters.take(left), pool.shading))
-        return replace(self, always=tuple(always), pools=tuple(pools))
+                samplers.append(make_light_sampler(left, emitters.take(left), sampler.shading))
+        return replace(self, always=tuple(always), samplers=tuple(samplers))
 
     def only(self, lights: np.ndarray) -> Sources:
         """The same with every point sampling ``lights`` (k,) int and no others."""
-        return replace(self, always=tuple(int(light) for light in lights), pools=())
+        return replace(self, always=tuple(int(light) for light in lights), samplers=())
 
     def and_polygons(self, polygons: Polygons) -> Sources:
         """With ``polygons`` (k lights), which light all objects and are shaded by all."""
@@ -102,8 +102,8 @@ class Sources:
         added = self.count + number
         if len(added) <= FEW:
             return replace(sources, always=(*self.always, *added.tolist()))
-        pool = make_light_pool(added, polygons.emitters())
-        return replace(sources, pools=(*self.pools, pool))
+        sampler = make_light_sampler(added, polygons.emitters())
+        return replace(sources, samplers=(*self.samplers, sampler))
 
     def brightest(self) -> float:
         """The largest colour component of any light."""
@@ -126,18 +126,9 @@ def build_sources(
             rows[kind].append(row)
             linked[kind].append(pair)
             shaped[kind].append(getattr(lamp, "distribution", None))
-    made = {
-        kind: kind(*(np.array(column) for column in zip(*mine)))
-        for kind, mine in rows.items() if mine
-    }
-    for kind in (FacingDiscs, SphereLights):
-        if kind in made:
-            shapes = make_distributions(shaped[kind])
-            made[kind] = replace(made[kind], shapes=shapes)
-    if len(faces.color):
-        made[Polygons] = join_polygons([faces, made[Polygons]]) if Polygons in made else faces
+    made = _batches(rows, shaped, faces, spots)
     if spots is not None:
-        made[SkySpots], linked[SkySpots] = spots, [(None, None)] * len(spots.color)
+        linked[SkySpots] = [(None, None)] * len(spots.color)
     present = [kind for kind in rows if kind in made]
     kinds = tuple(made[kind] for kind in present)
     sizes = [len(kind.color) for kind in kinds]
@@ -148,10 +139,30 @@ def build_sources(
         _links([pair[i] for pair in pairs], len(scene.objects)) for i in (0, 1)
     )
     useful = lights_that_reach(kinds, tuple(pair[0] for pair in pairs), scene, geometry)
-    always, pools = _pools(kinds, kind, useful, block)
+    always, samplers = _samplers(kinds, kind, useful, block)
     allowed = allowed if len(allowed) > 1 else None
-    sources = Sources(kinds, kind, place, link, allowed, block, blocking, always, pools)
+    sources = Sources(kinds, kind, place, link, allowed, block, blocking, always, samplers)
     return sources, explicit
+
+
+def _batches(
+    rows: dict[type, list], shaped: dict[type, list], faces: Polygons, spots: SkySpots | None
+) -> dict[type, LightBatch]:
+    """Batches of the lamps' ``rows``, of which those of some kinds are ``shaped`` by distributions,
+    of emissive ``faces``, and of the sky's bright ``spots``."""
+    made = {
+        kind: kind(*(np.array(column) for column in zip(*mine)))
+        for kind, mine in rows.items() if mine
+    }  # fmt: skip
+    for kind in (FacingDiscs, SphereLights):
+        if kind in made:
+            shapes = make_distributions(shaped[kind])
+            made[kind] = replace(made[kind], shapes=shapes)
+    if len(faces.color):
+        made[Polygons] = join_polygons([faces, made[Polygons]]) if Polygons in made else faces
+    if spots is not None:
+        made[SkySpots] = spots
+    return made
 
 
 def _pairs(lit: tuple | None, shading: tuple | None, count: int) -> list[tuple]:
@@ -173,11 +184,11 @@ def _links(linked: list, objects: int) -> tuple[np.ndarray, np.ndarray]:
     return link, table
 
 
-def _pools(kinds: tuple[LightBatch, ...], kind: np.ndarray, useful: np.ndarray, block: np.ndarray):
-    """Near and distant lights, apart: those sampled everywhere, and pools to choose others from.
+def _samplers(kinds: tuple[LightBatch, ...], kind: np.ndarray, useful: np.ndarray, block: np.ndarray):
+    """Near and distant lights, apart: those sampled everywhere, and samplers to choose others from.
     Only those that are ``useful`` (n,) bool take part; those of different rows ``block`` (n,) are
     apart, too, so that a choice's shadow rays all meet the same objects."""
-    always, pools = [], []
+    always, samplers = [], []
     for row in np.unique(block[useful]):
         for distant in (False, True):
             mine = [k for k, lights in enumerate(kinds) if isinstance(lights, Suns) == distant]
@@ -188,8 +199,8 @@ def _pools(kinds: tuple[LightBatch, ...], kind: np.ndarray, useful: np.ndarray, 
                 always += lights.tolist()
             else:
                 emitters = join_emitters([kinds[k].emitters() for k in mine])
-                pools.append(make_light_pool(lights, emitters.take(some), int(row)))
-    return tuple(always), tuple(pools)
+                samplers.append(make_light_sampler(lights, emitters.take(some), int(row)))
+    return tuple(always), tuple(samplers)
 
 
 def _shines(lamp: Lamp) -> bool:

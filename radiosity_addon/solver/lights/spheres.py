@@ -48,7 +48,7 @@ class SphereLights(FacingDiscs):
         """Looked at from every point."""
         return unknown(middles)
 
-    def strength(
+    def importance(
         self, which: np.ndarray, place: np.ndarray, normal: np.ndarray, reach: np.ndarray
     ) -> np.ndarray:
         """See ``LightBatch``."""

@@ -11,7 +11,7 @@ from ..sampling.points import Middles
 from .light_batch import Sample, Unoccluded, combined, in_disc
 from .light_tree import Emitters
 
-FAR = 1e3  # scenes away: where a tree of lights thinks suns are
+FAR = 1e3  # distance [scenes] at which a tree of lights takes suns to be
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Suns:
             segments, value, np.inf,
         )
 
-    def strength(
+    def importance(
         self, which: np.ndarray, place: np.ndarray, normal: np.ndarray, reach: np.ndarray
     ) -> np.ndarray:
         """See ``LightBatch``."""

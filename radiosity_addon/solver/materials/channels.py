@@ -11,8 +11,8 @@ import numpy as np
 from ..fields import Constant, Field, Texture
 from ..scene import Scene, lamp_color, used_sides
 
-ALIKE = 1e-6  # of the largest channel: what conversions between colour spaces may leave
-SAMPLE = 4096  # values that are looked at before all are
+ALIKE = 1e-6  # difference [of the largest channel] that conversions of color spaces may leave
+SAMPLE = 4096  # number [values] that are looked at before all are
 
 
 def channels_of(scene: Scene) -> int:

@@ -18,9 +18,9 @@ from ..scene import Scene
 from .evaluate import evaluate_field
 from .texture_integrals import THIN, TextureSums, sum_texture
 
-SEEN = 2.0  # texels: within a smaller region interpolated values are looked at, too
-EVEN = 1e-4  # of the mean: a smaller deviation is none
-SAME = 1e-6  # of the mean: what integrals may be off by where nothing varies
+SEEN = 2.0  # size [texels] of a region: in smaller ones interpolated values are looked at, too
+EVEN = 1e-4  # deviation [of the mean]: a smaller one counts as none
+SAME = 1e-6  # error [of the mean] of integrals where nothing varies
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ import numpy as np
 from ..fields import Texture
 from .evaluate import texels
 
-MOST_BLOCKS = 64  # of a triangle: more are cut without regard to texels
-MOST_TEXELS = 1 << 16  # around a triangle that are looked through
-LEAST_AREA = 1e-9  # of the triangle: smaller parts are rounding
+MOST_BLOCKS = 64  # number [blocks of a triangle]: with more it is cut without regard to texels
+MOST_TEXELS = 1 << 16  # number [texels around a triangle] that are looked through, at most
+LEAST_AREA = 1e-9  # area [of the triangle]: smaller parts are rounding
 
 
 def one_colored_parts(field: Texture, triangle: int) -> tuple[np.ndarray, np.ndarray] | None:

@@ -16,12 +16,12 @@ from ..scene import Scene
 from .region_means import FieldMeans, triangle_regions
 from .texture_blocks import one_colored_parts
 
-MOST = 1 << 19  # parts of all triangles together, cut ones too
-MOST_CUT = 64  # triangles of a material that are looked at for parts of one colour
-DEEPEST = 9  # times that a triangle is cut into four
-SMOOTH = 3  # the same for colours that vary linearly
-COARSE = 1e-3  # of all emission: the variation within a cell, at most
-WHOLE = np.array([[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]])  # a triangle's corners
+MOST = 1 << 19  # number [parts of all triangles, cut ones too], at most
+MOST_CUT = 64  # number [triangles of a material] in which parts of one color are looked for
+DEEPEST = 9  # depth [cuts into four] of a triangle, at most
+SMOOTH = 3  # depth [cuts into four] where colors vary linearly
+COARSE = 1e-3  # variation [of all emission] within a cell, at most
+WHOLE = np.array([[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]])  # corners of a triangle, barycentric
 
 
 @dataclass(frozen=True)

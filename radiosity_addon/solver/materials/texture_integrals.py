@@ -17,11 +17,12 @@ import numpy as np
 from ..fields import Texture, decoded, srgb_to_linear
 from .evaluate import bilinear, mirrored
 
-THIN = 1e-3  # texels: a region with less width, as of a palette's single point, is given so much
-FINEST, MOST_PARTS = 8, 1 << 22  # parts along a texel that is decoded after interpolation; of all
-MOST_TEXELS = 1 << 21  # of a picture that is summed: a larger one is halved first, its means kept
-PIECES = 1 << 19  # of edges that are looked up together
-GAUSS = 0.5 / np.sqrt(3)  # of an interval, from its middle: two such points are exact to degree 3
+THIN = 1e-3  # width [texels]: thinner regions, as a palette's single points, are given so much
+# Numbers [parts] of a texel that is decoded after interpolation; of all.
+FINEST, MOST_PARTS = 8, 1 << 22
+MOST_TEXELS = 1 << 21  # number [texels] of a picture that is summed: larger ones are halved first
+PIECES = 1 << 19  # number [pieces of edges] that are looked up together
+GAUSS = 0.5 / np.sqrt(3)  # offset [of an interval] of two points from its middle: exact to degree 3
 
 
 @dataclass(frozen=True)

@@ -15,12 +15,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-ROWS, COLUMNS = 8, 16  # of polar angle and azimuth
+ROWS, COLUMNS = 8, 16  # numbers [cells] of polar angle and azimuth
 CELLS = ROWS * COLUMNS
-CLUSTERS = 256  # about; more where there are many receivers
-RECEIVERS = 256  # of a cluster, at least, where there are many
-SLOTS = 4 * CELLS  # at least one a cell, so that no ray weighs more than 4
-MOST_GAIN = 6.0  # believed
+CLUSTERS = 256  # number [clusters], about; more where there are many receivers
+RECEIVERS = 256  # number [receivers of a cluster], at least, where there are many
+SLOTS = 4 * CELLS  # number [slots]: at least one a cell, so that no ray weighs more than 4
+MOST_GAIN = 6.0  # gain [of variance] that is believed, at most
 # Mean gain from which on a guide pays for itself, as it does where most light comes through a small
 # window. Below, rays in Sobol sets that all receivers share are as good, and cost less.
 USEFUL = 4.5
@@ -123,8 +123,9 @@ class Guide:
 
     cluster: np.ndarray  # (count,)
     cell: np.ndarray  # (n_clusters · SLOTS,) int32: number of each slot's cell, among all clusters'
-    scale: np.ndarray  # (n_clusters · CELLS,) float32: height in the square of a slot of each cell,
-    start: np.ndarray  # and where its slots would begin if they had begun with the cluster's first
+    # A ray at u of the cluster's slots, in [0, SLOTS), has the height scale · u + start in the square.
+    scale: np.ndarray  # (n_clusters · CELLS,) float32, of each cell: its height per slot
+    start: np.ndarray  # (n_clusters · CELLS,) float32
     column: np.ndarray  # (n_clusters · CELLS,) float32: left edge of each cell
     weight: np.ndarray  # (n_clusters · CELLS,) float32 of a ray through a cell
     worth: np.ndarray  # (n_clusters,) how many rays without it one ray counts for

@@ -13,8 +13,8 @@ from ..geometry.vectors import columns, dot
 from .shade import Shade, shade_of_cells
 from .sobol import GROUPS, sobol, tangent_axes
 
-FLAT = 1e-6  # normals nearer than this are the same
-LEAST = 64  # owners in a group
+FLAT = 1e-6  # difference between normals: below it they are the same
+LEAST = 64  # number [owners] in a group, at least
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Points:
     normal: np.ndarray  # (per, R, 3) float32, on the side that is lit
     triangle: np.ndarray  # (per, R) int32
     barycentric: np.ndarray | Callable  # (per, R, 2) float32, or what makes it: few ask
-    turn: np.ndarray  # (R, 3) float32: the owners' random shifts
+    shift: np.ndarray  # (R, 3) float32: the owners' random shifts
     shade: Shade | None = None  # where ``normal`` is not the triangles'
 
     @property
@@ -44,13 +44,13 @@ class Points:
         shade = self.shade and self.shade.take(chosen)
         uv = self.barycentric
         uv = (lambda: owned(self.uv, chosen)) if callable(uv) else owned(uv, chosen)
-        return Points(*arrays, uv, self.turn[chosen], shade)
+        return Points(*arrays, uv, self.shift[chosen], shade)
 
     def single(self) -> Points:
         """Every point an owner of its own, in the order of (per, R) flattened."""
         per, count = self.shape
         stagger = (np.arange(per, dtype=np.float32) / per)[:, None, None]
-        turn = ((self.turn + stagger) % 1.0).reshape(-1, 3)
+        turn = ((self.shift + stagger) % 1.0).reshape(-1, 3)
         return Points(
             self.position.reshape(1, -1, 3), self.normal.reshape(1, -1, 3),
             self.triangle.reshape(1, -1), lambda: self.uv.reshape(1, -1, 2), turn,
@@ -119,7 +119,7 @@ _POINT_ARRAYS = ("position", "normal", "triangle", "uv")
 def join_points(parts: list[Points]) -> Points:
     """The owners of all parts, which have as many points each."""
     arrays = (np.concatenate([getattr(p, name) for p in parts], axis=1) for name in _POINT_ARRAYS)
-    return Points(*arrays, np.concatenate([p.turn for p in parts]))
+    return Points(*arrays, np.concatenate([p.shift for p in parts]))
 
 
 def footprint_points(
@@ -161,7 +161,7 @@ def light_places(points: Points, *key: int) -> tuple[np.ndarray, np.ndarray]:
     They take the dimensions 2 and 3 of their set; the points' own places have 0, 1 and 4."""
     table = sobol(len(points.position), 4, *key).astype(np.float32)
     return tuple(
-        shifted(table[:, axis, None], points.turn[:, turn]) for axis, turn in ((2, 2), (3, 0))
+        shifted(table[:, axis, None], points.shift[:, turn]) for axis, turn in ((2, 2), (3, 0))
     )
 
 

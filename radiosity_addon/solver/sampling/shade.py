@@ -17,7 +17,7 @@ import numpy as np
 
 from ..geometry.cell_shading import CellShading
 
-GRAZING = 0.1  # cosine to the true normal, below which light starts from the rounded surface
+GRAZING = 0.1  # cosine to the true normal: below it light starts from the rounded surface
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from scipy.stats import qmc
 from ..geometry.vectors import tangents
 
 SCRAMBLES = 4
-GROUPS = 8  # neighbouring receivers use different point sets, so that their errors are independent
+GROUPS = 8  # number [point sets] of neighboring receivers: their errors are independent
 
 
 @lru_cache(maxsize=128)  # those of thousands of rays are large

@@ -14,10 +14,10 @@ from .embree import Tracer
 
 @dataclass(frozen=True)
 class Blockers:
-    """``shadow`` blocks light altogether; ``veil`` lets some through; None: nothing does either."""
+    """``shadow`` blocks light altogether; ``transmitting`` lets some through; None: nothing does either."""
 
     shadow: Tracer | None
-    veil: Tracer | None
+    transmitting: Tracer | None
 
 
 def trace_visible(scene: Scene, geometry: Geometry) -> Tracer:

@@ -20,12 +20,12 @@ from .crossings import Crossings
 from .embree import Tracer
 from .solids import Solids, find_solids
 
-LIFT = 4 * OFFSET  # places are looked at from so far above the surface
+LIFT = 4 * OFFSET  # height [unit box] above the surface from which places are looked at
 OPPOSED = -0.99  # cosine between the normals of faces that lie flush against each other, at most
-MOST_LINES = 12  # by which one cell is cut
-SEEN, TEXEL_SEEN = 1e-3, 0.25  # of a receiver must be open for it to count; of a texel: others fill it
-WHOLE = 1 - 1e-6  # of a receiver is open where nothing of it is buried
-SLIVER = 1e-9  # of a triangle: a smaller part is nothing
+MOST_LINES = 12  # number [lines] by which one cell is cut, at most
+SEEN, TEXEL_SEEN = 1e-3, 0.25  # share [of a receiver, of a texel] that must be open for it to count
+WHOLE = 1 - 1e-6  # share [of a receiver] that is open: with more, nothing of it is buried
+SLIVER = 1e-9  # area [of a triangle]: a smaller part is nothing
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,10 @@ from ..receivers import Receivers
 from ..workers.parallel import map_chunks, ranges
 from .crossings import Crossings
 
-EACH = 64  # cells in a square, about
-FINEST = 1 << 10  # squares along a triangle's edge, at most
-NEAR = 1e-5  # of a cell: a line so near to it touches it
-LINES = 1 << 10  # that are looked at together
+EACH = 64  # number [cells in a square], about
+FINEST = 1 << 10  # number [squares along a triangle's edge], at most
+NEAR = 1e-5  # distance [of a cell]: a nearer line touches it
+LINES = 1 << 10  # number [lines] that are looked at together
 
 
 @dataclass(frozen=True)

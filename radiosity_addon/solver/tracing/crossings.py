@@ -16,11 +16,11 @@ from ..geometry.triangles import OFFSET, Geometry
 from ..workers.parallel import Tick, map_chunks, ranges
 from .embree import Tracer
 
-REACH = 4 * OFFSET  # nearer than this triangles touch
-LARGE = 0.02  # of the scene: on both sides of larger triangles something may stand
-PARALLEL = 0.3  # sine of the angle between two triangles: below, all near the line is too near it
-MOST = 1 << 18  # pairs; with more, everything is cut by everything
-LAYERS = 32  # triangles met along one edge
+REACH = 4 * OFFSET  # distance [unit box]: nearer triangles touch
+LARGE = 0.02  # size [of the scene]: on both sides of larger triangles something may stand
+PARALLEL = 0.3  # sine of the angle between two triangles: below it all near the line is too near
+MOST = 1 << 18  # number [pairs]: with more, everything is cut by everything
+LAYERS = 32  # number [triangles met along one edge], at most
 CHUNK = 1 << 15
 CORNERS = np.array([[0.0, 0], [1, 0], [0, 1]])
 

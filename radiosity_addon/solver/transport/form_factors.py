@@ -17,9 +17,9 @@ from ..scene import Scene
 from ..tracing.embree import Tracer
 from ..workers.parallel import map_chunks
 
-BLOCK = 1 << 16  # rays traced at once
-SHRINK = 1e-4  # of a triangle: what points keep away from its edges, lest walls there be crossed
-DIMENSIONS = 5  # which triangle, where in it (2), in which direction (2)
+BLOCK = 1 << 16  # number [rays] traced at once
+SHRINK = 1e-4  # distance [of a triangle] of points from its edges, lest walls there be crossed
+DIMENSIONS = 5  # number [random numbers of a ray]: which triangle, where in it (2), direction (2)
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,19 @@ def patch_form_factors(
     ``rays`` (a power of two) leave every patch in each of ``replicates`` independently scrambled
     Sobol sets (Owen 1995) of five dimensions; the replicates' scatter is the standard error.
     Raises ValueError for labels that do not fit, patches without area, and numbers out of range.
+
+    From a square to the one a unit above it it is 0.19982 (Howell's catalog, C-11).
+
+    >>> from radiosity_addon.solver.scene import WHITE, Material
+    >>> square = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
+    >>> corners = np.concatenate([square, square[::-1] + (0, 0, 1)])  # they face each other
+    >>> triangles = np.array([(0, 1, 2), (0, 2, 3), (4, 5, 6), (4, 6, 7)], np.int32)
+    >>> patch, none = np.array([0, 0, 1, 1]), np.zeros(4, np.int32)
+    >>> scene = Scene(corners, triangles, none, none, (Material("White", WHITE),), ("Squares",))
+    >>> factors, deviation = patch_form_factors(scene, patch, 4096, threads=1)
+    >>> off = np.abs(factors - [[0, 0.19982], [0.19982, 0]])
+    >>> bool((off <= 4 * deviation).all()), bool(deviation.max() < 2e-3)
+    (True, True)
     """
     patch = np.asarray(patch)
     _check(scene, patch, rays, replicates)

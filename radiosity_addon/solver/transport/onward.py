@@ -18,9 +18,9 @@ from .patches import Patches
 from .places import Places, join_places, no_places, places_at
 from .rays import Met, shoot_apart, sums_of
 
-MOST_BOUNCES = 64  # of one ray; chance ends nearly all long before
-FULL_BOUNCES = 6  # after which chance ends rays as reflectances tell, and weights stay
-BACK = 4 * OFFSET  # [unit box]: rays go on from so far before where they ended, or half of their way
+MOST_BOUNCES = 64  # number [bounces] of one ray: chance ends nearly all long before
+FULL_BOUNCES = 6  # number [bounces] after which chance ends rays, and their weights stay
+BACK = 4 * OFFSET  # distance [unit box] before its end from which a ray goes on, or half of its way
 STAGE = "transport"
 
 

@@ -25,12 +25,13 @@ from ..receivers import Receivers
 from ..tracing.embree import Hits
 from .receiver_map import NOTHING, ReceiverMap, build_receiver_map
 
-MOST_PATCHES = 2_000_000  # of receivers: their rows are kept in memory
-EXTENT = 2.0  # times the mean edge of a receiver: cells further apart are different patches
-BAKED = 0.5  # of an object's area: with as much in patches its other faces get no elements
-NEAR = 1.0  # length of a receiver's patch per distance: above it rays find the light where they end
-SMALLEST = 1e-6  # extent of a patch [unit box], at least
-ONWARD, SEVERAL = NOTHING - 1, NOTHING - 2  # in ``ReceiverPatches.patch``, see there
+MOST_PATCHES = 2_000_000  # number [patches of receivers], at most: bounds the memory of their rows
+EXTENT = 2.0  # distance [mean edges of a receiver]: cells further apart are different patches
+BAKED = 0.5  # share [of an object's area] in patches: above it its other faces get no elements
+# Length [of the distance] of a receiver's patch: above it rays find the light where they end.
+NEAR = 1.0
+SMALLEST = 1e-6  # extent [unit box] of a patch, at least
+ONWARD, SEVERAL = NOTHING - 1, NOTHING - 2  # codes in ``ReceiverPatches.patch``, see there
 
 
 @dataclass(frozen=True)
@@ -204,16 +205,7 @@ def build_receiver_patches(
     triangles = len(objects)
     owner = np.repeat(np.arange(footprints.count), np.diff(footprints.start))
     used = np.ones(len(owner), bool) if divided is None else ~divided[owner]
-    # The cells that a triangle has in a receiver, and what they have in common with others'.
-    pair, first, mine = np.unique(
-        owner * triangles + footprints.triangle, return_index=True, return_inverse=True
-    )
-    facing = np.rint(1.5 * footprints.normal[first]).astype(np.int64)
-    size = EXTENT * np.sqrt(footprints.cumulative[-1] / max(footprints.count, 1))
-    cube = np.floor((footprints.origin[first] + 0.5) / max(size, SMALLEST)).astype(np.int64)
-    common = np.column_stack([owner[first], facing, cube])
-    _, group = np.unique(common, axis=0, return_inverse=True)
-    group = group.reshape(-1)[mine.reshape(-1)]
+    pair, first, group = _groups_of_cells(footprints, owner, triangles)
     cell_area = np.diff(footprints.cumulative)
     area = np.bincount(group, cell_area)
     fine = used & (area[group] <= largest)
@@ -237,3 +229,18 @@ def build_receiver_patches(
         footprints.triangle[footprints.start[:-1]], footprints.area.astype(np.float32),
         np.sqrt(grouped.area).astype(np.float32),
     )
+
+
+def _groups_of_cells(footprints: Footprints, owner: np.ndarray, triangles: int):
+    """Cells (n,) of receivers ``owner`` (n,) on a scene's ``triangles``: the numbers (p,) of pairs of
+    a receiver and a triangle that have cells in common, the first cell (p,) of each pair, and the
+    group (n,) of each cell: one receiver's that face alike in one cube are together."""
+    pair, first, mine = np.unique(
+        owner * triangles + footprints.triangle, return_index=True, return_inverse=True
+    )
+    facing = np.rint(1.5 * footprints.normal[first]).astype(np.int64)
+    size = EXTENT * np.sqrt(footprints.cumulative[-1] / max(footprints.count, 1))
+    cube = np.floor((footprints.origin[first] + 0.5) / max(size, SMALLEST)).astype(np.int64)
+    common = np.column_stack([owner[first], facing, cube])
+    _, group = np.unique(common, axis=0, return_inverse=True)
+    return pair, first, group.reshape(-1)[mine.reshape(-1)]

@@ -59,7 +59,7 @@ def shoot_guided(
 def _own_places(points: Points, rays: int, *key: int) -> list[np.ndarray]:
     """u and v, (rays, R) float32 each: a Sobol set, shifted for each owner by its ``turn``."""
     table = sobol(rays, 2, *key).astype(np.float32)
-    return [shifted(table[:, axis, None], points.turn[:, axis]) for axis in (0, 1)]
+    return [shifted(table[:, axis, None], points.shift[:, axis]) for axis in (0, 1)]
 
 
 def _trace(context: Context, points: Points, directions: np.ndarray):
@@ -79,7 +79,7 @@ def _shared_directions(points: Points, xi: np.ndarray) -> np.ndarray:
     all owners but for a turn. Matrix products make them."""
     # Consecutive Sobol points cover the hemisphere evenly by themselves; every n-th would not.
     per, count = points.shape
-    axes = points.axes(points.turn[:, 2])
+    axes = points.axes(points.shift[:, 2])
     axes = axes.reshape(3, -1, 3 * count).swapaxes(0, 1)
     local = cosine_directions(xi).reshape(len(axes), -1, 3)
     return (local @ axes).reshape(per, -1, count, 3)

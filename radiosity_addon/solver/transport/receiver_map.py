@@ -12,8 +12,8 @@ import numpy as np
 from ..geometry.grids import cell_in_grid
 from ..receivers import Receivers
 
-NEAR = 0.95  # share of a triangle's cells that its map to texels must find
-COVERED = 0.9  # share of a triangle that its receivers have: less is no map of it
+NEAR = 0.95  # share [of a triangle's cells] that its map to texels must find
+COVERED = 0.9  # share [of a triangle] that its receivers have: less is no map of it
 NOTHING = -1
 
 

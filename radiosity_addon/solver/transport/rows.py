@@ -20,12 +20,12 @@ from ..lights.context import Context
 from ..sampling.points import grouped_chunks
 from ..workers.parallel import map_chunks
 from .lit_patches import LitPatches, light_patches
-from .onward import Onward, ends_of, go_on, join_ends
+from .onward import Ends, Onward, ends_of, go_on, join_ends
 from .patches import Patches
 from .places import Places, join_places, no_places, places_hit
-from .rays import RAYS_PER_CHUNK, find_lost, shoot, sky_mean
+from .rays import RAYS_PER_CHUNK, Met, find_lost, shoot, sky_mean
 
-MAX_GENERATIONS = 64  # of sides seen by sides seen by ... receivers
+MAX_GENERATIONS = 64  # number [generations] of sides seen by sides seen by ... receivers
 STAGE = "transport"
 BLACK = -2
 
@@ -164,39 +164,20 @@ def _trace_rows(
     places = [no_places()]
     later = [Later(nothing, nothing, np.zeros((0, context.channels), np.float32))]
 
-    def work(chunk: tuple[int, slice]):
+    def work(chunk: tuple[int, slice]) -> tuple[slice, _RowChunk]:
         group, chosen = chunk
         owners = np.arange(count)[chosen]
         met, directions = shoot(context, lit.points.take(chosen), rays, *key, group, 3)
-        arriving, entries, fresh, behind, more = 0.0, [], [], [], []
-        for part in met:
-            entries.append(patches.hit(part.hits))
-            missed = entries[-1] == patches.miss
-            arriving = arriving + sky_mean(context.sky, missed, part, directions)
-            some = places_hit(entries[-1], part.hits, patches)
-            fresh.append(some[row[patches.of(some.entry)] == -1])
-            number = np.arange(rays * len(owners)) if part.rays is None else part.rays
-            if part.rays is not None:
-                behind.append(Later(owners[number % len(owners)], entries[-1], part.weight))
-            lost = np.flatnonzero(entries[-1] == patches.onward)
-            weight = np.ones((len(lost), context.channels), np.float32)
-            more.append(
-                ends_of(part, directions, entries[-1], lost, owners[number[lost] % len(owners)],
-                        weight)
-            )
-        find_lost(entries[0], patches, len(owners))
-        return chosen, entries[0].reshape(rays, -1).T, arriving, fresh, behind, more
+        return chosen, _row_chunk(context, patches, met, directions, owners, row)
 
     chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // rays))
     onward = []
-    for chosen, entries, arriving, fresh, behind, more in map_chunks(
-        work, chunks, context.threads, context.tick(STAGE)
-    ):
-        hits[chosen] = entries
-        light[chosen] = arriving
-        places += fresh
-        later += behind
-        onward += more
+    for chosen, found in map_chunks(work, chunks, context.threads, context.tick(STAGE)):
+        hits[chosen] = found.hits
+        light[chosen] = found.sky
+        places += found.places
+        later += found.later
+        onward += found.onward
     onward = go_on(context, patches, join_ends(onward, context.channels), count, (*key, 4))
     ends = onward.ends
     later.append(Later(ends.owner, ends.places.entry, ends.weight.astype(np.float32)))
@@ -204,6 +185,42 @@ def _trace_rows(
     found = sum(onward.light(context, (*key, 5))) / rays
     light += onward.sky / rays
     return Rows(lit, hits, join_later(later), light, found, onward), join_places(places)
+
+
+@dataclass(frozen=True)
+class _RowChunk:
+    """What the rays of R rows met: see ``Rows``."""
+
+    hits: np.ndarray  # (R, rays)
+    sky: np.ndarray | float  # (R, channels)
+    places: list[Places]  # on patches that have no row
+    later: list[Later]
+    onward: list[Ends]  # rays that ended on no patch
+
+
+def _row_chunk(
+    context: Context, patches: Patches, met: list[Met], directions: np.ndarray,
+    owners: np.ndarray, row: np.ndarray,
+) -> _RowChunk:
+    """Of rays in ``directions`` (rays, R, 3) from the rows ``owners`` (R,); ``row`` as in
+    ``trace_transport``."""
+    rays, count = directions.shape[:2]
+    sky, entries, places, later, onward = 0.0, [], [], [], []
+    for part in met:
+        entries.append(patches.hit(part.hits))
+        missed = entries[-1] == patches.miss
+        sky = sky + sky_mean(context.sky, missed, part, directions)
+        some = places_hit(entries[-1], part.hits, patches)
+        places.append(some[row[patches.of(some.entry)] == -1])
+        number = np.arange(rays * count) if part.rays is None else part.rays
+        if part.rays is not None:
+            later.append(Later(owners[number % count], entries[-1], part.weight))
+        lost = np.flatnonzero(entries[-1] == patches.onward)
+        weight = np.ones((len(lost), context.channels), np.float32)
+        owner = owners[number[lost] % count]
+        onward.append(ends_of(part, directions, entries[-1], lost, owner, weight))
+    find_lost(entries[0], patches, count)
+    return _RowChunk(entries[0].reshape(rays, -1).T, sky, places, later, onward)
 
 
 def form_factors(transport: Transport, patches: Patches):

@@ -16,11 +16,11 @@ import numpy as np
 
 Operator = Callable[[np.ndarray], np.ndarray]
 
-BASIS_BYTES = 1_500_000_000  # of Krylov vectors; longer bases only where they are cheap
-BASIS_RANGE = (20, 200)  # vectors between restarts
-OVERHEAD = 3  # applications a cycle spends beside the basis: GMRES' own check, sweep, residual
+BASIS_BYTES = 1_500_000_000  # memory [bytes] of Krylov vectors: bounds their number
+BASIS_RANGE = (20, 200)  # numbers [vectors] between restarts
+OVERHEAD = 3  # number [applications] of a cycle beside the basis: GMRES' own check, sweep, residual
 ROUND_OFF = np.finfo(np.float64).eps
-STALLED = 0.9  # a cycle that reduces the residual less than this has met round-off
+STALLED = 0.9  # ratio [of residuals]: a cycle that reduces less than this has met round-off
 
 
 @dataclass(frozen=True)

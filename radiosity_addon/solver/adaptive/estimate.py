@@ -1,0 +1,94 @@
+"""Estimate: light at receivers, its error, and how much of the surface is how far off."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..geometry.vectors import row_squares
+from .relative_error import area_shares, mean_over
+
+# Smoothing that trades bias for noise as well as it can leaves a squared bias of half the squared
+# noise (h² against 1/h in two dimensions), and replicates that come out more alike than they are, as
+# levels are chosen by the same numbers: measured, what their difference does not show is one and a
+# half times what it does (docs/theory.md).
+BALANCE = 1.5
+
+
+@dataclass(frozen=True)
+class Surface:
+    """At receivers, (count, channels): reflectance, and emission as radiance; and the footprints'
+    area (count,), in any unit."""
+
+    reflectance: np.ndarray
+    emission: np.ndarray
+    area: np.ndarray
+
+    @cached_property
+    def share(self) -> np.ndarray:
+        """(count,) float64 of the surface; they add up to 1."""
+        return area_shares(self.area)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Irradiances (count, channels) in ``unit``, float32; the estimated relative error, the bound
+    within which 95 % of the surface is; and the squared error expected at each receiver."""
+
+    unit: float
+    direct: np.ndarray
+    indirect: np.ndarray
+    error: float
+    sampled: float  # the part of it that samples of light have; the rest is known and not corrected
+    error_95: float
+    bounds: np.ndarray  # (64,) the error stays within these on PARTS of the surface
+    brightness: float  # mean radiance over the surface
+    share: np.ndarray  # (count,) float64 of the surface; they add up to 1
+    direct_square: np.ndarray  # (count,) relative, mean over channels
+    gather_square: np.ndarray  # (count,)
+    apart: np.ndarray  # (count, channels) relative: half the replicates' difference, as gathered
+
+    @property
+    def square(self) -> np.ndarray:
+        """(count,) the squared relative error expected at each receiver, mean over channels; its
+        mean by ``share`` is ``error`` squared, but for colours fitted to the receivers."""
+        return self.direct_square + self.gather_square
+
+    def squares(self) -> tuple[float, float]:
+        """The parts of the squared error that direct and gathered light have, as they count where
+        colours end."""
+        direct, gather = (
+            max(mean_over(self.share, part), 0.0)
+            for part in (self.direct_square, self.gather_square)
+        )
+        total = direct + gather
+        share = self.sampled**2 / total if total > 0 else 1.0
+        return share * direct, share * gather
+
+
+@dataclass(frozen=True)
+class SmoothedLight:
+    """Smoothed replicates (count, k · channels) of k kinds of light; half their difference, summed over the
+    kinds (count, channels); what the smoothing's error is more than noise, its square (count,), summed
+    over channels; and (count,) whether it smoothed at all. All but the replicates are relative."""
+
+    a: np.ndarray
+    b: np.ndarray
+    apart: np.ndarray
+    bias: np.ndarray
+    touched: np.ndarray
+
+    def error(self, share: np.ndarray, level: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """A sample (count, channels) of the error, and its square (count,), mean over channels, relative
+        to what ``level`` (count, 1) times it was. What the replicates' difference does not show is taken
+        to be spread over the surface as what it does, and to be no less."""
+        sample, channels = level * self.apart, self.apart.shape[1]
+        noise, bias = row_squares(sample), level[:, 0] ** 2 * self.bias
+        least = BALANCE * noise * self.touched
+        if mean_over(share, bias) < mean_over(share, least):
+            bias = least
+        square = (noise + bias) / channels
+        shown, whole = mean_over(share, noise) / channels, mean_over(share, square)
+        return sample * np.float32(np.sqrt(whole / shown) if shown > 0 else 1.0), square

@@ -1,0 +1,209 @@
+"""Solve patches: one independent solve of the surface, from rays to radiosities of patches.
+
+Elements are divided where the direct light on them varies and receivers look: solve for what
+matters, where it matters.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Protocol
+
+import numpy as np
+
+from ..elements.discontinuities import MAX_GROWTH, set_apart
+from ..elements.elements import build_elements, refine
+from ..lights.context import Context
+from ..sampling.points import PlacePoints
+from ..scene import Scene
+from ..workers.parallel import map_chunks, ranges
+from .emission import emission_to_find
+from .lit_patches import join_patches, light_patches, light_receivers
+from .patches import Patches, ReceiverPatches
+from .places import Places, join_places, no_places, places_hit
+from .radiosity import Radiosity, solve_rows
+from .rays import shoot
+from .rows import RowSamples, light_patches_met, trace_transport
+
+SEEDS_PER_ELEMENT = 40  # number [rays of receivers for each element] that look for elements
+SEED_RAYS = 16  # number [rays] of each receiver that takes part in that
+MAX_REFINEMENTS = 6
+VARIED = 100.0  # deviation [errors asked for, of the mean light] above which a patch has no one value
+HALVINGS = 2  # number [halvings of its edges] of an element that brings a bias
+
+
+class SolvePlan(Protocol):
+    """How fine a solve is."""
+
+    @property
+    def elements(self) -> int:
+        """About how many there are at the start."""
+
+    @property
+    def row_rays(self) -> int:
+        """Rays of each element's row."""
+
+    @property
+    def row_points(self) -> int:
+        """Points on each element that these start from, and that are lit."""
+
+    @property
+    def patch_rays(self) -> int:
+        """The same of each patch of a receiver,"""
+
+    @property
+    def patch_points(self) -> int:
+        """and its points."""
+
+
+def solve_radiosity(
+    context: Context, receivers: int, place: PlacePoints, own: ReceiverPatches | None,
+    plan: SolvePlan, tolerance: float, key: tuple[int, ...],
+) -> Radiosity:
+    """Solve with the patches ``own`` of receivers, and on about ``plan.elements`` elements elsewhere.
+
+    ``place`` gives Points of the ``receivers``, whose rays find the elements.
+    """
+    target, per = plan.elements, plan.row_points
+    elements = build_elements(context.geometry, _groups(context.scene), target)
+    patches = Patches(elements, own)
+    places, all_places = _seeds(context, patches, receivers, place, target, key)
+    known = []
+    if own is not None:
+        lit = light_receivers(context, own.footprints, plan.patch_points, (*key, 9))
+        known.append((lit, plan.patch_rays))
+        varied = varied_patches(context, own, plan, tolerance, key)
+        patches = replace(patches, receivers=own.without(varied))
+    share = len(places.entry) / max(all_places, 1)
+    if len(places.entry):
+        elements = set_apart(context, elements, target, tolerance)
+        patches = replace(patches, elements=elements)
+        places = places.on(patches)
+        places = places[patches.somewhere(places.entry)]
+        patches, lit = _refined(context, patches, places, share, plan, tolerance, key)
+        known.append((lit, plan.row_rays))
+    samples = RowSamples(plan.row_rays, per, plan.patch_rays, plan.patch_points)
+    transport = trace_transport(context, patches, known, samples, (*key, 12))
+    return solve_rows(context, patches, transport, tolerance)
+
+
+def varied_patches(
+    context: Context, own: ReceiverPatches, plan: SolvePlan, tolerance: float, key: tuple[int, ...]
+) -> np.ndarray:
+    """(P,) bool: patches of receivers in which direct light varies by much. They are lit at points of
+    their own for this: chosen by those that light the rows, what is left would be too dark, as bright
+    parts that no point met stay."""
+    lit = light_receivers(context, own.footprints, plan.patch_points, (*key, 16))
+    return lit.spread > VARIED * tolerance * float((lit.share @ lit.lit).mean())
+
+
+def extended(
+    context: Context, radiosity: Radiosity, places: Places, key: tuple[int, ...]
+) -> Radiosity:
+    """With rows for the patches that ``places`` lie on, and for what their rays meet.
+
+    Rays of the rows before met none of these, so that what is known stays as it is.
+    """
+    patches, before = radiosity.patches, radiosity.transport
+    first = before.count
+    known = light_patches_met(context, patches, places, before.samples, (*key, 11))
+    more = trace_transport(context, patches, known, before.samples, (*key, 12), before.row)
+    found = solve_rows(
+        context, patches, more.numbered_from(first), radiosity.tolerance, radiosity
+    )
+    return replace(
+        radiosity,
+        reflected=radiosity.reflected + found.reflected,
+        unknown=patches.table(more.row == -1, False),
+        transport=replace(more, blocks=before.blocks + more.blocks),
+        solution=np.concatenate([radiosity.solution, found.solution]),
+        iterations=max(radiosity.iterations, found.iterations),
+        residual=max(radiosity.residual, found.residual),
+        seconds=radiosity.seconds + found.seconds,
+    )
+
+
+def divided(
+    context: Context, radiosity: Radiosity, chosen: np.ndarray, places: Places,
+    key: tuple[int, ...],
+) -> Radiosity:
+    """Solved anew with the elements ``chosen`` (k,) int divided, which are lit where ``places`` lie
+    on their parts."""
+    before, patches = radiosity.transport, radiosity.patches
+    elements = patches.elements
+    parts = chosen
+    for _ in range(HALVINGS):
+        first = elements.count
+        elements = refine(context.geometry, elements, parts)
+        parts = np.arange(first, elements.count)
+    inside = np.isin(patches.element_of(patches.of(places.entry)), chosen)
+    known = []
+    for block in before.blocks:
+        kept = ~np.isin(patches.element_of(block.patches.patch), chosen)
+        known.append((block.patches.take(np.flatnonzero(kept)), block.rays))
+    patches = replace(patches, elements=elements)
+    places = places[np.flatnonzero(inside)].on(patches)
+    places = places[patches.somewhere(places.entry)]
+    known += light_patches_met(context, patches, places, before.samples, (*key, 13))
+    transport = trace_transport(context, patches, known, before.samples, (*key, 14))
+    return solve_rows(context, patches, transport, radiosity.tolerance)
+
+
+def without_reflection(context: Context, target: int) -> Radiosity:
+    """What rays can meet where nothing that is reflected counts: no unknowns, no rows."""
+    patches = Patches(build_elements(context.geometry, _groups(context.scene), target))
+    nothing = np.zeros((patches.entries, context.channels), np.float32)
+    emitted, known = emission_to_find(context, patches), np.zeros(len(nothing), bool)
+    return Radiosity(patches, nothing, *emitted, known, None, nothing[:0], 0, 0.0, 0.0, 1.0)
+
+
+def _seeds(
+    context: Context, patches: Patches, receivers: int, place: PlacePoints, target: int,
+    key: tuple[int, ...],
+):
+    """Where rays from a sample of the receivers meet elements, and how many met the surface."""
+    wanted = int(np.ceil(SEEDS_PER_ELEMENT * target / SEED_RAYS))
+    some = np.unique((np.arange(wanted) * (receivers / wanted)).astype(int))
+
+    def work(part: slice):
+        points = place(some[part], 0)
+        met, _ = shoot(context, points, SEED_RAYS, *key, 10, part.start)
+        return join_places([places_hit(patches.hit(m.hits), m.hits, patches) for m in met])
+
+    parts = map_chunks(work, ranges(len(some), 2048), context.threads, context.tick("elements"))
+    places = join_places(parts or [no_places()])
+    return places[places.entry >= patches.cells], len(places.entry)
+
+
+def _refined(
+    context: Context, patches: Patches, places: Places, part: float, plan: SolvePlan,
+    tolerance: float, key: tuple[int, ...],
+):
+    """Patches with the elements divided where direct light varies, and their sides that receivers
+    see, lit. The ``places`` are that ``part`` of all."""
+    target, per = plan.elements, plan.row_points
+    known = light_patches(context, places, patches.of(places.entry), per, (*key, 11))
+    mean = float((known.share @ known.lit).mean())
+    for step in range(MAX_REFINEMENTS):
+        worth = part * known.share * known.spread > tolerance * mean / np.sqrt(target)
+        worth &= known.share * len(places.entry) > 2
+        chosen = np.unique(patches.element_of(known.patch[worth]))
+        if len(chosen) == 0 or patches.elements.count > MAX_GROWTH * target:
+            break
+        kept = ~np.isin(patches.element_of(known.patch), chosen)
+        patches = replace(patches, elements=refine(context.geometry, patches.elements, chosen))
+        places = places.on(patches)
+        known = known.take(np.flatnonzero(kept))
+        patch = patches.of(places.entry)
+        fresh = np.flatnonzero(~np.isin(patch, known.patch))
+        lit = light_patches(context, places[fresh], patch[fresh], per, (*key, 11, step))
+        lit = replace(lit, share=lit.share * (len(fresh) / len(patch)))
+        known = join_patches([known, lit])
+    return patches, known
+
+
+def _groups(scene: Scene) -> np.ndarray:
+    """(n_triangles,) int64: the same number for the same object and material, without gaps: ten
+    thousand of either would make a table of all pairs too large."""
+    pair = scene.object.astype(np.int64) * len(scene.materials) + scene.material
+    return np.unique(pair, return_inverse=True)[1].reshape(-1)
