@@ -44,8 +44,9 @@ def write_colors(
 
 def find_colors(mesh, name: str) -> str | None:
     """What ``write_colors`` called the colour attribute ``name`` on this mesh; None without."""
+    layers = mesh.color_attributes
     for candidate in (name, FALLBACK.format(name)):
-        if candidate in mesh.color_attributes:
+        if candidate in layers:
             return candidate
     return None
 

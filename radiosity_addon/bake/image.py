@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import tempfile
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -76,7 +77,8 @@ def find_image(name: str):
     """The image that an earlier bake made under ``name``, whatever Blender calls it; or None."""
     import bpy
 
-    for image in bpy.data.images:
+    called = bpy.data.images.get(name)  # ours, as a rule: found without a look at all
+    for image in chain((called,) if called else (), bpy.data.images):
         if image.get(MARK) == name and image.library is None and image.is_float:
             return image
     return None

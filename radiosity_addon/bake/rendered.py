@@ -1,12 +1,31 @@
-"""Rendered: which objects of a view layer the collections let renders show. No imports."""
+"""Which objects of a view layer are rendered, for all that asks. Depends on bpy's objects only."""
 
 from __future__ import annotations
 
 
-def rendered_names(collection) -> set[str]:
-    """Names of the objects in a layer collection and below it, without those that are excluded or
-    disabled in renders."""
-    if collection.exclude or collection.collection.hide_render:
-        return set()
-    names = {item.name for item in collection.collection.objects}
-    return names.union(*map(rendered_names, collection.children))
+class Rendered:
+    """Whether an object is in a collection of the view layer that is rendered, by its name.
+
+    The first are looked up one by one; who asks for more gets a set of all names made.
+    """
+
+    FEW = 8
+
+    def __init__(self, view_layer) -> None:
+        self._collections = list(_rendered(view_layer.layer_collection))
+        self._asked, self._names = 0, None
+
+    def __contains__(self, name: str) -> bool:
+        self._asked += 1
+        if self._asked <= self.FEW:
+            return any(name in collection.objects for collection in self._collections)
+        if self._names is None:
+            self._names = {item.name for each in self._collections for item in each.objects}
+        return name in self._names
+
+
+def _rendered(collection):
+    if not (collection.exclude or collection.collection.hide_render):
+        yield collection.collection
+        for child in collection.children:
+            yield from _rendered(child)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from .. import memory
 from ..bake.atlas_layout import check_own_maps, layout_steps
 from ..bake.faces import most_receivers
-from ..bake.rendered import rendered_names
+from ..bake.rendered import Rendered
 from ..bake.unwrap import unwrap_steps
 from ..bake.uv_maps import HeldMap, give_maps, given, remove_uv_maps, take_back
 from ..bake.windows import own_size
@@ -80,10 +80,10 @@ def _map_steps(view_layer, names: list[str], settings: Settings):
         return (yield from unwrap_steps(
             names, UV_MAP, settings.size, settings.margin, settings.unwrap
         ))  # fmt: skip
-    shown = rendered_names(view_layer.layer_collection)
+    shown = Rendered(view_layer)
     names = [name for name in names if name in shown]
     every = [i.name for i in view_layer.objects if i.type == "MESH" and not i.hide_render]
-    others = sorted((shown & {*every}) - {*names})
+    others = sorted(name for name in every if name in shown and name not in names)
     check_own_maps(names, UV_MAP)
     return (yield from layout_steps(names, others, UV_MAP, settings))
 

@@ -11,13 +11,16 @@ def register() -> None:
     """Add every class and property to Blender."""
     import bpy
 
-    from . import lifetime, menus, presets, progress_bar, properties
+    from . import bake, keys, keywords, lifetime, menus, presets, progress_bar, properties
 
     for cls in _classes():
+        if cls is bake.RADIOSITY_OT_bake:
+            cls.__annotations__ = keywords.annotations()  # of the settings, registered by now
         bpy.utils.register_class(cls)
     properties.register_properties()
     bpy.types.STATUSBAR_HT_header.append(progress_bar.draw_status)
     menus.add()
+    keys.add()
     for moment, handler in lifetime.HANDLERS:
         getattr(bpy.app.handlers, moment).append(handler)
     bpy.utils.register_preset_path(presets.SHIPPED)
@@ -27,14 +30,16 @@ def unregister() -> None:
     """End a bake that runs, and take back everything ``register`` added."""
     import bpy
 
-    from . import lifetime, menus, presets, progress_bar, properties, session, view
+    from . import keys, lifetime, menus, preflight, presets, progress_bar, properties, session, view
 
     session.forget()
     view.forget()
+    preflight.forget()
     bpy.utils.unregister_preset_path(presets.SHIPPED)
     for moment, handler in lifetime.HANDLERS:
         getattr(bpy.app.handlers, moment).remove(handler)
     bpy.types.STATUSBAR_HT_header.remove(progress_bar.draw_status)
+    keys.take_away()
     menus.take_away()
     properties.unregister_properties()
     for cls in reversed(_classes()):

@@ -1,66 +1,63 @@
 """The operators that bake and that cancel. They orchestrate; the work is done elsewhere."""
 
-import time
 from functools import partial
 
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
 
-from . import session
+from . import background, overlay, results, session
 from .choice import chosen_objects, why_not
-from .progress_bar import progress_text, redraw
-from .properties import keywords, settings_of, with_keywords
+from .keywords import KEYWORDS, with_keywords
+from .progress_bar import redraw
+from .properties import settings_of
 from .report_store import store_report
 
-TICK = 0.05  # seconds between two steps
-REDRAW = 0.25  # seconds between two pictures of the progress: each draws the window anew
 # What bad input and failing disks raise; anything else is a fault of ours and shows its traceback.
 EXPECTED = (ValueError, OSError, RuntimeError, MemoryError, ImportError)
+CANCELLED = "Bake cancelled; the scene is as it was"
 
 
 class RADIOSITY_OT_bake(bpy.types.Operator):
     """Solve the light of the scene and bake it onto the objects. Esc cancels"""
 
-    __annotations__ = keywords()  # in place of the scene's settings, for this bake
-
+    # Invoked, it starts a bake, which a timer carries on; that invokes it again to write what was
+    # solved. So it runs modally for that short time only: Blender saves no file by itself
+    # (auto-save) while an operator runs.
     bl_idname = "radiosity.bake"
     bl_label = "Bake Radiosity"
     bl_options = {"REGISTER", "UNDO"}
 
     _timer = None
-    _shown = ""  # what the progress bars say
-    _next_redraw = 0.0
 
     @classmethod
     def poll(cls, context):
-        reason = why_not(context)
+        bake = session.current()
+        reason = "" if bake is not None and bake.wants_operator else why_not(context)
         if reason:
             cls.poll_message_set(reason)
         return not reason
 
     def invoke(self, context, event):
-        """Start the bake in the background and come back at once."""
+        """Start the bake in the background, or write what it has solved; come back at once."""
         if bpy.app.background:
             return self.execute(context)
+        if session.current() is not None:
+            return self._go_modal(context)
         if not self._begin(context):
             return {"CANCELLED"}
-        manager = context.window_manager
-        self._timer = manager.event_timer_add(TICK, window=context.window)
-        manager.modal_handler_add(self)
+        background.carry_on(context.window, self._given())
         redraw(context)
-        return {"RUNNING_MODAL"}
+        return {"INTERFACE"}
 
     def modal(self, context, event):
         bake = session.current()
         if bake is None:  # cancelled by its button, or the file was closed
             return self._finish(context, {"CANCELLED"})
         if event.type == "ESC" and event.value == "PRESS":
-            session.end()
-            self.report({"INFO"}, rpt_("Bake cancelled; the scene is as it was"))
+            self.report({"INFO"}, rpt_(CANCELLED))
             return self._finish(context, {"CANCELLED"})
         if event.type != "TIMER":  # nothing else may change what is being written
-            writing = bake.stage is session.Stage.WRITE
-            return {"RUNNING_MODAL" if writing else "PASS_THROUGH"}
+            return {"RUNNING_MODAL"}
         return self._tick(context, bake)
 
     def execute(self, context):
@@ -87,10 +84,24 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
     def _again(self):
         """Repeat Last and Adjust Last Operation: what the button does, once this call is over, as
         a call that blocks would freeze the window."""
-        given = [name for name in keywords() if self.properties.is_property_set(name)]
-        asked = {name: getattr(self, name) for name in given}
-        bpy.app.timers.register(partial(_press, asked), first_interval=0.0)
+        window = bpy.context.window
+        press = partial(background.press, window and window.as_pointer(), self._given())
+        bpy.app.timers.register(press, first_interval=0.0)
         return {"CANCELLED"}
+
+    def _given(self) -> dict:
+        """The keywords of this call."""
+        return {
+            name: getattr(self, name)
+            for name in KEYWORDS if self.properties.is_property_set(name)
+        }  # fmt: skip
+
+    def _go_modal(self, context):
+        manager = context.window_manager
+        self._progress = background.Progress()
+        self._timer = manager.event_timer_add(background.AT_WORK, window=context.window)
+        manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
 
     def _begin(self, context) -> bool:
         try:
@@ -105,21 +116,17 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
     def _tick(self, context, bake):
         if not self._step(context, bake):
             return self._finish(context, {"CANCELLED"})
-        self._show(context, bake)
+        self._progress.show(context, bake)
         if bake.stage is session.Stage.DONE:
             return self._finish(context, self._done(context, bake))
-        return {"PASS_THROUGH"}
-
-    def _show(self, context, bake) -> None:
-        """Bring the progress bars up to date, if they changed and not too often."""
-        now, text = time.perf_counter(), progress_text(bake)
-        if text != self._shown and now >= self._next_redraw:
-            self._shown, self._next_redraw = text, now + REDRAW
-            redraw(context)
+        return {"RUNNING_MODAL"}
 
     def _step(self, context, bake) -> bool:
-        """One step of the bake; False after a failure, which has been reported."""
+        """One step of the bake; False after a failure, of this or of the timer's last step, which
+        has been reported."""
         try:
+            if bake.failure is not None:
+                raise bake.failure
             bake.step(context)
         except EXPECTED as error:
             self.report({"ERROR"}, str(error) or type(error).__name__)
@@ -133,6 +140,8 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
     def _done(self, context, bake):
         store_report(bake.scene_name, bake.report)
         session.end()
+        overlay.outdate()
+        results.look_again()
         for warning in bake.report["warnings"]:
             self.report({"WARNING"}, warning)
         self.report({"WARNING" if bake.report["warnings"] else "INFO"}, summary(bake.report))
@@ -145,12 +154,6 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
             self._timer = None
         redraw(context)
         return status
-
-
-def _press(asked: dict) -> None:
-    """Press the button, with these keywords. Nothing where it is gray."""
-    if bpy.ops.radiosity.bake.poll():
-        bpy.ops.radiosity.bake("INVOKE_DEFAULT", **asked)
 
 
 def summary(report: dict) -> str:
@@ -175,7 +178,7 @@ class RADIOSITY_OT_cancel(bpy.types.Operator):
 
     def execute(self, context):
         session.end()
-        self.report({"INFO"}, rpt_("Bake cancelled; the scene is as it was"))
+        self.report({"INFO"}, rpt_(CANCELLED))
         redraw(context)
         return {"FINISHED"}
 

@@ -1,12 +1,16 @@
 """Which objects are baked, and why the Bake button is grey."""
 
+from itertools import islice
+
 import bpy
 from bpy.app.translations import pgettext_tip as tip_
 
-from ..bake.rendered import rendered_names
+from ..bake.rendered import Rendered
 from ..bake.single_user import sharing
 from . import session
 from .results import uv_map_of
+
+LOOKED_AT = 100  # meshes whose UV map is looked for at every redraw; a bake looks for all
 
 
 def chosen_objects(context, properties) -> tuple[str, ...]:
@@ -20,7 +24,7 @@ def survey(context) -> list[tuple]:
     """(object, why it cannot be baked, empty when it can) for all that the user's choice points
     at, by name. The same rules as the export's, which asks the evaluated scene."""
     properties = context.scene.radiosity
-    rendered = rendered_names(context.view_layer.layer_collection)
+    rendered = Rendered(context.view_layer)
     first: dict[str, str] = {}  # mesh: the object that gets its colours
     found = []
     for item in sorted(_pointed_at(context), key=lambda item: item.name):
@@ -33,28 +37,26 @@ def survey(context) -> list[tuple]:
     return found
 
 
-def _pointed_at(context) -> list:
+def _pointed_at(context):
     if context.scene.radiosity.objects_from == "SELECTED":
-        return context.selected_objects
-    return [item for item in context.view_layer.objects if item.type == "MESH"]
+        return iter(context.selected_objects)
+    return (item for item in context.view_layer.objects if item.type == "MESH")
 
 
-def _any_baked(context) -> bool:
-    """Whether the survey would find any: without going through all objects, as a rule."""
-    properties = context.scene.radiosity
-    rendered = rendered_names(context.view_layer.layer_collection)
-    return any(not _left_out(item, properties, rendered) for item in _pointed_at(context))
+def _baked(context):
+    """Those of the survey that can be baked, one after the other and without its sorting."""
+    properties, rendered = context.scene.radiosity, Rendered(context.view_layer)
+    return (item for item in _pointed_at(context) if not _left_out(item, properties, rendered))
 
 
 def sharing_objects(context) -> list:
     """The chosen objects that get no colours of their own while they share a mesh."""
-    properties = context.scene.radiosity
-    rendered = rendered_names(context.view_layer.layer_collection)
+    rendered, properties = Rendered(context.view_layer), context.scene.radiosity
     chosen = [i for i in _pointed_at(context) if i.type == "MESH" and i.data.users > 1]
     return sharing(item for item in chosen if not _left_out(item, properties, rendered))
 
 
-def _left_out(item, properties, rendered: set[str]) -> str:
+def _left_out(item, properties, rendered: Rendered) -> str:
     if item.type != "MESH":
         return tip_("it is no mesh: convert it to one")
     if item.hide_render or item.name not in rendered:
@@ -69,6 +71,15 @@ def _left_out(item, properties, rendered: set[str]) -> str:
     if properties.target == "IMAGE" and item.data.library and not uv_map_of(properties, item.data):
         return tip_("its mesh is linked and lacks the UV map: make it local")
     return ""
+
+
+def _without_map(context, name: str):
+    """The first object to be baked that lacks the UV map, or None. The map is looked for first, as
+    most have it: whether an object can be baked is a longer question."""
+    properties, rendered = context.scene.radiosity, Rendered(context.view_layer)
+    meshes = (item for item in _pointed_at(context) if item.type == "MESH")
+    lacking = (i for i in islice(meshes, LOOKED_AT) if name not in i.data.uv_layers)
+    return next((item for item in lacking if not _left_out(item, properties, rendered)), None)
 
 
 def why_not(context) -> str:
@@ -89,12 +100,11 @@ def why_not(context) -> str:
             return tip_("Save the file first: the image folder is relative to it")
     name = properties.uv_map.strip()
     if name and properties.target == "IMAGE":
-        baked = (item for item, reason in survey(context) if not reason)
-        item = next((item for item in baked if name not in item.data.uv_layers), None)
+        item = _without_map(context, name)
         if item is not None:
             text = tip_("{} has no UV map {}: unwrap it, or name another map or none")
             return text.format(item.name, name)
-    if _any_baked(context):
+    if next(_baked(context), None) is not None:
         return ""
     if properties.objects_from == "SELECTED":
         return tip_("Select a mesh that is rendered")

@@ -6,10 +6,10 @@ from bpy_extras.io_utils import ExportHelper
 
 from ..files import Publication, check_writable
 from .properties import settings_of
-from .results import baked_objects
+from .results import CarriesBake, baked_objects
 
 
-class RADIOSITY_OT_export_gltf(bpy.types.Operator, ExportHelper):
+class RADIOSITY_OT_export_gltf(CarriesBake, bpy.types.Operator, ExportHelper):
     """Write the scene as glTF with the bake where engines look for it: vertex colors alone in
     COLOR_0, images as lightmaps on a second UV map. Target, name and passes are those above"""
 
@@ -18,13 +18,6 @@ class RADIOSITY_OT_export_gltf(bpy.types.Operator, ExportHelper):
 
     filename_ext = ".glb"
     filter_glob: StringProperty(default="*.glb", options={"HIDDEN"})
-
-    @classmethod
-    def poll(cls, context):
-        if not baked_objects(context):
-            cls.poll_message_set("Nothing visible carries a bake of this target and name")
-            return False
-        return True
 
     def execute(self, context):
         from ..gltf.export import export_bake

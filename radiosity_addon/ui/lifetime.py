@@ -2,7 +2,7 @@
 
 import bpy
 
-from . import preflight, session, view
+from . import overlay, preflight, results, session, view
 
 
 @bpy.app.handlers.persistent
@@ -23,6 +23,11 @@ HANDLERS = (
     ("undo_pre", before_undo),
     ("redo_pre", before_undo),
     ("depsgraph_update_post", preflight.outdate),
+    ("depsgraph_update_post", results.look_again),
+    ("depsgraph_update_post", overlay.follow),
+    ("frame_change_post", overlay.follow),
+    ("undo_post", overlay.outdate),
+    ("redo_post", overlay.outdate),
     ("load_post", preflight.outdate),
     ("undo_post", preflight.outdate),
     ("redo_post", preflight.outdate),

@@ -1,68 +1,51 @@
-"""Baked images drawn over the viewport's meshes, with no material in between. bpy and its gpu.
+"""The bake drawn over the viewport, with no material in between, as the display shows light. bpy.
 
-The viewport's own picture is drawn over whole, with a depth buffer of our own: equal depths would
-flicker, as the viewport moves its pixels for smooth edges. Meshes without a bake are grey. The
-meshes are read once, when the overlay is added: adding it again shows later edits.
+Drawn in a canvas of its own with a depth buffer of its own, several samples a pixel: what the
+viewport draws has moved pixels for smooth edges. Meshes are read in a timer, when something
+changed, as drawing may be asked for while Blender's data are in use.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, field
 
 import bpy
 
-from .results import has_result, image_of, uv_map_of
+from .display import table_of, view_of
+from .overlay_pieces import asked, pieces_of
 
-VERTEX = """
-void main() {
-  place = uv;
-  gl_Position = ModelViewProjectionMatrix * vec4(pos, 1.0);
-}
-"""
-# The frame buffer encodes for the display. The alpha is not looked at: it is 0 in the margin.
-FRAGMENT = """
-void main() {
-  shown = vec4(max(texture(image, place).rgb, vec3(0.0)), 1.0);
-}
-"""
-GREY = (0.35, 0.35, 0.35, 1.0)  # of meshes without a bake, as displayed
+MOST_SAMPLES = 36_000_000  # of a canvas, 8 bytes each: four a pixel on a display of 4K
+SAMPLES = {"OFF": 1, "FXAA": 2, "5": 2, "8": 2, "11": 3, "16": 3, "32": 3}  # along a pixel's edge
+
+
+@dataclass
+class Shown:
+    """What one 3D View shows."""
+
+    pieces: dict = field(default_factory=dict)  # {session id: Piece}
+    batches: dict = field(default_factory=dict)  # {session id: (Piece, batch)}, on the card
+    changed: set | None = None  # session ids of what is to be read again; None: all
+    fresh: bool = False  # whether nothing is to be read
+    asked: tuple = ()  # the settings it was read with
+    view: tuple = ()  # of the table
+    table: object = None  # array, then texture
+    canvases: dict = field(default_factory=dict)  # {region's address: GPUOffScreen}
+
+
+_spaces: dict[int, Shown] = {}  # by the space's address
 _handle = None
-_spaces: dict[int, list] = {}  # by the space's address: what is drawn there
 
 
-@dataclass(frozen=True)
-class Piece:
-    """One object's triangles on the graphics card, and the names to find the rest by."""
-
-    object_name: str
-    image_name: str  # empty: drawn grey
-    batch: object
-
-
-def add(context, space) -> None:
-    """Draw the baked images in this viewport from now on."""
+def add(space) -> None:
+    """Show the bake in this viewport from now on."""
     global _handle
-    depsgraph = context.evaluated_depsgraph_get()
-    pieces = [
-        _piece(context.scene.radiosity, item, depsgraph)
-        for item in context.view_layer.objects
-        if item.type == "MESH" and item.visible_get()
-    ]
-    _spaces[space.as_pointer()] = [piece for piece in pieces if piece.batch is not None]
+    _spaces[space.as_pointer()] = Shown()
     if _handle is None:
         _handle = bpy.types.SpaceView3D.draw_handler_add(_draw, (), "WINDOW", "POST_VIEW")
 
 
-def _piece(properties, item, depsgraph) -> Piece:
-    if not has_result(item, properties):
-        return Piece(item.name, "", _batch(item, depsgraph, None))
-    uv_map = uv_map_of(properties, item.data)
-    return Piece(item.name, image_of(properties, item).name, _batch(item, depsgraph, uv_map))
-
-
 def remove(space) -> None:
-    """Draw them no more in this viewport; nothing happens if they were not drawn."""
+    """Show it no more in this viewport; nothing happens if it was not shown."""
     _spaces.pop(space.as_pointer(), None)
     if not _spaces:
         clear()
@@ -71,101 +54,86 @@ def remove(space) -> None:
 def clear() -> None:
     """Draw nothing anywhere, and take the handler away."""
     global _handle
+    from . import overlay_shaders
+
     _spaces.clear()
     if _handle is not None:
         bpy.types.SpaceView3D.draw_handler_remove(_handle, "WINDOW")
         _handle = None
-    _image_shader.cache_clear()
+    if bpy.app.timers.is_registered(refresh):
+        bpy.app.timers.unregister(refresh)
+    overlay_shaders.forget()
+
+
+@bpy.app.handlers.persistent
+def outdate(*_) -> None:
+    """Anything may have changed: all is read again before it is drawn next."""
+    for shown in _spaces.values():
+        shown.changed, shown.fresh = None, False
+    if _spaces:
+        _wake()
+
+
+@bpy.app.handlers.persistent
+def follow(scene, depsgraph=None) -> None:
+    """After an edit: note what has another shape or other colours. Moves are seen anyway."""
+    if not _spaces or depsgraph is None:
+        return
+    for update in depsgraph.updates:
+        plain = isinstance(update.id, bpy.types.Object) and not update.is_updated_geometry
+        if plain and update.is_updated_transform:
+            continue
+        for shown in _spaces.values():
+            shown.fresh = False
+            if shown.changed is not None and update.is_updated_geometry:
+                shown.changed.add(update.id.original.session_uid)
+
+
+def _wake() -> None:
+    if not bpy.app.timers.is_registered(refresh):
+        bpy.app.timers.register(refresh, first_interval=0.0)
+
+
+def refresh() -> None:
+    """Read what changed, for every viewport on a screen, and have it drawn."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            shown = _spaces.get(area.spaces.active.as_pointer()) if area.type == "VIEW_3D" else None
+            if shown is not None:
+                with bpy.context.temp_override(window=window, area=area):
+                    _read(bpy.context, shown)
+                area.tag_redraw()
+
+
+def _read(context, shown: Shown) -> None:
+    properties, view = context.scene.radiosity, view_of(context.scene)
+    depsgraph = context.evaluated_depsgraph_get()  # may evaluate, and so call ``follow``
+    changed, shown.changed, shown.fresh = shown.changed, set(), True
+    shown.asked = asked(properties)
+    shown.pieces = pieces_of(context.view_layer, depsgraph, properties, shown.pieces, changed)
+    if shown.view != view:
+        shown.view = view  # first, so that what fails is not tried again and again
+        shown.table = table_of(view)
 
 
 def _draw() -> None:
-    import gpu
-
-    pieces = _spaces.get(bpy.context.space_data.as_pointer())
-    if not pieces:
+    context = bpy.context
+    shown = _spaces.get(context.space_data.as_pointer())
+    if shown is None:
         return
-    gpu.state.active_framebuffer_get().clear(depth=1.0)
-    gpu.state.blend_set("NONE")  # the margin's texels have alpha 0
-    gpu.state.depth_test_set("LESS_EQUAL")
-    gpu.state.depth_mask_set(True)
-    for piece in pieces:
-        _draw_piece(piece)
-    gpu.state.depth_mask_set(False)
-    gpu.state.depth_test_set("NONE")
+    if shown.table is not None:
+        from .overlay_canvas import draw
+
+        draw(context, shown, samples(context))
+    wanted = asked(context.scene.radiosity), view_of(context.scene)
+    if not shown.fresh or (shown.asked, shown.view) != wanted:
+        _wake()
 
 
-def _draw_piece(piece: Piece) -> None:
-    """Draw it, unless its object is gone or hidden by now; grey if its image is gone."""
-    import gpu
-
-    item = bpy.data.objects.get(piece.object_name)
-    if item is None or not item.visible_get():
-        return
-    image = bpy.data.images.get(piece.image_name) if piece.image_name else None
-    shader = _image_shader() if image else _plain_shader()
-    with gpu.matrix.push_pop():
-        gpu.matrix.multiply_matrix(item.matrix_world)
-        shader.bind()
-        if image:
-            matrix = gpu.matrix.get_projection_matrix() @ gpu.matrix.get_model_view_matrix()
-            shader.uniform_float("ModelViewProjectionMatrix", matrix)
-            shader.uniform_sampler("image", gpu.texture.from_image(image))
-        else:
-            shader.uniform_float("color", GREY)
-        piece.batch.draw(shader)
-
-
-def _plain_shader():
-    import gpu
-
-    return gpu.shader.from_builtin("UNIFORM_COLOR")
-
-
-@lru_cache(maxsize=1)
-def _image_shader():
-    """Draws an image of linear colours."""
-    import gpu
-
-    between = gpu.types.GPUStageInterfaceInfo("radiosity_interface")
-    between.smooth("VEC2", "place")
-    info = gpu.types.GPUShaderCreateInfo()
-    info.push_constant("MAT4", "ModelViewProjectionMatrix")
-    info.sampler(0, "FLOAT_2D", "image")
-    info.vertex_in(0, "VEC3", "pos")
-    info.vertex_in(1, "VEC2", "uv")
-    info.vertex_out(between)
-    info.fragment_out(0, "VEC4", "shown")
-    info.vertex_source(VERTEX)
-    info.fragment_source(FRAGMENT)
-    return gpu.shader.create_from_info(info)
-
-
-def _batch(item, depsgraph, uv_map: str | None):
-    """The evaluated triangles, with UV coordinates if a map is named; None without triangles."""
-    import numpy as np
-    from gpu_extras.batch import batch_for_shader
-
-    evaluated = item.evaluated_get(depsgraph)
-    mesh = evaluated.to_mesh()
-    count = len(mesh.loop_triangles)
-    content, shader = {}, _plain_shader
-    if count:
-        points = _values(mesh.vertices, "co", 3, np.float32)
-        content["pos"] = points[_values(mesh.loop_triangles, "vertices", 3, np.int32).ravel()]
-    if count and uv_map and uv_map in mesh.uv_layers:
-        uv = _values(mesh.uv_layers[uv_map].uv, "vector", 2, np.float32)
-        content["uv"] = uv[_values(mesh.loop_triangles, "loops", 3, np.int32).ravel()]
-        shader = _image_shader
-    evaluated.to_mesh_clear()
-    if not content:
-        return None
-    return batch_for_shader(shader(), "TRIS", content)
-
-
-def _values(collection, name: str, width: int, kind):
-    """(n, width) of one property of all items."""
-    import numpy as np
-
-    values = np.empty(len(collection) * width, kind)
-    collection.foreach_get(name, values)
-    return values.reshape(-1, width)
+def samples(context) -> int:
+    """Samples along a pixel's edge, by the viewport's own setting and the canvas's size."""
+    number = SAMPLES.get(context.preferences.system.viewport_aa, 2)
+    pixels = context.region.width * context.region.height
+    while number > 1 and pixels * number**2 > MOST_SAMPLES:
+        number -= 1
+    return number

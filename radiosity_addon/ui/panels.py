@@ -3,12 +3,10 @@
 import bpy
 
 from . import session, view
-from .preflight import preflight_to_draw
+from .preflight_panel import draw_preflight
 from .presets import RADIOSITY_PT_presets
 from .progress_bar import CATEGORY, draw_progress
 from .properties import CUSTOM
-
-LINE = 44  # characters of a text in one line of the panel
 
 
 class RadiosityPanel:
@@ -39,7 +37,7 @@ class RADIOSITY_PT_bake(RadiosityPanel, bpy.types.Panel):
             row = layout.row()
             row.scale_y = 1.5
             row.operator("radiosity.bake", text="Bake", icon="RENDER_STILL")
-            draw_problems(layout.column(align=True), preflight_to_draw(context).problems)
+            draw_preflight(self.layout, context)
         else:
             draw_progress(layout.column(), bake)
         column = layout.column()
@@ -48,21 +46,6 @@ class RADIOSITY_PT_bake(RadiosityPanel, bpy.types.Panel):
         column.prop(properties, "quality")
         if properties.quality == CUSTOM:
             column.prop(properties, "error_percent")
-
-
-def draw_problems(column, problems) -> None:
-    """What will not fit, in red below the button, whether *Before the Bake* is open or not."""
-    column.alert = True
-    for text in problems:
-        for index, line in enumerate(broken(text)):
-            column.label(text=line, icon="BLANK1" if index else "ERROR", translate=False)
-
-
-def broken(text: str) -> list[str]:
-    """The text in lines that fit a sidebar."""
-    import textwrap
-
-    return textwrap.wrap(text, LINE)
 
 
 class RADIOSITY_PT_target(RadiosityPanel, bpy.types.Panel):
@@ -93,7 +76,16 @@ class RADIOSITY_PT_target(RadiosityPanel, bpy.types.Panel):
             layout.prop(properties, "unwrap")
         layout.prop(properties, "margin")
         if item is not None and not properties.use_atlas:
-            layout.column(align=True).prop(item, "radiosity_own_resolution")
+            draw_own(layout, item, "radiosity_own_resolution")
+
+
+def draw_own(layout, item, name: str) -> None:
+    """What is asked of the active object alone, below its name."""
+    column = layout.column(align=True)
+    row = column.split(factor=0.4)
+    row.label()
+    row.label(text=item.name, icon="OBJECT_DATA", translate=False)
+    column.prop(item, name)
 
 
 class ImagePanel(RadiosityPanel):
@@ -128,10 +120,10 @@ class RADIOSITY_PT_atlas(ImagePanel, bpy.types.Panel):
             layout.label(text="The UV map is used as it is", icon="INFO")
             return
         layout.prop(properties, "density")
+        layout.prop(properties, "atlas_images")
         item = context.object
         if item is not None and item.type == "MESH":
-            layout.prop(item, "radiosity_density_factor")
-        layout.prop(properties, "atlas_images")
+            draw_own(layout, item, "radiosity_density_factor")
 
 
 class RADIOSITY_PT_files(ImagePanel, bpy.types.Panel):

@@ -7,7 +7,7 @@ bake are the order of what a laptop of two cores takes.
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 from bpy.app.translations import pgettext_iface as iface_
@@ -17,14 +17,17 @@ from ..memory import ALWAYS, available_memory, fitting_edge, of_a_bake, of_image
 from ..settings import QUALITY_ERROR
 from . import words
 from .choice import sharing_objects, survey
+from .progress_bar import redraw
 from .properties import CUSTOM
 from .report_store import load_report
+from .open_windows import find_window
 
 MOST_SHOWN = 8  # names in the panel
 COVERED = 0.6  # of an image's texels, as a rule
 FIRST_SECONDS = 0.4  # start of the solver's process
 RATE = 20_000.0  # receivers a second at 3 % error
 LONGEST = 2.0  # seconds that a list is shown before another look at the free memory
+PAUSE = 0.3  # seconds from a change to the next list: rarer lists leave more time for the edit
 ASKED = ("target", "objects_from", "resolution", "quality", "error", "use_time_limit",
          "time_limit", "uv_map", "height", "use_atlas", "atlas_images",
          "density")  # fmt: skip
@@ -56,34 +59,67 @@ class Preflight:
         return (text.format(*sizes),)
 
 
-_kept: tuple | None = None  # (what it was made of, when, Preflight)
+@dataclass
+class _Kept:
+    """The list as it was last made."""
+
+    plan: Preflight
+    basis: tuple  # the settings it was made with
+    checked: float  # when the free memory was looked at [s]
+    stale: bool = False  # whether something of the file has changed since
+    window: int | None = None  # address of the window it is drawn in
+
+
+_kept: _Kept | None = None
 
 
 def preflight_to_draw(context) -> Preflight:
-    """``preflight`` of the last redraw while nothing has changed since: it takes 7 ms for 1,000
-    objects. While an animation plays, of before it."""
+    """The list of the last look. A look takes 7 ms for 1,000 objects and more, so where something
+    has changed a timer takes another soon, and not while an animation plays."""
     global _kept
+    basis = _basis(context)
+    if _kept is None or (bpy.app.background and (_kept.stale or _kept.basis != basis)):
+        _kept = _Kept(preflight(context), basis, time.monotonic())
+    playing = context.screen is not None and context.screen.is_animation_playing
+    if (_kept.stale or _kept.basis != basis) and not playing:
+        _kept.window = context.window.as_pointer()
+        if not bpy.app.timers.is_registered(_look):
+            bpy.app.timers.register(_look, first_interval=PAUSE)
+    elif time.monotonic() - _kept.checked > LONGEST:
+        _kept.checked = time.monotonic()
+        _kept.plan = replace(_kept.plan, free=available_memory())
+    return _kept.plan
+
+
+def _basis(context) -> tuple:
     properties = context.scene.radiosity
-    basis = (context.scene.session_uid, context.view_layer.name,
-             len(properties.report), *(str(getattr(properties, name)) for name in ASKED))
-    if _kept is not None and _kept[0] == basis:
-        playing = context.screen is not None and context.screen.is_animation_playing
-        if playing or time.monotonic() - _kept[1] < LONGEST:
-            return _kept[2]
-    _kept = basis, time.monotonic(), preflight(context)
-    return _kept[2]
+    return (context.scene.session_uid, context.view_layer.name, len(properties.report),
+            *(str(getattr(properties, name)) for name in ASKED))  # fmt: skip
+
+
+def _look() -> None:
+    """Make the list anew, and have it drawn."""
+    global _kept
+    if _kept is not None:
+        with bpy.context.temp_override(window=find_window(_kept.window)):
+            context = bpy.context
+            _kept = _Kept(preflight(context), _basis(context), time.monotonic())
+            redraw(context)
 
 
 @bpy.app.handlers.persistent
 def outdate(*_) -> None:
     """Something of the file changed."""
-    global _kept
     if _kept is not None:
-        _kept = _kept[0], _kept[1] if _playing() else float("-inf"), _kept[2]
+        _kept.stale = True
 
 
-def _playing() -> bool:
-    return any(window.screen.is_animation_playing for window in bpy.context.window_manager.windows)
+def forget() -> None:
+    """The add-on is going away."""
+    global _kept
+    _kept = None
+    if bpy.app.timers.is_registered(_look):
+        bpy.app.timers.unregister(_look)
 
 
 def preflight(context) -> Preflight:

@@ -4,12 +4,19 @@ import bpy
 
 from ..bake.made import SLOT, note
 from ..bake.own_materials import BEFORE, OWN, PREVIEW, is_preview, own_material
-from .results import any_baked, attribute_of, baked_objects, image_of, passes_baked, uv_map_of
+from .results import (
+    CarriesBake,
+    attribute_of,
+    baked_objects,
+    image_of,
+    passes_baked,
+    uv_map_of,
+)
 
 GREY = (0.8, 0.8, 0.8)  # what Cycles and a bake show of a face without material
 
 
-class RADIOSITY_OT_build_material(bpy.types.Operator):
+class RADIOSITY_OT_build_material(CarriesBake, bpy.types.Operator):
     """Build a material for each baked object that shows its light; where light alone was baked,
     times the base color of the object's own material. Your materials are not changed, and a bake
     looks through ours"""
@@ -24,13 +31,6 @@ class RADIOSITY_OT_build_material(bpy.types.Operator):
         "your materials back",
         default=False,
     )
-
-    @classmethod
-    def poll(cls, context):
-        if not any_baked(context):
-            cls.poll_message_set("Nothing visible carries a bake of this target and name")
-            return False
-        return True
 
     def execute(self, context):
         properties, told = context.scene.radiosity, []

@@ -5,9 +5,6 @@
 
 from __future__ import annotations
 
-import typing
-from types import SimpleNamespace
-
 import bpy
 from bpy.props import (
     BoolProperty,
@@ -263,43 +260,6 @@ class RadiositySettings(bpy.types.PropertyGroup):
         max=1024,
     )
     report: StringProperty(options={"HIDDEN"}, description="The last bake's report, as JSON")
-
-
-# Not to be given as a keyword: what is kept, and the error in another unit.
-NO_KEYWORDS = ("report", "error_percent")
-# What is meant along with a keyword, where it is not given itself.
-IMPLIED = {
-    "error": ("quality", CUSTOM),
-    "time_limit": ("use_time_limit", True),
-    "image_dir": ("write_files", True),
-    "format": ("write_files", True),
-    "atlas": ("use_atlas", True),
-    "atlas_images": ("use_atlas", True),
-    "density": ("use_atlas", True),
-}
-
-
-def keywords() -> dict:
-    """The settings as properties of an operator, which are the scene's where they are not given."""
-    found = {}
-    for name, each in typing.get_type_hints(RadiositySettings).items():
-        if name not in NO_KEYWORDS:
-            each.keywords["options"] = {*each.keywords.get("options", ()), "SKIP_SAVE"}
-            found[name] = each
-    return found
-
-
-def with_keywords(properties: RadiositySettings, operator) -> SimpleNamespace:
-    """The scene's settings, and in place of some those that ``operator`` was given."""
-    names = [name for name in RadiositySettings.__annotations__ if name not in NO_KEYWORDS]
-    given = getattr(operator, "properties", None)
-    asked = {} if given is None else {
-        name: getattr(given, name) for name in names if given.is_property_set(name)
-    }  # fmt: skip
-    for name, (other, value) in IMPLIED.items():
-        if name in asked:
-            asked.setdefault(other, value)
-    return SimpleNamespace(**{**{name: getattr(properties, name) for name in names}, **asked})
 
 
 def settings_of(properties: RadiositySettings, objects: tuple[str, ...] = ()) -> Settings:

@@ -1,11 +1,11 @@
-"""The panels before and after a bake: the pre-flight list and the report."""
+"""The panel after a bake: the report."""
 
 import bpy
 from bpy.app.translations import pgettext_iface as iface_
 
 from . import words
-from .panels import RadiosityPanel, broken
-from .preflight import MOST_SHOWN, preflight_to_draw
+from .lines import draw_note, pair
+from .panels import RadiosityPanel
 from .report_store import load_report, report_text
 
 STAGES = {
@@ -22,34 +22,6 @@ REUSED = {
     "transport": "Form factors of the last bake",
 }
 ENERGY = {"emitted": "Emitted", "absorbed": "Absorbed", "escaped": "Escaped"}
-
-
-class RADIOSITY_PT_preflight(RadiosityPanel, bpy.types.Panel):
-    bl_label = "Before the Bake"
-    bl_parent_id = "RADIOSITY_PT_bake"
-    bl_options = {"DEFAULT_CLOSED"}
-    bl_order = -1  # first below the button
-
-    def draw(self, context):
-        plan = preflight_to_draw(context)
-        column = self.layout.column(align=True)
-        pair(column, "Objects", words.count(len(plan.baked)))
-        for name in plan.baked[:MOST_SHOWN]:
-            column.label(text=name, icon="CHECKMARK", translate=False)
-        draw_more(column, len(plan.baked))
-        if plan.left_out:
-            column.separator()
-            pair(column, "Left Out", words.count(len(plan.left_out)))
-            for name, reason in plan.left_out[:MOST_SHOWN]:
-                draw_note(column, f"{name}: {reason}", "X")
-            draw_more(column, len(plan.left_out))
-        column.separator()
-        pair(column, "Time, about", words.duration(plan.seconds))
-        pair(column, "Memory, about", words.size(plan.bytes))
-        if plan.sharing:
-            column.separator()
-            pair(column, "Sharing a Mesh", words.count(len(plan.sharing)))
-            column.operator("radiosity.single_user", icon="DUPLICATE")
 
 
 class RADIOSITY_PT_report(RadiosityPanel, bpy.types.Panel):
@@ -115,29 +87,6 @@ def draw_warnings(layout, report: dict) -> None:
         draw_note(layout.column(align=True), text, "ERROR")
 
 
-def draw_note(column, text: str, icon: str) -> None:
-    """The whole text, broken into lines, the icon before the first."""
-    for index, line in enumerate(broken(text)):
-        column.label(text=line, icon="BLANK1" if index else icon, translate=False)
-
-
-def pair(layout, label: str, value: str) -> None:
-    """A label and its value in two columns."""
-    row = layout.split(factor=0.55, align=True)
-    name = row.row()
-    name.alignment = "RIGHT"
-    name.label(text=label)
-    row.label(text=value, translate=False)
-
-
-def draw_more(layout, number: int) -> None:
-    """Say how many names are not shown."""
-    if number > MOST_SHOWN:
-        layout.label(
-            text=iface_("and {:d} more").format(number - MOST_SHOWN), icon="BLANK1", translate=False
-        )
-
-
 class RADIOSITY_OT_copy_report(bpy.types.Operator):
     """Copy the whole report to the clipboard, as JSON"""
 
@@ -158,4 +107,4 @@ class RADIOSITY_OT_copy_report(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (RADIOSITY_PT_preflight, RADIOSITY_PT_report, RADIOSITY_OT_copy_report)
+CLASSES = (RADIOSITY_PT_report, RADIOSITY_OT_copy_report)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import bpy
 
 from ..bake.attribute import find_colors
@@ -10,6 +12,8 @@ from ..bake.made import PASSES, passes_of
 from ..bake.uv_maps import find_uv_map
 from ..bake.windows import owners
 from ..settings import Settings
+
+MISSED = 5.0  # seconds until a bake is looked for again where there was none and nothing changed
 
 
 def image_of(properties, item):
@@ -47,23 +51,65 @@ def baked_objects(context) -> list:
     return list(_baked(context))
 
 
+class CarriesBake:
+    """The poll of operators that need something baked."""
+
+    @classmethod
+    def poll(cls, context):
+        if any_baked(context):
+            return True
+        cls.poll_message_set("Nothing visible carries a bake of this target and name")
+        return False
+
+
+_found = ""  # name of the object that ``any_baked`` found last
+_missed: tuple = ()  # (what was asked, when), where it found none
+
+
 def any_baked(context) -> bool:
-    """Whether there are any: asked at every redraw, so it looks no further than the first."""
-    return next(_baked(context), None) is not None
+    """Whether there are any. Asked several times a redraw, so the last one found is looked at
+    first, and while a window is drawn none are looked for again only after a while."""
+    global _found, _missed
+    properties = context.scene.radiosity
+    last = context.view_layer.objects.get(_found) if _found else None
+    if last is not None and last.type == "MESH" and has_result(last, properties):
+        if last.visible_get():
+            return True
+    asked = properties.target, properties.bake_name, properties.uv_map, context.view_layer.name
+    if _missed[:1] == (asked,) and time.monotonic() - _missed[1] < MISSED:
+        return False
+    item = next(_baked(context), None)
+    _found, _missed = (item.name, ()) if item is not None else ("", (asked, time.monotonic()))
+    if bpy.app.background:
+        _missed = ()
+    return item is not None
+
+
+@bpy.app.handlers.persistent
+def look_again(*_) -> None:
+    """Something of the file changed."""
+    global _missed
+    _missed = ()
 
 
 def _baked(context):
     properties = context.scene.radiosity
-    marked = {image[MARK] for image in bpy.data.images if MARK in image}
-    held = {name for image in bpy.data.images if MARK in image for name in owners(image)}
-    for item in context.view_layer.objects:
-        if item.type != "MESH":
-            continue
-        own = f"{properties.bake_name}_{item.name}"
-        if properties.target == "IMAGE" and item.name not in held and own not in marked:
-            continue
-        if has_result(item, properties) and item.visible_get():
-            yield item
+    items = (item for item in context.view_layer.objects if item.type == "MESH")
+    if properties.target == "IMAGE":
+        items = _with_image(items, properties.bake_name)
+    return (item for item in items if has_result(item, properties) and item.visible_get())
+
+
+def _with_image(items, name: str):
+    """Those for which the bake ``name`` may have made an image: a look at all images, not one for
+    each object."""
+    marked, held = set(), set()
+    for image in bpy.data.images:
+        mark = image.get(MARK)
+        if mark is not None:
+            marked.add(mark)
+            held.update(owners(image))
+    return (item for item in items if item.name in held or f"{name}_{item.name}" in marked)
 
 
 def has_result(item, properties) -> bool:

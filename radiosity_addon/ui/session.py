@@ -17,12 +17,11 @@ from ..settings import Settings
 from ..steps import scaled
 from .follow import follow
 from .keep_file import NAME, forget_kept
+from .pace import Pace
 from .payload import PACKAGE
 
 # The shares of the whole that the solver's part has in the progress bar.
 SOLVE_FROM, SOLVE_TO = 0.05, 0.97
-BUDGET = 0.02  # seconds of reading or writing in one step, but at least one piece of it
-MOST = 0.05  # seconds that a step with several pieces takes, should a long one be the last
 # What reading and writing import, in pieces. SciPy and embreex are the solver's process's alone.
 IMPORTS = ("bake.texels", "bake.unwrap", "export.shaders", "export.materials", "export.lights",
            "export.world", "export.evaluated", "export.pipeline", "stages.prepare",
@@ -53,6 +52,7 @@ class BakeSession:
         self.detail = ""  # the solver's own word for what it does
         self.fraction = 0.0
         self.report: dict | None = None
+        self.failure: Exception | None = None  # of a step that a timer took, for the operator to tell
         self._start = time.perf_counter()
         self._export_seconds = 0.0
         self._process = None  # a SolverProcess, from the first step on
@@ -60,7 +60,11 @@ class BakeSession:
         self._job = self._result = None
         self._peak_memory, self._reused = 0, ""
         self._maps: list = []
-        self._longest = 0.0  # seconds of the longest piece so far
+
+    @property
+    def wants_operator(self) -> bool:
+        """Whether the timer's part is over: what is left to write or to tell is an operator's."""
+        return self.failure is not None or self.stage is Stage.WRITE
 
     @property
     def elapsed(self) -> float:
@@ -79,6 +83,8 @@ class BakeSession:
         try:
             if self.stage is Stage.SOLVE:
                 self._watch()
+            elif self.stage is Stage.WAIT:
+                self._await_object_mode()
             elif self.stage is not Stage.DONE:
                 self._take_steps(context)
         except BaseException:
@@ -101,15 +107,15 @@ class BakeSession:
             self._process = None
 
     def _take_steps(self, context) -> None:
-        """Pieces of reading or of writing that take about ``BUDGET`` together."""
+        """Pieces of reading or of writing, as many as the pace allows; at least one."""
         if self._steps is None:
             reading = self.stage is Stage.START
             self._steps = self._read(context) if reading else self._write(context)
-        start = before = time.perf_counter()
+            _pace.restart()
+        _pace.begin()
+        stage = self.stage
         for self.fraction in self._steps:
-            now = time.perf_counter()
-            self._longest, before = max(self._longest, now - before), now
-            if now - start >= min(BUDGET, MOST - self._longest):
+            if _pace.enough() or self.stage is not stage:  # the window shows the new one
                 return
         self._steps = None
         if self.stage is Stage.DONE:
@@ -128,6 +134,7 @@ class BakeSession:
         from ..stages.prepare import prepare_steps
 
         self.stage = Stage.EXPORT
+        yield 0.0
         before = self.elapsed
         reading = prepare_steps(scene, view_layer, self.settings)
         self._job, self._maps = yield from scaled(0.0, SOLVE_FROM, reading)
@@ -141,18 +148,19 @@ class BakeSession:
         self.fraction = max(self.fraction, share)
         if self._process.finished():
             self._result, self._peak_memory, self._reused = self._process.result()
-            self.stage, self.detail = Stage.WRITE, ""
+            self._await_object_mode()
+
+    def _await_object_mode(self) -> None:
+        """On to WRITE, but not while an object to be written is edited."""
+        self.detail = follow(self._job, self._result).in_edit_mode
+        self.stage = Stage.WAIT if self.detail else Stage.WRITE
 
     def _write(self, context):
-        """From the result to the report, in steps; nothing is written while an object is edited."""
+        """From the result to the report, in steps."""
         from ..report import build_report
         from ..stages.apply import apply_steps, find_encoding
 
-        followed = follow(self._job, self._result)
-        if followed.in_edit_mode:
-            self.stage, self.detail = Stage.WAIT, followed.in_edit_mode
-            return
-        self.stage, self.detail, before = Stage.WRITE, "", self.elapsed
+        followed, before = follow(self._job, self._result), self.elapsed
         give_maps(self._maps)
         encoding = find_encoding(followed.job, followed.result)
         writing = apply_steps(context, followed.job, followed.result, encoding=encoding)
@@ -187,6 +195,7 @@ def forget() -> None:
     forget_kept(kept_file())
 
 
+_pace = Pace()
 _current: BakeSession | None = None
 
 

@@ -33,7 +33,8 @@ def test_keywords_stand_in_for_the_scenes_settings(file):
 
 
 def test_keywords_imply_what_they_need(file, tmp_path):
-    from radiosity_addon.ui.properties import settings_of, with_keywords
+    from radiosity_addon.ui.keywords import with_keywords
+    from radiosity_addon.ui.properties import settings_of
 
     def settings(**given):
         stand_in = SimpleNamespace(is_property_set=given.__contains__, **given)
@@ -121,34 +122,51 @@ def test_menus_offer_the_bake_as_the_button_does(addon):
 
 def test_repeating_does_not_block(file, monkeypatch):
     """A window's Repeat Last calls ``execute``; the bake is then started as the button does."""
-    from radiosity_addon.ui import bake
+    from radiosity_addon.ui import background, bake
 
     begun, timers = [], []
+    monkeypatch.setattr(background, "press", lambda *words: begun.append(words))
     monkeypatch.setattr(bake, "bpy", SimpleNamespace(
         app=SimpleNamespace(
             background=False, timers=SimpleNamespace(register=lambda f, **_: timers.append(f))),
-        ops=SimpleNamespace(radiosity=SimpleNamespace(bake=Call(begun))),
+        context=SimpleNamespace(window=SimpleNamespace(as_pointer=lambda: 7)),
     ))  # fmt: skip
     operator = SimpleNamespace(
         options=SimpleNamespace(is_repeat=False, is_repeat_last=True), error=0.05,
         properties=SimpleNamespace(is_property_set=lambda name: name == "error"),
     )  # fmt: skip
-    operator._again = lambda: bake.RADIOSITY_OT_bake._again(operator)
+    for name in ("_again", "_given"):
+        setattr(operator, name, getattr(bake.RADIOSITY_OT_bake, name).__get__(operator))
     assert bake.RADIOSITY_OT_bake.execute(operator, file.context) == {"CANCELLED"}
     assert begun == []
     timers[0]()
-    assert begun == [(("INVOKE_DEFAULT",), {"error": 0.05})]
+    assert begun == [(7, {"error": 0.05})]
 
 
-class Call:
-    def __init__(self, calls: list) -> None:
-        self.calls = calls
+@pytest.mark.parametrize("kind", [ValueError, KeyError])
+def test_failure_of_the_timers_step_is_the_operators_to_tell(file, monkeypatch, kind):
+    """A timer has no report: the bake waits for the operator, which says it or shows its traceback."""
+    from radiosity_addon.ui import background, bake, properties, session
 
-    def poll(self) -> bool:
-        return True
+    def fail(self, context):
+        self.cancel()
+        raise kind("no such thing")
 
-    def __call__(self, *words, **keywords) -> None:
-        self.calls.append((words, keywords))
+    settings = properties.settings_of(file.context.scene.radiosity)
+    session.begin(session.BakeSession(file.context.scene.name, settings))
+    monkeypatch.setattr(session.BakeSession, "step", fail)
+    ticker = background.Ticker(session.current(), None, {})
+    ticker._step()
+    assert session.current().wants_operator and bake.RADIOSITY_OT_bake.poll(file.context)
+    told: list = []
+    operator = SimpleNamespace(report=lambda *words: told.append(words))
+    if kind is ValueError:
+        assert bake.RADIOSITY_OT_bake._step(operator, file.context, session.current()) is False
+        assert told == [({"ERROR"}, "no such thing")]
+    else:
+        with pytest.raises(KeyError):
+            bake.RADIOSITY_OT_bake._step(operator, file.context, session.current())
+    assert session.current() is None
 
 
 def test_what_will_not_fit_is_said_by_the_button(file, monkeypatch):

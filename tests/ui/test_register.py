@@ -36,6 +36,9 @@ def traces(bpy) -> set[str]:
     for handlers in (getattr(bpy.app.handlers, name) for name in dir(bpy.app.handlers)):
         if isinstance(handlers, list):
             names |= {str(f) for f in handlers if "radiosity" in (f.__module__ or "")}
+    config = bpy.context.window_manager.keyconfigs.addon
+    names |= {item.idname for keys in config.keymaps for item in keys.keymap_items
+              if "radiosity" in item.idname}  # fmt: skip
     return names
 
 
@@ -47,6 +50,7 @@ def test_twice_in_a_row_leaves_nothing_behind(blender):
         radiosity_addon.register()
         found = traces(blender)
         assert {"RADIOSITY_PT_bake", "RADIOSITY_OT_bake", "Scene.radiosity", "ops.bake"} <= found
+        assert "radiosity.cancel" in found  # Esc
         radiosity_addon.unregister()
         assert traces(blender) == set()
 

@@ -103,6 +103,30 @@ def test_missing_uv_map_is_named_by_the_button(file):
     assert "Box has no UV map Atlas" in why_not(file.context)
 
 
+def test_the_button_asks_about_objects_that_lack_the_uv_map_alone(file, monkeypatch):
+    """Of 20 that have it none is asked whether it can be baked, but the first one found for a bake;
+    of two that lack it the one that is not rendered is asked and passed over."""
+    from radiosity_addon.ui import choice
+
+    mesh, asked = file.data.objects["Box"].data, []
+    mesh.uv_layers.new(name="Atlas")
+    for index in range(20):
+        add(file, f"Fine {index}", mesh.copy())
+    original = choice._left_out
+    monkeypatch.setattr(
+        choice, "_left_out", lambda item, *rest: (asked.append(item.name), original(item, *rest))[1]
+    )
+    properties = file.context.scene.radiosity
+    properties.target, properties.uv_map = "IMAGE", "Atlas"
+    assert choice.why_not(file.context) == "" and len(asked) == 1
+    bare = mesh.copy()
+    bare.uv_layers.remove(bare.uv_layers["Atlas"])
+    add(file, "Not rendered", bare).hide_render = True
+    assert choice.why_not(file.context) == "" and asked[1:-1] == ["Not rendered"]
+    add(file, "Bare", bare.copy())
+    assert "Bare has no UV map Atlas" in choice.why_not(file.context)
+
+
 def test_preflight_of_the_selection_names_what_is_no_mesh(file):
     file.context.scene.radiosity.objects_from = "SELECTED"
     for item in file.data.objects:

@@ -7,6 +7,7 @@ command that runs others where that Blender lives (a container); Xvfb, xdotool a
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import shlex
@@ -15,9 +16,11 @@ import subprocess
 import time
 from pathlib import Path
 
+import numpy as np
+
 SIZE = (1280, 800)
 TOOLS = ("Xvfb", "xdotool", "import")
-PATIENCE = 60  # seconds for anything to happen
+PATIENCE = 180  # seconds for anything to happen, on a machine that does other work
 
 
 def blender_command() -> list[str]:
@@ -48,18 +51,29 @@ def missing() -> str:
     return ""
 
 
+_opened = itertools.count()
+
+
 class Window:
     """Blender open in a window. Use as a context manager."""
 
     def __init__(self, folder: Path, environment: dict, *words) -> None:
         self._folder = folder
-        self._display = f":{70 + os.getpid() % 900}"
+        self._display = f":{70 + (os.getpid() + 100 * next(_opened)) % 900}"
         self._environment = {**os.environ, **environment, "DISPLAY": self._display}
         self._words = words
         self._log = open(folder / "blender.log", "wb")
         self._running: list[subprocess.Popen] = []
 
     def __enter__(self) -> Window:
+        try:
+            self._open()
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def _open(self) -> None:
         width, height = SIZE
         self._launch([*beside(), "Xvfb", self._display, "-screen", "0", f"{width}x{height}x24"])
         time.sleep(1.5)
@@ -68,7 +82,6 @@ class Window:
         self._launch([*blender_command(), "--gpu-backend", "opengl", *geometry, *self._words,
                       "--python", str(inside), "--", str(self._folder)])  # fmt: skip
         self.ask("answer = True")
-        return self
 
     def __exit__(self, *_) -> None:
         for process in reversed(self._running):
@@ -77,7 +90,7 @@ class Window:
                 process.wait(5)
             except subprocess.TimeoutExpired:
                 process.kill()
-                process.wait(5)
+                process.wait(PATIENCE)
         self._log.close()
 
     def _launch(self, line: list[str]) -> None:
@@ -131,10 +144,21 @@ class Window:
         """Press a key, as xdotool names it."""
         self._tool("xdotool", "key", name)
 
+    def type(self, text: str) -> None:
+        """Type the text, key by key."""
+        self._tool("xdotool", "type", "--delay", "50", text)
+
     def picture(self, path: Path) -> Path:
         """Save what the screen shows."""
         self._tool("import", "-window", "root", str(path))
         return path
+
+    def pixels(self) -> np.ndarray:
+        """(height, width, 3) uint8 of the screen, the lowest row first."""
+        path = self._folder / "screen.rgb"
+        self._tool("import", "-window", "root", "-depth", "8", f"rgb:{path}")
+        width, height = SIZE
+        return np.fromfile(path, np.uint8).reshape(height, width, 3)[::-1]
 
     def _tool(self, *words: str) -> None:
         subprocess.run([*beside(), *words], env=self._environment, check=True, timeout=30)

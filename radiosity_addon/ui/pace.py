@@ -1,0 +1,47 @@
+"""How long a step of reading or writing is, between two turns of Blender's window.
+
+A step takes as long as the window took of late, so that the work has half of the time at least: what
+changes a mesh or renders has Blender draw the viewport anew, eight times for smooth edges, however
+short the step was. Where the window is quick, steps are too short to be felt.
+"""
+
+from __future__ import annotations
+
+import time
+
+LEAST = 0.05  # seconds of a step: shorter ones leave more turns to the window than it has use for
+MOST = 0.08  # seconds of work in a step, where the window itself is quicker: longer ones are felt
+SLOW = 0.5  # seconds of work in a step, however slow the window is
+FADES = 0.75  # of its length a turn or piece counts for after each further one: higher, longer remembered
+
+
+class Pace:
+    """Tells after each piece of work whether a step had enough of them. One for all bakes: how slow the
+    window is to draw is known from the last."""
+
+    def __init__(self) -> None:
+        self._turn = 0.0  # seconds: the longest that the window took of late between two steps
+        self.restart()
+
+    def restart(self) -> None:
+        """Another work begins; its pieces are not like those of the last."""
+        self._ended: float | None = None
+        self._longest = 0.0  # seconds of work in a piece of late: not of waiting for a processor
+
+    def begin(self) -> None:
+        """A step begins."""
+        start, self._before = time.perf_counter(), time.thread_time()
+        if self._ended is not None:
+            self._turn = max(start - self._ended, FADES * self._turn)
+        self._until, self._quick = start + max(LEAST, self._turn), self._turn < MOST
+        self._left = MOST if self._quick else min(self._turn, SLOW)
+
+    def enough(self) -> bool:
+        """A piece is done: whether it was the step's last. Where the window is quick another long
+        one might be too much."""
+        now = time.thread_time()
+        worked, self._before = now - self._before, now
+        self._longest, self._left = max(FADES * self._longest, worked), self._left - worked
+        self._ended = time.perf_counter()
+        feared = self._longest if self._quick else 0.0
+        return self._left <= feared or self._ended >= self._until
