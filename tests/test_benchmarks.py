@@ -90,6 +90,15 @@ def test_comparable_texels_of_a_split_square():
     assert not mask[np.arange(4), np.arange(4)].any()
 
 
+def test_texels_beyond_a_border_are_not_compared():
+    """A square from 1.5 to 6.5 texels of 8: of the texels at its border only a half lies in a triangle,
+    of those at its corners a quarter; 4 × 4 are whole, less the 4 on the diagonal."""
+    low, high = 1.5 / 8, 6.5 / 8
+    a, b, c, d = (low, low), (high, low), (high, high), (low, high)
+    mask = comparable_texels(np.array([[a, b, c], [a, c, d]]), 8)
+    assert mask.sum() == 12 and mask[2:6, 2:6].sum() == 12
+
+
 def rung(seconds, error, method="Cycles"):
     from verification.error import Measured
 
