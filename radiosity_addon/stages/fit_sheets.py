@@ -28,7 +28,7 @@ ALIKE = 0.02  # of the larger: reflectances and emissions that differ by less ar
 @dataclass(frozen=True)
 class Drawn:
     """A sheet before the fit: ``image`` (height, width, 4) float32, and which of its texels, row by row,
-    are of the margin, (n,) bool: they have a color, but lie on no face."""
+    are of the ``margin``, (n,) bool, or buried: they are filled with others' color and know no light."""
 
     image: np.ndarray
     margin: np.ndarray
