@@ -68,9 +68,7 @@ def fit(charted, light, with_seams=True):
     pixels = known.mean[nearest.sum(-1).argmin(1)]
     whole = known.texel[known.share > 0.9999]
     used = seams if with_seams else seams.take(np.zeros(len(seams.weight), bool))
-    texel, value = fit_texels(
-        sheets, known, used, pixels, ~np.isin(np.arange(len(pixels)), whole)
-    )
+    texel, value = fit_texels(sheets, known, used, pixels, ~np.isin(np.arange(len(pixels)), whole))
     after = pixels.copy()
     after[texel] = value
     assert np.array_equal(after[whole], pixels[whole])
