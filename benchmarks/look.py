@@ -49,8 +49,12 @@ def show(obj, pixels: np.ndarray) -> None:
         slot.material = material
 
 
-def picture(name: str, path: Path, width: int = 960, exposure: float = 0.0) -> None:
-    """Render the open scene from the view of that name, without any light but what is emitted."""
+def picture(
+    name: str, path: Path, width: int = 960, exposure: float = 0.0, samples: int = 16,
+    bounces: int = 0, seed: int = 0,
+) -> None:
+    """Render the open scene from the view of that name; without ``bounces`` there is no light but
+    what is emitted."""
     import bpy
     from mathutils import Vector
 
@@ -64,8 +68,10 @@ def picture(name: str, path: Path, width: int = 960, exposure: float = 0.0) -> N
     camera.rotation_euler = direction.to_track_quat("-Z", "Y").to_euler()
     scene.collection.objects.link(camera)
     scene.camera = camera
-    scene.render.engine, scene.cycles.samples, scene.cycles.max_bounces = "CYCLES", 16, 0
-    scene.cycles.use_denoising = False
+    scene.render.engine, cycles = "CYCLES", scene.cycles
+    cycles.samples, cycles.seed, cycles.use_denoising = samples, seed, False
+    cycles.max_bounces = cycles.diffuse_bounces = bounces
+    cycles.use_adaptive_sampling, cycles.sample_clamp_indirect = False, 0.0
     scene.view_settings.view_transform, scene.view_settings.exposure = "Standard", exposure
     scene.render.resolution_x, scene.render.resolution_y = width, width * 5 // 8
     settings = scene.render.image_settings

@@ -90,6 +90,15 @@ def test_comparable_texels_of_a_split_square():
     assert not mask[np.arange(4), np.arange(4)].any()
 
 
+def test_texels_beyond_a_border_are_not_compared():
+    """A square from 1.5 to 6.5 texels of 8: of the texels at its border only a half lies in a triangle,
+    of those at its corners a quarter; 4 × 4 are whole, less the 4 on the diagonal."""
+    low, high = 1.5 / 8, 6.5 / 8
+    a, b, c, d = (low, low), (high, low), (high, high), (low, high)
+    mask = comparable_texels(np.array([[a, b, c], [a, c, d]]), 8)
+    assert mask.sum() == 12 and mask[2:6, 2:6].sum() == 12
+
+
 def rung(seconds, error, method="Cycles"):
     from verification.error import Measured
 
@@ -252,6 +261,32 @@ def test_a_look_at_a_bake_shows_its_colours(blender, tmp_path):
     assert tuple(image.size) == (32, 20)
     centre = np.array(image.pixels[:]).reshape(20, 32, 4)[10, 16, :3]
     np.testing.assert_allclose(centre, 188 / 255, atol=2 / 255)
+
+
+def test_flip_of_pictures(blender, tmp_path):
+    """A picture and itself: 0. Black and white: 0.967, as 1 is what saturated green and blue differ by, and
+    half of it where only half of the picture is white; what does not count does not. A tiny table has a line of noise, one of ours and one of Cycles'."""
+    pytest.importorskip("flip_evaluator")
+    from benchmarks import flip
+
+    paths = {}
+    for name, white in (("black", 0), ("half", 16), ("white", 32)):
+        image = blender.data.images.new(name, 32, 20)
+        pixels = np.zeros((20, 32, 4), np.float32)
+        pixels[..., 3], pixels[:, :white] = 1, 1
+        image.pixels.foreach_set(pixels.ravel())
+        paths[name] = tmp_path / f"{name}.png"
+        image.filepath_raw, image.file_format = str(paths[name]), "PNG"
+        image.save()
+    every, left = np.ones((20, 32), bool), np.arange(32) < np.full((20, 1), 16)
+    assert flip.flip(paths["half"], paths["half"], every) == (0, 0)
+    assert flip.flip(paths["black"], paths["white"], every) == pytest.approx((0.967, 0.967), abs=0.005)
+    mean, most = flip.flip(paths["black"], paths["half"], every)
+    assert mean == pytest.approx(0.967 / 2, abs=0.1) and most == pytest.approx(0.967, abs=0.04)
+    assert flip.flip(paths["black"], paths["half"], left)[0] == pytest.approx(1, abs=0.1)
+    rows = flip.measure("cornell", (0.3,), 16, 1, 1, 32)
+    assert [row.name.split(",")[0] for row in rows[:3]] == ["path-traced again", "ours", "Cycles"]
+    assert all(0 < row.mean <= row.most <= 1 for row in rows)
 
 
 def test_tiny_study(blender, tmp_path, monkeypatch):

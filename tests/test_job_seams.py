@@ -22,8 +22,8 @@ EDGE = 0.61  # of the image: the slab's extent; 9.76 texels from 3.12 on
 LOW = 0.195
 
 
-def along_the_edge(parts=(), reflectances=(0.5, 0.5), **options):
-    """What both slabs show at places (50,) on their common edge."""
+def slab_images(parts=(), reflectances=(0.5, 0.5), low=LOW, edge=EDGE, **options):
+    """Images of two slabs, side by side along x, that stand in [low, low + edge]² of them."""
     every = [(SQUARE, QUAD), (SQUARE + [1, 0, 0], QUAD), *parts]
     rho = [[r] for r in reflectances] + [[0.5]] * len(parts)
     scene = meshes.scene(every, rho)
@@ -33,18 +33,25 @@ def along_the_edge(parts=(), reflectances=(0.5, 0.5), **options):
         own = np.flatnonzero(scene.object == number)
         place = scene.vertices[scene.triangles[own]][..., :2] - (number, 0)
         targets.append(ExportedObject(
-            f"Slab{number}", int(own[0]), int(own[-1]) + 1, LOW + EDGE * place, None, None, None
+            f"Slab{number}", int(own[0]), int(own[-1]) + 1, low + edge * place, None, None, None
         ))  # fmt: skip
     settings = Settings(target="image", resolution=SIZE, error=0.02, **options)
-    job = Job(settings, replace(scene, lamps=(lamp,)), tuple(targets), (), (), ())
-    images = run(job).colors
-    sheets, y = Sheets(np.array([SIZE]), np.array([SIZE])), np.linspace(0.02, 0.98, 50)
-    shown = []
-    for image, x in zip(images, (1, 0)):
-        at = SIZE * (LOW + EDGE * np.stack([np.full(50, x), y], 1))
-        stencils = sheets.stencils(np.zeros(50, int), at)
-        shown.append(stencils.of(image.reshape(-1, 4).astype(float))[:, 0])
-    return shown
+    return run(Job(settings, replace(scene, lamps=(lamp,)), tuple(targets), (), (), ())).colors
+
+
+def along_the_edge(*args, low=LOW, edge=EDGE, inside=0.0, **options):
+    """What both slabs show at places (50,) on their common edge, or ``inside`` texels before it."""
+    images = slab_images(*args, low=low, edge=edge, **options)
+    y, before = np.linspace(0.02, 0.98, 50), inside / SIZE / edge
+    return [shown(images[0], low + edge * np.c_[np.full(50, 1 - before), y]),
+            shown(images[1], low + edge * np.c_[np.full(50, before), y])]  # fmt: skip
+
+
+def shown(image, uv) -> np.ndarray:
+    """(k,) what is shown at ``uv`` (k, 2)."""
+    sheets = Sheets(np.array([SIZE]), np.array([SIZE]))
+    stencils = sheets.stencils(np.zeros(len(uv), int), SIZE * uv)
+    return stencils.of(image.reshape(-1, 4).astype(float))[:, 0]
 
 
 def test_slabs_side_by_side_show_the_same():
@@ -58,6 +65,44 @@ def test_slabs_side_by_side_show_the_same():
     jumps = [np.abs(a - b)[inner] / ((a + b) / 2)[inner] for a, b in (plain, fitted)]
     assert jumps[0].max() > 0.05
     assert jumps[1].max() < 0.005
+
+
+def test_jumps_are_smaller_than_steps_between_two_texels_inside():
+    """As our unwrap lays slabs out: 13 texels wide, ending in the middles of texels. There is shown what
+    is known a quarter of a texel before: the slabs jump by half of what the light falls a texel of
+    1/13 m, 26 %, so by some 13 % where the lamp is nearest. With the fit both sides of the border show what
+    lies on the line through what is known 1/4 and 1 texel before, off by half of the light's curvature
+    times 1/4, the same for both; less than a tenth of the step from 1.5 to 2.5 texels before the border
+    is left."""
+    layout = {"low": 1.5 / SIZE, "edge": 13 / SIZE}
+    near, far = (along_the_edge(**layout, inside=at) for at in (1.5, 2.5))
+    inner = slice(8, 42)
+    step = np.abs(near[0] - far[0])[inner] / near[0][inner]
+    jumps = [np.abs(a - b)[inner] / a[inner]
+             for a, b in (along_the_edge(**layout, margin=0), along_the_edge(**layout))]  # fmt: skip
+    assert jumps[0].max() > 0.08
+    assert jumps[1].max() < 0.1 * step.max()
+
+
+def test_texels_of_which_a_part_is_buried_keep_their_means():
+    """A block stands across the seam, sunk into both slabs: x from 0.77 to 1.23, y from 0.31 to 0.69.
+    In texels of 1/13 m the slabs' 13 from 1.5 on end in the middles of texels; the block's sides are at
+    0.77 · 13 + 1.5 = 11.51 of the first and 0.23 · 13 + 1.5 = 4.49 of the second slab, at rows 5.53 and
+    10.47. Texels beside the seam, column 14 and 1, that it cuts are those of rows 5 and 10. Dark or not,
+    they keep the means of what shows of them, and so do all that lie on a face wholly; the others in
+    the column beside the seam change."""
+    corners = np.array([(x, y, z) for z in (-0.1, 0.3) for x, y in
+                        ((0.77, 0.31), (1.23, 0.31), (1.23, 0.69), (0.77, 0.69))])  # fmt: skip
+    quads = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+    block = corners, np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
+    layout = {"low": 1.5 / SIZE, "edge": 13 / SIZE}
+    plain, fitted = (slab_images([block], **layout, margin=margin) for margin in (0, 8))
+    for column, one, other in zip((14, 1), plain, fitted):
+        same = (one == other).all(-1) | (one[..., :3] == 0).all(-1)  # wholly buried: filled
+        rows = np.arange(2, 14)
+        assert same[rows][:, np.arange(SIZE) != column].all()
+        assert same[[5, 10], column].all()
+        assert not same[[2, 3, 4, 11, 12, 13], column].any()
 
 
 def test_light_does_not_bleed_where_a_wall_stands_on_the_seam():

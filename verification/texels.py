@@ -6,10 +6,12 @@ from itertools import product
 
 import numpy as np
 
+from radiosity_addon.bake.clip import doubled_areas
 from radiosity_addon.bake.texels import texel_receivers
 
 NEAR = 1e-5  # of an object's size: faces so near lie on one another
 PARALLEL = 0.999  # cosine between their normals
+WHOLE = 0.999  # of a texel
 SPREAD = tuple(product(np.linspace(0.02, 0.98, 9), repeat=2))  # places over a texel
 
 
@@ -62,7 +64,9 @@ def _whole_texels(uv: np.ndarray, resolution: int):
     cells = np.bincount(receivers.receiver, minlength=receivers.count)
     alone = np.flatnonzero(cells == 1)
     first = np.searchsorted(receivers.receiver, alone)
-    whole = receivers.square[first]
+    scale = np.abs(doubled_areas(uv * resolution))[receivers.triangle[first]]
+    area = np.abs(doubled_areas(receivers.corners[first])) * scale  # of parallelograms [texels]
+    whole = receivers.square[first] & (area > WHOLE)
     cell = first[whole]
     return receivers.grid[alone[whole]], receivers.triangle[cell], receivers.corners[cell]
 

@@ -1,4 +1,4 @@
-"""Border samples: places on the borders of islands where what is shown is asked for. NumPy only."""
+"""Border samples: places on seams where what both sides show is asked for. NumPy only."""
 
 from __future__ import annotations
 
@@ -36,14 +36,6 @@ class SeamSamples:
             self.one.take(chosen), self.other.take(chosen), self.weight[chosen],
             self.starts[chosen], self.start_up[chosen], self.ends[chosen], self.end_up[chosen],
         )  # fmt: skip
-
-
-def sample_borders(charted: Charted, edges: Edges, sheets: Sheets) -> Stencils:
-    """What is shown along the borders ``edges``."""
-    start, end = edges.ends(charted.uv)
-    owner, fraction, _ = _places(np.linalg.norm(end - start, axis=1))
-    at = start[owner] + fraction[:, None] * (end - start)[owner]
-    return sheets.stencils(charted.sheet[edges.triangle[owner]], at)
 
 
 def sample_seams(charted: Charted, edges: Edges, seams: Seams, sheets: Sheets) -> SeamSamples:

@@ -5,14 +5,17 @@ is a weighted sum of the unknown colours x, ``A x``. We seek the x that minimise
 
     Σ_r w_r |(A x)_r − L_r|² + ε Σ_t w_t Σ_c |(x_t,c − mean_c x_t,c)|²
 
-over the surface (w are areas). Light that is constant or linear over flat faces comes back
+over the surface: w are areas over max(L, L̄/4), L a receiver's light, a mean over the channels, and L̄
+its mean over the surface. By areas alone a vertex between sun and shadow would fit the sun, and the
+shadow would be many times too bright; by areas over max(L, L̄/4)², as errors are judged, what is
+hidden under things would make the vertices around it black. Light that is constant or linear over flat faces comes back
 exactly, because the mean of a linear function over a cell is its value at the centroid. The second
 term matters only where one receiver a triangle cannot tell its three corners apart.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix, diags
@@ -22,6 +25,7 @@ from ..settings import Domain
 from ..solver.receivers import Receivers
 from .bounded import solve_bounded, solve_roughly
 
+FLOOR = 0.25  # of the mean light: darker places count like that, as in the error
 STIFFNESS = (0.03, 1e-10)  # ε of triangles with fewer than, and at least, three receivers
 
 
@@ -56,7 +60,7 @@ class CornerFit:
     corners: csr_matrix  # (3 n, unknowns)
     light: _Light
     sampling: csr_matrix  # (count, unknowns): light at receivers from the unknowns
-    normal: csr_matrix  # (unknowns, unknowns)
+    normal: csr_matrix  # (unknowns, unknowns) by areas
     shown: np.ndarray  # (n,) the unknown of each color that is given back
     name: str
     hidden: np.ndarray  # (unknowns,) bool: around them nothing is seen
@@ -76,14 +80,16 @@ class CornerFit:
             self.corners, self.light, values, self.weights, self.loop_vertex, self.group,
             self.hidden,
         )
-        right = self.sampling.T @ (self.weights[:, None] * values)
+        weights = self.weights * _importance(values, self.weights)
+        normal = _normal_equations(self.sampling, self.corners, self.light, weights)
+        right = self.sampling.T @ (weights[:, None] * values)
         colors = np.empty((self.corners.shape[1], 3))
         for channel in range(3):
             same = [c for c in range(channel) if np.array_equal(values[:, c], values[:, channel])]
             colors[:, channel] = (
                 colors[:, same[0]]
                 if same
-                else solve_bounded(self.normal, right[:, channel], *(x[:, channel] for x in bounds))
+                else solve_bounded(normal, right[:, channel], *(x[:, channel] for x in bounds))
             )
         return colors[self.shown]
 
@@ -94,8 +100,8 @@ class CornerFit:
         return (area / np.maximum(np.bincount(self.shown, minlength=len(area)), 1))[self.shown]
 
     def rough_colors(self, values: np.ndarray) -> np.ndarray:
-        """The same for ``values`` (count, c) of any sign, without bounds and to a hundredth: linear
-        in the light, for telling what becomes of its errors."""
+        """The same for ``values`` (count, c) of any sign, by areas, without bounds and to a hundredth:
+        linear in the light, for telling what becomes of its errors."""
         right = self.sampling.T @ (self.weights[:, None] * values)
         colors = np.stack([solve_roughly(self.normal, column) for column in right.T], 1)
         return colors[self.shown]
@@ -126,7 +132,7 @@ def corner_fit(
     corners = _corner_map(target, group, int(number.max(initial=-1)) + 1)
     light = _data(receivers, weights, target.start, target.stop - target.start)
     sampling = (light.sampling @ corners).tocsr()
-    normal = (sampling.T @ diags(weights) @ sampling + _stiffness(corners, light)).tocsr()
+    normal = _normal_equations(sampling, corners, light, weights)
     return CornerFit(
         weights, target.loop_vertex, group, corners, light, sampling, normal, shown,
         target.name, _nowhere_seen(corners, light, hidden),
@@ -191,6 +197,25 @@ def _corner_map(target: ExportedObject, group: np.ndarray, unknowns: int) -> csr
     loops = len(group)
     choose = csr_matrix((np.ones(loops), (np.arange(loops), group)), shape=(loops, unknowns))
     return (target.corner_map.matrix() @ choose).tocsr()
+
+
+def _importance(values: np.ndarray, areas: np.ndarray) -> np.ndarray:
+    """(count,) L̄ / max(L, L̄/4) of light (count, 3) over ``areas`` (count,); 1 where all is dark."""
+    level = values.mean(axis=1)
+    total = areas.sum()
+    mean = float(level @ areas / total) if total > 0 else 0.0
+    if not mean > 0:
+        return np.ones(len(level))
+    return 1 / np.maximum(level / mean, FLOOR)
+
+
+def _normal_equations(
+    sampling: csr_matrix, corners: csr_matrix, light: _Light, weights: np.ndarray
+) -> csr_matrix:
+    """(unknowns, unknowns) for receivers that count by ``weights`` (count,)."""
+    area = np.bincount(light.triangle, weights, len(light.area))
+    stiff = _stiffness(corners, replace(light, area=area))
+    return (sampling.T @ diags(weights) @ sampling + stiff).tocsr()
 
 
 def _stiffness(corners: csr_matrix, light: _Light) -> csr_matrix:

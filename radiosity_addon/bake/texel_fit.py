@@ -1,16 +1,17 @@
-"""Texel fit: texels beside borders as the best fit of what is shown to the light. NumPy and SciPy.
+"""Texel fit: texels beside seams as the best fit of what is shown to the light. NumPy and SciPy.
 
 Between texels engines show a bilinear picture. Inside an island a texel's mean is a good value for
-it. Beside borders it is not: a texel that lies partly on the surface knows the light at the middle
-of that part, not at its own, those of the margin know nothing, and the two sides of a seam show
-what each makes of it. The values x of these texels minimise
+it. Beside seams, where the surface goes on in another place of an image, it is not: a texel that lies
+partly on the surface knows the light at the middle of that part, not at its own, those of the margin
+know nothing, and the two sides show what each makes of it. The values x of these texels minimise
 
     Σ_t a_t |(P x)_t − L_t|² + λ Σ_s l_s |(A x)_s − (B x)_s|² + ε |x − x₀|²
 
 P shows x at the middles of texels' covered parts, a texels each, of which L are the means: exact for
-light that is linear. A and B show both sides of seams at places that stand for l texels each. x₀ are
-the means, and in the margin those of the nearest texels. Texels that lie wholly on the surface keep
-their means: what is free beside them is enough for both sides to meet.
+light that is linear. A and B show both sides of seams at places that stand for l texels each. A jump
+of j counts three times the least error that it makes on the surface: j/2 at the seam that falls to 0
+within a texel to both sides, whose square is 2 (j/2)² ∫₀¹ (1 − t)² dt = j²/6. x₀ are the means, and
+in the margin those of the nearest texels.
 """
 
 from __future__ import annotations
@@ -24,10 +25,9 @@ from .border_samples import SeamSamples
 from .bounded import solve_bounded
 from .shown import Sheets, Stencils
 
-EQUAL = 8.0  # λ [texels per texel of length]: how much both sides of a seam are to be the same
-STAY = 0.001  # ε [texels]: how much texels stay what they are without the fit
+EQUAL = 3 / 6  # λ [texels per texel of length]: what a jump over a seam costs; eyes see steps first
+STAY = 1e-4  # ε [texels]: how much texels stay what they are without the fit
 TOLERANCE = 1e-4  # of the residual: far below what anybody sees
-ROUNDS = 2  # of keeping texels within their bounds
 WHOLE = 0.999  # of a texel covered: its mean is its value
 SEEN = 1e-6  # a texel with less weight is not seen at a place
 LEEWAY = 0.5  # of the light's span nearby: so far beyond it may a value be
@@ -45,27 +45,25 @@ class Known:
 
 
 def fit_texels(
-    sheets: Sheets, known: Known, borders: Stencils, seams: SeamSamples, pixels: np.ndarray,
-    free: np.ndarray,
+    sheets: Sheets, known: Known, seams: SeamSamples, pixels: np.ndarray, free: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers (m,) of the texels beside borders, ascending, and their values (m, 3) float64.
+    """Numbers (m,) of the texels beside ``seams``, ascending, and their values (m, 3) float64, with
+    which both sides show the same.
 
-    ``borders`` are places on borders; both sides of ``seams`` show the same. ``pixels`` (n, 3) are
-    all texels' colors without the fit, and only those that are ``free`` (n,) bool get others, and
-    that do not lie on the surface wholly.
+    ``pixels`` (n, 3) are all texels' colors without the fit; those that are ``free`` (n,) bool may
+    get others.
     """
-    light = _Numbers(known.texel, len(pixels))
-    parts = known.middle.take(known.share < WHOLE), borders, seams.one, seams.other
     chosen = np.zeros(len(pixels), bool)
-    for each in parts:
-        chosen[each.texel[each.weight > SEEN]] = True
-    chosen[known.texel[known.share >= WHOLE]] = False
+    for side in (seams.one, seams.other):
+        chosen[side.texel[side.weight > SEEN]] = True
     chosen = np.flatnonzero(chosen & free)
     guess = pixels[chosen].astype(float)
     if not len(chosen):
         return chosen, guess
-    unknown = _Numbers(chosen, len(pixels))
-    rows = _Rows(unknown, light, known.mean)
+    unknown, light = _Numbers(chosen, len(pixels)), _Numbers(known.texel, len(pixels))
+    colored = free.copy()
+    colored[known.texel] = True
+    rows = _Rows(unknown, colored, pixels)
     touched = (unknown.of(known.middle.texel) >= 0).any(1)
     rows.add(known.middle.take(touched), known.share[touched], known.mean[touched])
     rows.add(_difference(seams.one, seams.other), EQUAL * seams.weight)
@@ -75,7 +73,7 @@ def fit_texels(
     low, high = _bounds(sheets, light, known.mean, chosen, guess)
     low, high = _widened(low, high, unknown, seams)
     values = np.stack(
-        [solve_bounded(matrix, *column, TOLERANCE, ROUNDS)
+        [solve_bounded(matrix, *column, TOLERANCE)
          for column in zip(right.T, guess.T, low.T, high.T)], 1
     )  # fmt: skip
     return chosen, values
@@ -95,23 +93,24 @@ class _Numbers:
 
 
 class _Rows:
-    """Equations for texels that are ``unknown``; of others the ``mean`` (k, 3) of the light counts."""
+    """Equations for texels that are ``unknown``; of others that are ``colored`` (n,) bool the
+    ``pixels`` (n, 3) count."""
 
-    def __init__(self, unknown: _Numbers, light: _Numbers, mean: np.ndarray):
-        self.unknown, self.light, self.mean = unknown, light, mean
+    def __init__(self, unknown: _Numbers, colored: np.ndarray, pixels: np.ndarray):
+        self.unknown, self.colored, self.pixels = unknown, colored, pixels
         self.matrices, self.weights, self.targets = [], [], []
 
     def add(self, stencils: Stencils, weight: np.ndarray, target: np.ndarray | None = None) -> None:
-        """Ask that ``stencils`` (k,) show ``target`` (k, 3), None: 0; those that see a texel of which
-        nothing is known are left out."""
-        at, index = self.unknown.of(stencils.texel), self.light.of(stencils.texel)
+        """Ask that ``stencils`` (k,) show ``target`` (k, 3), None: 0; those that see a texel without
+        a color are left out."""
+        at = self.unknown.of(stencils.texel)
         seen = np.abs(stencils.weight) > SEEN
-        good = (~seen | (at >= 0) | (index >= 0)).all(1) & (seen & (at >= 0)).any(1)
-        at, index, share = at[good], index[good], stencils.weight[good] * seen[good]
+        good = (~seen | self.colored[stencils.texel]).all(1) & (seen & (at >= 0)).any(1)
+        texel, at, share = stencils.texel[good], at[good], stencils.weight[good] * seen[good]
         given = share * (at < 0)
         rest = np.zeros((len(at), 3)) if target is None else target[good]
         some = np.flatnonzero(given.any(1))
-        rest[some] -= np.einsum("ij,ijc->ic", given[some], self.mean[index[some]])
+        rest[some] -= np.einsum("ij,ijc->ic", given[some], self.pixels[texel[some]])
         self.targets.append(rest)
         self.weights.append(weight[good])
         rows, each = at.shape

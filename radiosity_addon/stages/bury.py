@@ -6,9 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..bake.faces import receiver_areas
 from ..solver.lights.context import Context
 from ..solver.receivers import Receivers
-from ..solver.tracing.buried import Surroundings, find_surroundings, without_buried
+from ..solver.scene import Scene
+from ..solver.tracing.buried import WHOLE, Surroundings, find_surroundings, without_buried
 from .layout import Layout
 
 
@@ -37,11 +39,16 @@ def open_part(layout: Layout, context: Context, surroundings: Surroundings | Non
     if surroundings is None or receivers.count == 0:
         return layout
     kept, buried = without_buried(surroundings, context.crossings, receivers)
+    less = _areas(context.scene, kept) < WHOLE * _areas(context.scene, receivers)
     spans = np.concatenate([[0], np.cumsum(~buried)])[list(layout.spans)]
     return replace(
         layout, receivers=_some(kept, ~buried), spans=tuple(spans.tolist()),
-        buried=_some(receivers, buried),
+        buried=_some(receivers, buried), cut=less[~buried],
     )  # fmt: skip
+
+
+def _areas(scene: Scene, receivers: Receivers) -> np.ndarray:
+    return receiver_areas(scene.vertices, scene.triangles, receivers)
 
 
 def _some(receivers: Receivers, chosen: np.ndarray) -> Receivers:

@@ -50,7 +50,7 @@ def _draw(job: Job, sheet: Sheet, layout: Layout, light: np.ndarray, told: list[
         pixels.reshape(*shape, 3), covered.reshape(shape), job.settings.margin
     )
     image[buried.reshape(shape), 3] = 1
-    return Drawn(image, (filled & (image[..., 3] == 0)).ravel())
+    return Drawn(image, filled.ravel() & ~covered)
 
 
 def keep_others(

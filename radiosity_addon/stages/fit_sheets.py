@@ -1,5 +1,5 @@
-"""Fit sheets: texels of the margin get the values that show the light best, to both sides of
-seams. Texels that lie on a face keep their means. Imports no bpy."""
+"""Fit sheets: texels beside seams that lie partly on a face, or in the margin, get the values that show
+the light best, to both sides. All others keep their means. Imports no bpy."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..bake.border_samples import SeamSamples, sample_borders, sample_seams
+from ..bake.border_samples import SeamSamples, sample_seams
 from ..bake.clip import doubled_areas
 from ..bake.continuations import find_seams
 from ..bake.islands import Charted, cut_into_islands
 from ..bake.shown import Sheets
-from ..bake.texel_fit import Known, fit_texels
+from ..bake.texel_fit import WHOLE, Known, fit_texels
 from ..bake.texel_parts import TexelParts, texel_parts, unfit_shares, unfit_warning
 from ..solver.direct.line_of_sight import is_way_free
 from ..solver.lights.context import Context
@@ -28,7 +28,7 @@ ALIKE = 0.02  # of the larger: reflectances and emissions that differ by less ar
 @dataclass(frozen=True)
 class Drawn:
     """A sheet before the fit: ``image`` (height, width, 4) float32, and which of its texels, row by row,
-    are of the margin, (n,) bool: they have a color, but lie on no face."""
+    are of the ``margin``, (n,) bool, or buried: they are filled with others' color and know no light."""
 
     image: np.ndarray
     margin: np.ndarray
@@ -50,8 +50,8 @@ def fit_sheets(
     job: Job, sheets: list[Sheet], layout: Layout, drawn: list[Drawn], solution: Solution,
     context: Context,
 ) -> list[str]:
-    """Fit the margins in the images; warnings of texels that cannot be fitted. Texels on a face, of this
-    bake or an earlier one, stay as they are."""
+    """Fit texels beside seams in the images; warnings of texels that cannot be fitted. Those that lie on
+    a face wholly, or of which a part is buried, and those of an earlier bake, stay."""
     charts = _chart(job, sheets, layout)
     charted = charts.charted
     island, edges = cut_into_islands(charted)
@@ -62,8 +62,9 @@ def fit_sheets(
     seams = seams.take(_same_material(seams, known, _shown_material(job, solution, first)))
     seams = seams.take(_is_free(seams, context))
     free = np.concatenate([each.margin for each in drawn])
-    borders = sample_borders(charted, edges, charts.sheets)
-    texel, value = fit_texels(charts.sheets, known, borders, seams, pixels, free)
+    free[known.texel[known.share < WHOLE]] = True
+    free[_cut_texels(charts, layout)] = False
+    texel, value = fit_texels(charts.sheets, known, seams, pixels, free)
     sheet, row, column = charts.sheets.place(texel)
     for number, each in enumerate(drawn):
         own = sheet == number
@@ -117,6 +118,11 @@ def _known(
     sheet, _, _ = charts.sheets.place(texel)
     stencils = charts.sheets.stencils(sheet, middle)
     return Known(texel, stencils, np.minimum(total, 1), pixels[texel].astype(float)), first
+
+
+def _cut_texels(charts: _Charts, layout: Layout) -> np.ndarray:
+    """Texels of which a part is buried: something stands there, and light does not go on under it."""
+    return charts.texel[:0] if layout.cut is None else charts.texel[layout.cut]
 
 
 def _shown_material(job: Job, solution: Solution, first: np.ndarray) -> np.ndarray:

@@ -26,12 +26,14 @@ STAGE = "receivers"
 @dataclass(frozen=True)
 class Layout:
     """The receivers of all targets in order; target i has ``spans[i]`` to ``spans[i + 1]``. Those
-    that are ``buried`` get no light of their own (see ``bury``)."""
+    that are ``buried`` get no light of their own, and of those that are ``cut`` (count,) bool a part
+    is buried (see ``bury``)."""
 
     receivers: Receivers
     spans: tuple[int, ...]
     warnings: tuple[str, ...]
     buried: Receivers | None = None
+    cut: np.ndarray | None = None
 
     def part(self, index: int) -> Receivers:
         """One target's receivers, numbered from 0."""

@@ -1,0 +1,122 @@
+"""FLIP of baked views: our bakes and Cycles' beside a path-traced view of the same matte scene.
+
+    python -m benchmarks.flip [--scenes room living_room] [--errors 0.03 0.01] [--size 512]
+                              [--samples 64] [--truth 256] [--width 512]
+
+FLIP (Andersson et al. 2020) tells how far two pictures look apart, from 0 to 1, when one flips between
+them. The view is path-traced twice: the line of the second one is the noise that is in every line. Where
+faces are doubled, of which Cycles leaves one black, nothing is compared. Needs bpy and the
+package ``flip-evaluator``; denoises where ``pyoidn`` is installed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from radiosity_addon.bake.dilate import extend_islands
+from verification.texels import doubled_texels
+
+from .bake import our_bake, warm_up
+from .cycles import cycles_bake
+from .denoise import denoise
+from .look import picture, show
+from .scenes import SCENES, build
+
+EXPOSURE = {"living_room": 1.5, "room": 1.5}  # stops
+MARGIN = 8  # texels
+BOUNCES = 64
+
+
+@dataclass(frozen=True)
+class Row:
+    """How far a picture is from the path-traced one, and the seconds that its bake took."""
+
+    name: str
+    mean: float
+    most: float  # that 95 % of the picture stay below
+    seconds: float
+
+
+def flip(truth: Path, other: Path, counts: np.ndarray) -> tuple[float, float]:
+    """The mean and the 95th percentile of FLIP over the pixels that ``counts`` (h, w) bool."""
+    from flip_evaluator import evaluate
+
+    errors, _, _ = evaluate(str(truth), str(other), "LDR", applyMagma=False)
+    errors = np.asarray(errors).reshape(counts.shape)[counts]
+    return float(errors.mean()), float(np.quantile(errors, 0.95))
+
+
+def bakes(obj, size: int, errors, samples: int):
+    """(name, pixels (size, size, 3), seconds) of every bake."""
+    for error in errors:
+        bake = our_bake(obj, size, error)
+        yield f"ours, {100 * error:g} %", bake.pixels, bake.seconds
+    pixels, mask, seconds = cycles_bake(obj, size, samples)
+    yield f"Cycles, {samples} samples", _extended(pixels, mask), seconds
+    found = denoise(pixels, mask)
+    if found is not None:
+        yield f"Cycles, {samples} samples, denoised", _extended(found[0], mask), seconds + found[1]
+
+
+def _extended(pixels: np.ndarray, mask: np.ndarray) -> np.ndarray:
+    return extend_islands(pixels.astype(np.float32), mask, MARGIN)[..., :3]
+
+
+def measure(name: str, errors, size: int, samples: int, truth: int, width: int) -> list[Row]:
+    """Bake the scene in every way and look at it from its view."""
+    folder = Path(tempfile.mkdtemp(prefix="radiosity_flip_"))
+    obj = build(SCENES[name])
+
+    def look(file: str, **options) -> Path:
+        path = folder / f"{file}.png"
+        picture(name, path, width, EXPOSURE.get(name, 0.0), **options)
+        return path
+
+    traced = [look(f"traced{seed}", samples=truth, bounces=BOUNCES, seed=seed) for seed in (1, 2)]
+    found = list(bakes(obj, size, errors, samples))
+    doubled = doubled_texels(obj, size) if SCENES[name].doubled else np.zeros((size, size), bool)
+    show(obj, np.repeat(doubled[..., None], 3, axis=2).astype(float))
+    counts = _pixels(look("doubled")) == 0
+    rows = [Row("path-traced again", *flip(*traced, counts), 0.0)]
+    for number, (way, pixels, seconds) in enumerate(found):
+        show(obj, pixels)
+        rows.append(Row(way, *flip(traced[0], look(f"bake{number}"), counts), seconds))
+    return rows
+
+
+def _pixels(path: Path) -> np.ndarray:
+    """(h, w) the largest channel of a picture, row 0 on top."""
+    import bpy
+
+    image = bpy.data.images.load(str(path))
+    width, height = image.size
+    values = np.empty(4 * width * height, np.float32)
+    image.pixels.foreach_get(values)
+    bpy.data.images.remove(image)
+    return values.reshape(height, width, 4)[::-1, :, :3].max(axis=2)
+
+
+def main(arguments=None) -> None:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.flip", description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)  # fmt: skip
+    parser.add_argument("--scenes", nargs="+", choices=list(SCENES), default=["room", "living_room"])
+    parser.add_argument("--errors", type=float, nargs="+", default=[0.03, 0.01])
+    parser.add_argument("--size", type=int, default=512, help="texels of the image's edge")
+    parser.add_argument("--samples", type=int, default=64, help="of Cycles' bake")
+    parser.add_argument("--truth", type=int, default=256, help="samples of the path-traced view")
+    parser.add_argument("--width", type=int, default=512, help="pixels of the view")
+    chosen = parser.parse_args(arguments)
+    warm_up()
+    print("| scene | bake | FLIP, mean | 95th percentile | seconds |\n|---|---|---|---|---|")
+    for name in chosen.scenes:
+        for row in measure(name, chosen.errors, chosen.size, chosen.samples, chosen.truth, chosen.width):
+            print(f"| {name} | {row.name} | {row.mean:.4f} | {row.most:.4f} | {row.seconds:.1f} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
