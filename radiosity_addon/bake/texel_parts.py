@@ -9,9 +9,11 @@ import numpy as np
 
 from ..solver.receivers import Receivers
 from .clip import doubled_areas
+from .shown import Sheets
 
 NOTABLE = 0.01  # share of the surface: of fewer texels that cannot be fitted nobody is told
 TOUCH = 0.01  # of a texel: an island that has less of one does not count there
+NONE, SEVERAL = -1, -2  # codes for texels without, and with more than one, island
 WHOLE = 0.999  # of a texel: an island that has one so far is not thinner than a texel
 
 
@@ -41,6 +43,32 @@ def texel_parts(receivers: Receivers, uv: np.ndarray, triangle: np.ndarray) -> T
     place = corners[:, 0] + np.where(square, 0.5, 1 / 3)[:, None] * (u + v)
     a, b, c = uv[triangle].transpose(1, 0, 2)
     return TexelParts(area, a + place[:, :1] * (b - a) + place[:, 1:] * (c - a))
+
+
+def anchored_texels(
+    sheets: Sheets, texel: np.ndarray, whole: np.ndarray, cell_texel: np.ndarray, island: np.ndarray
+) -> np.ndarray:
+    """(k,) bool: of ``texel`` (k,), those of one island alone, beside a ``whole`` (k,) bool one of that
+    island and none of another island: only there is the light around known to be that of one surface,
+    and the picture between texels to be its own.
+
+    ``cell_texel`` and ``island`` (c,) are of cells.
+    """
+    owner = np.full(int(sheets.first[-1]), NONE)
+    owner[cell_texel] = island
+    owner[cell_texel[owner[cell_texel] != island]] = SEVERAL
+    inside = np.full(int(sheets.first[-1]), NONE)
+    inside[texel[whole]] = owner[texel[whole]]
+    own = owner[texel]
+    beside, alone = np.zeros(len(texel), bool), own != SEVERAL
+    sheet, row, column = sheets.place(texel)
+    for dy in (-1, 0, 1):
+        for dx in (-1, 0, 1):
+            near = sheets.texel(sheet, row + dy, column + dx)
+            there = near >= 0
+            beside |= there & (inside[near] == own)
+            alone &= ~there | (owner[near] == NONE) | (owner[near] == own)
+    return beside & alone
 
 
 def unfit_shares(

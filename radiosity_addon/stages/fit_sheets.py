@@ -13,7 +13,7 @@ from ..bake.continuations import find_seams
 from ..bake.islands import Charted, cut_into_islands
 from ..bake.shown import Sheets
 from ..bake.texel_fit import WHOLE, Known, fit_texels
-from ..bake.texel_parts import TexelParts, texel_parts, unfit_shares, unfit_warning
+from ..bake.texel_parts import TexelParts, anchored_texels, texel_parts, unfit_shares, unfit_warning
 from ..solver.direct.line_of_sight import is_way_free
 from ..solver.lights.context import Context
 from ..solver.passes import Pass
@@ -51,7 +51,8 @@ def fit_sheets(
     context: Context,
 ) -> list[str]:
     """Fit texels beside seams in the images; warnings of texels that cannot be fitted. Those that lie on
-    a face wholly, or of which a part is buried, and those of an earlier bake, stay."""
+    a face wholly, those that other islands are near, or of which a part is buried, and those of an
+    earlier bake stay."""
     charts = _chart(job, sheets, layout)
     charted = charts.charted
     island, edges = cut_into_islands(charted)
@@ -62,7 +63,11 @@ def fit_sheets(
     seams = seams.take(_same_material(seams, known, _shown_material(job, solution, first)))
     seams = seams.take(_is_free(seams, context))
     free = np.concatenate([each.margin for each in drawn])
-    free[known.texel[known.share < WHOLE]] = True
+    whole = known.share >= WHOLE
+    anchored = anchored_texels(
+        charts.sheets, known.texel, whole, charts.cell_texel, island[charts.triangle]
+    )
+    free[known.texel[anchored & ~whole]] = True
     free[_cut_texels(charts, layout)] = False
     texel, value = fit_texels(charts.sheets, known, seams, pixels, free)
     sheet, row, column = charts.sheets.place(texel)

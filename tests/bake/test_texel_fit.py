@@ -10,7 +10,7 @@ from radiosity_addon.bake.continuations import find_seams
 from radiosity_addon.bake.islands import Charted, cut_into_islands
 from radiosity_addon.bake.shown import Sheets
 from radiosity_addon.bake.texel_fit import EQUAL, Known, fit_texels
-from radiosity_addon.bake.texel_parts import texel_parts, unfit_shares, unfit_warning
+from radiosity_addon.bake.texel_parts import anchored_texels, texel_parts, unfit_shares, unfit_warning
 from radiosity_addon.bake.texels import texel_receivers
 
 SIZE = 24  # texels of an image's edge
@@ -166,6 +166,20 @@ def test_faces_bent_by_three_degrees_are_one_surface_and_smooth_ones_by_more():
             charted.normals[:] = -np.sin(turn / 2), 0, np.cos(turn / 2)
         seams = find_seams(charted, cut_into_islands(charted)[1])
         assert len(seams.one.edge) == found
+
+
+def test_texels_are_anchored_beside_whole_ones_of_their_island_and_none_of_another():
+    """A row of eight texels: 0 partly and 1 wholly of island 0, 2 without a face, 3 partly and 4 wholly of
+    island 1, 5 of islands 1 and 2, 6 partly and 7 wholly of island 2. Next to 4 and 6 lies another
+    island's, 5 is two's."""
+    sheets = Sheets(np.array([8]), np.array([1]))
+    texel = np.array([0, 1, 3, 4, 5, 6, 7])
+    whole = np.array([0, 1, 0, 1, 0, 0, 1], bool)
+    cells, island = np.array([0, 1, 3, 4, 5, 5, 6, 7]), np.array([0, 0, 1, 1, 1, 2, 2, 2])
+    found = anchored_texels(sheets, texel, whole, cells, island)
+    assert found.tolist() == [True, True, True, False, False, False, True]
+    # Without the whole texel beside it nothing holds a partly covered one.
+    assert not anchored_texels(sheets, texel, whole & (texel > 1), cells, island)[:2].any()
 
 
 def test_texels_of_crowded_and_thin_islands_are_counted():
