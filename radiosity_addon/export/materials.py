@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..settings import Pass, Settings
 from ..solver.scene import Material
 from .colors import Color, NotSimple, constant, extremes, to_field, values
 from .images import working_space_is_rec709
@@ -19,7 +20,8 @@ from .shaders import SurfaceShader, read_sides
 from .sockets import Reader
 
 DEFAULT_REFLECTANCE = 0.8  # Cycles' surface of a face without material
-MOSTLY_GLOSSY = 0.5
+MOSTLY_GLOSSY = 0.5  # share of the light: a material that mirrors more is named as a mirror
+NAMED = 3  # number of materials that a warning of coatings names
 
 
 @dataclass
@@ -128,6 +130,25 @@ def _warn_glossy(palette: Palette) -> None:
         palette.warnings.append(
             f"mostly mirroring, of which only the diffuse part is solved: {', '.join(names)}"
         )
+
+
+def coated_remarks(palette: Palette, settings: Settings) -> list[str]:
+    """A warning where materials' coatings mirror a larger share of the light than the error asked
+    for: it lights other things in Cycles, and what it lacks is no part of the told error."""
+    coated = {
+        name: front.glossy
+        for name, front, _ in palette.surfaces
+        if settings.target_error < front.glossy <= MOSTLY_GLOSSY
+    }
+    if not coated or Pass.INDIRECT not in settings.passes:
+        return []
+    names = ", ".join(f'"{name}"' for name in list(coated)[:NAMED])
+    more = f" and {len(coated) - NAMED} more" if len(coated) > NAMED else ""
+    return [
+        f"what coatings mirror, up to {100 * max(coated.values()):.0f} % of the light, is left out, and no "
+        "part of the error: indirect light is darker than in Cycles by about as much, in bright closed "
+        f"rooms by more: {names}{more} (a Principled BSDF with Specular IOR Level 0 has no coating)"
+    ]
 
 
 def scene_materials(palette: Palette, uv_of, corners_of) -> tuple[Material, ...]:

@@ -29,7 +29,7 @@ from .exported import Exported, ExportedObject
 from .images import working_space_is_rec709
 from .light_links import emission_links, lit_objects, shading_objects
 from .lights import Light, read_lights, with_node_colors
-from .materials import read_materials, scene_materials
+from .materials import coated_remarks, read_materials, scene_materials
 from .meshes import read_loop_vertices
 from .parts import Part, read_parts
 from .remarks import bent_remarks
@@ -123,7 +123,7 @@ def steps(scene, view_layer, settings, progress):
         else:
             objects.append(found)
         yield 0.8 + 0.2 * len(objects) / len(read.receivers)
-    warnings += palette.warnings
+    warnings += palette.warnings + coated_remarks(palette, settings)
     return _exported(geometry, palette, illumination, objects, skipped, warnings)
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+MEAN_OF = 256  # number of cosines, evenly from 0 to 1: a mean over these is right to 1e-4
 ROUGHNESS = np.linspace(0.0, 1.0, 11)
 INDEX = np.array([1.2, 1.6, 3.0])  # indices of refraction of the rows below
 LOSS = np.array(
@@ -34,7 +35,28 @@ def diffuse_share(index: float, roughness: float, level: float = 0.5) -> float:
 
     ``level`` is the Specular IOR Level, which scales F0 by twice its value.
     """
-    f0 = min(normal_reflectance(max(index, 1e-3)) * 2.0 * max(level, 0.0), 1.0)
+    f0 = _coating_reflectance(index, level)
+    return float(np.clip(1.0 - f0 * _loss(f0, roughness), 0.0, 1.0))
+
+
+def mirrored_share(index: float, roughness: float, level: float = 0.5) -> float:
+    """The share of light from all around that the coating mirrors, in [0, 1]: the mean of Fresnel's
+    reflectance by the cosine, with the loss of a rough surface along the normal."""
+    f0 = _coating_reflectance(index, level)
+    root = min(np.sqrt(f0), 0.999)
+    n = (1 + root) / (1 - root)
+    cosine = (np.arange(MEAN_OF) + 0.5) / MEAN_OF
+    below = np.sqrt(1 - (1 - cosine**2) / n**2)
+    across = ((cosine - n * below) / (cosine + n * below)) ** 2
+    along = ((n * cosine - below) / (n * cosine + below)) ** 2
+    mean = float((cosine * (across + along)).mean())
+    return float(np.clip(mean * _loss(f0, roughness), 0.0, 1.0))
+
+
+def _coating_reflectance(index: float, level: float) -> float:
+    return min(normal_reflectance(max(index, 1e-3)) * 2.0 * max(level, 0.0), 1.0)
+
+
+def _loss(f0: float, roughness: float) -> float:
     rows = [np.interp(np.clip(roughness, 0.0, 1.0), ROUGHNESS, row) for row in LOSS]
-    loss = np.interp(f0, normal_reflectance(INDEX), rows)
-    return float(np.clip(1.0 - f0 * loss, 0.0, 1.0))
+    return float(np.interp(f0, normal_reflectance(INDEX), rows))

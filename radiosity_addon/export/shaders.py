@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .colors import ONE, ZERO, Color, NotSimple, add, complement, constant, mix, multiply
-from .principled import diffuse_share
+from .principled import diffuse_share, mirrored_share
 from .sockets import BACK, FRONT, Reader, source, uses_nodes
 
 
@@ -130,6 +130,7 @@ def _principled(node, reader: Reader, depth: int) -> SurfaceShader:
     glossy = 1.0 - float(np.mean(plain.factor)) if plain.is_constant else 0.0
     if transmission.is_constant:
         glossy = max(glossy - float(np.mean(transmission.factor)), 0.0)
+    glossy += (1.0 - glossy) * mirrored_share(index, rough, level)
     return SurfaceShader(
         multiply(alpha, reflectance),
         multiply(alpha, _principled_emission(node, reader)),
