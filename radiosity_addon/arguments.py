@@ -34,11 +34,14 @@ class BakeRequest:
     export: str | None = None  # a .glb with the bake in it
     more: tuple[str, ...] = ()  # further files to bake, each like the first
     single_user: bool = False  # meshes that several objects share are copied first
+    label: str = ""  # the file, where it is one of several
 
     def each(self) -> list[BakeRequest]:
         """One request for each file."""
         one = replace(self, more=())
-        return [one, *(replace(one, scene=path) for path in self.more)]
+        if not self.more:
+            return [one]
+        return [replace(one, scene=path, label=path) for path in (self.scene, *self.more)]
 
 
 def parse(argv: list[str], opened: bool = False) -> BakeRequest:

@@ -89,17 +89,23 @@ def _bake_one(bpy, request, progress, publication, second) -> int:
             return DONE
     except Exception as error:  # noqa: BLE001  ours are reported too, and shown when debugging
         publication.discard()
-        return _failure(terminal, error)
+        return _failure(terminal, error, request.label)
 
 
-def _failure(terminal: Terminal, error: Exception) -> int:
-    """Say in one line what went wrong; returns the exit status."""
+def _failure(terminal: Terminal, error: Exception, label: str = "") -> int:
+    """Say in one line what went wrong, with the file's ``label`` unless it is named; returns the exit
+    status."""
+    text = _cause(error)
+    return _fail(terminal, text if not label or label in text else f"{label}: {text}")
+
+
+def _cause(error: Exception) -> str:
     if isinstance(error, MemoryError):
-        return _fail(terminal, _starved(error))
+        return _starved(error)
     if isinstance(error, EXPECTED):
-        return _fail(terminal, str(error) or type(error).__name__)
-    return _fail(terminal, f"unexpected {type(error).__name__}: {error}; "
-                           "RADIOSITY_DEBUG=1 shows where; please report it")
+        return str(error) or type(error).__name__
+    return (f"unexpected {type(error).__name__}: {error}; "
+            "RADIOSITY_DEBUG=1 shows where; please report it")  # fmt: skip
 
 
 def _fail(terminal: Terminal, message: str) -> int:

@@ -11,6 +11,7 @@ from .stages.encode import Encoding
 from .stages.job import Job, Result
 
 STAGES = ("elements", "transport", "solve", "gather")  # timed by the solver
+SHOWN = 5  # number of warnings on the terminal
 ENERGY = ("emitted", "absorbed", "escaped")  # [W]
 
 
@@ -52,7 +53,8 @@ def write_report(report: dict, path: str | Path) -> None:
 
 
 def summarise(report: dict, output: str) -> str:
-    """Five lines for people: what, how much work, how right, how long, what to look at."""
+    """Five lines for people: what, how much work, how right, how long, what to look at; several
+    warnings have lines of their own."""
     baked = sum(entry["baked"] for entry in report["objects"])
     skipped = len(report["objects"]) - baked
     energy, seconds, warnings = report["energy"], report["seconds"], report["warnings"]
@@ -117,5 +119,8 @@ def _stages(seconds: dict) -> str:
 def _warnings(warnings: list[str]) -> str:
     if not warnings:
         return "none"
-    first = warnings[0]
-    return first if len(warnings) == 1 else f"{len(warnings)} (--report has all): {first}"
+    if len(warnings) == 1:
+        return warnings[0]
+    more = len(warnings) - SHOWN
+    rest = [f"and {more} more (--report has all)"] if more > 0 else []
+    return "\n  ".join([str(len(warnings)), *warnings[:SHOWN], *rest])

@@ -79,6 +79,14 @@ def test_several_files_in_one_call(room, capfd):
     assert found == {"room.blend", "other.blend", "broken.blend", "other_baked.blend"}
 
 
+def test_of_several_files_the_one_that_fails_is_named(room, capfd):
+    other = room.with_name("other.blend")
+    shutil.copy(room, other)
+    assert main([str(room), str(other), *FAST, "--objects", "Nothing"]) == 1
+    lines = capfd.readouterr().err.splitlines()
+    assert [line.split(": ")[1] for line in lines] == [str(room), str(other)]
+
+
 @pytest.mark.parametrize("option", ["--output o.blend", "--report r.json",
                                     "--target image --image-dir d"])  # fmt: skip
 def test_what_is_for_one_file_is_refused_for_several(option, capsys):

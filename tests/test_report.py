@@ -70,14 +70,19 @@ def test_a_warning_is_told_once(report):
     assert report["warnings"] == ["first", "second", "third"]
 
 
-def test_summary_is_five_lines(report):
+def test_summary_is_five_lines_and_one_for_each_warning(report):
     lines = summarise(report, "room_baked.blend").splitlines()
-    assert len(lines) == 5
+    assert len(lines) == 8
     assert lines[0] == "Baked 1 object into room_baked.blend, 1 object left out"
     assert "1,234,567 rays" in lines[1]
     assert "2.1 % estimated, 3 % asked; 95 % of the surface within 4.3 %" in lines[2]
     assert "1.25 s" in lines[3] and "512 MB" in lines[3]
-    assert lines[4] == "Warnings: 3 (--report has all): first"
+    assert lines[4:] == ["Warnings: 3", "  first", "  second", "  third"]
+    report["warnings"] = [f"number {n}" for n in range(9)]
+    lines = summarise(report, "room_baked.blend").splitlines()[4:]
+    assert lines[0] == "Warnings: 9" and lines[5:] == ["  number 4", "  and 4 more (--report has all)"]
+    report["warnings"] = ["alone"]
+    assert summarise(report, "room_baked.blend").splitlines()[4:] == ["Warnings: alone"]
 
 
 def test_json_reads_back_and_keeps_letters(report, tmp_path):

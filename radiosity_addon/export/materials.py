@@ -15,13 +15,12 @@ from ..solver.scene import Material
 from .colors import Color, NotSimple, constant, extremes, to_field, values
 from .images import working_space_is_rec709
 from .parts import material_key
-from .remarks import bare_remarks, material_remarks, moved_remarks
+from .remarks import bare_remarks, material_remarks, moved_remarks, some_names
 from .shaders import SurfaceShader, read_sides
 from .sockets import Reader
 
 DEFAULT_REFLECTANCE = 0.8  # Cycles' surface of a face without material
 MOSTLY_GLOSSY = 0.5  # share of the light: a material that mirrors more is named as a mirror
-NAMED = 3  # number of materials that a warning of coatings names
 
 
 @dataclass
@@ -142,12 +141,10 @@ def coated_remarks(palette: Palette, settings: Settings) -> list[str]:
     }
     if not coated or Pass.INDIRECT not in settings.passes:
         return []
-    names = ", ".join(f'"{name}"' for name in list(coated)[:NAMED])
-    more = f" and {len(coated) - NAMED} more" if len(coated) > NAMED else ""
     return [
         f"what coatings mirror, up to {100 * max(coated.values()):.0f} % of the light, is left out, and no "
         "part of the error: indirect light is darker than in Cycles by about as much, in bright closed "
-        f"rooms by more: {names}{more} (a Principled BSDF with Specular IOR Level 0 has no coating)"
+        f"rooms by more: {some_names(list(coated))} (a Principled BSDF with Specular IOR Level 0 has no coating)"
     ]
 
 

@@ -32,7 +32,7 @@ from .lights import Light, read_lights, with_node_colors
 from .materials import coated_remarks, read_materials, scene_materials
 from .meshes import read_loop_vertices
 from .parts import Part, read_parts
-from .remarks import bent_remarks
+from .remarks import bent_remarks, library_remarks
 from .render_depsgraph import with_render_depsgraph
 from .shading_normals import (
     bent_materials,
@@ -163,6 +163,7 @@ def _evaluate(scene, view_layer, settings, progress) -> Evaluated:
         )
         things, skipped = sort_out(chosen, parts, seen, settings)
         receivers = [_receiver(thing, settings, traces.get(thing.name)) for thing in things]
+        warnings += library_remarks()
     return Evaluated(_receivers_first(parts, receivers), receivers, lights, skipped, warnings)
 
 

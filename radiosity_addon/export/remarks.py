@@ -51,12 +51,28 @@ def tree_remarks(owner: str, tree) -> list[str]:
     return remarks
 
 
+def library_remarks() -> list[str]:
+    """What is linked from files that are not there, or no longer hold it: Blender has nothing of it."""
+    import bpy
+
+    lost = {}
+    for kind in (bpy.data.objects, bpy.data.collections, bpy.data.meshes, bpy.data.materials):
+        for item in kind:
+            if item.is_missing and item.library is not None:
+                lost.setdefault(item.library.filepath, []).append(item.name)
+    return [
+        f"{some_names(list(dict.fromkeys(names)))}: linked from {path}, which is missing or no longer has it; nothing of it is "
+        "baked, or lights anything. Find it by File > External Data > Find Missing Files, or reload it"
+        for path, names in lost.items()
+    ]
+
+
 def bare_remarks(parts) -> list[str]:
     """One sentence on objects with faces that no material covers."""
     names = list(dict.fromkeys(
         part.name for part in parts if any(m is None for m in _used_materials(part))
     ))  # fmt: skip
-    return [f"faces without material are grey, as in Cycles; objects: {_some(names)}"] * bool(names)
+    return [f"faces without material are grey, as in Cycles; objects: {some_names(names)}"] * bool(names)
 
 
 def bent_remarks(materials) -> list[str]:
@@ -64,7 +80,7 @@ def bent_remarks(materials) -> list[str]:
     names = [material.name for material in materials]
     return [
         "normal and bump maps change nothing in vertex colours; bake images to show them; "
-        f"materials: {_some(names)}"
+        f"materials: {some_names(names)}"
     ] * bool(names)
 
 
@@ -72,7 +88,7 @@ def moved_remarks(materials) -> list[str]:
     """One sentence on materials that move the surface."""
     names = [m.name for m in materials if _has_displacement(m) and m.displacement_method != "BUMP"]
     return [
-        f"displacement maps move nothing; apply them as modifiers; materials: {_some(names)}"
+        f"displacement maps move nothing; apply them as modifiers; materials: {some_names(names)}"
     ] * bool(names)
 
 
@@ -106,7 +122,7 @@ def _has_displacement(material) -> bool:
     return output is not None and source(output.inputs["Displacement"]) is not None
 
 
-def _some(names: list[str]) -> str:
+def some_names(names: list[str]) -> str:
     """The first few of them, and how many more there are."""
     more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
     return ", ".join(f'"{name}"' for name in names[:NAMED]) + more

@@ -11,8 +11,8 @@ import time
 import bpy
 
 from . import session
-from .progress_bar import progress_text, redraw
 from .open_windows import find_window
+from .progress_bar import progress_text, redraw
 
 TICK = 0.05  # seconds between two looks at the solver
 AT_WORK = 0.005  # seconds between two steps of reading or writing, for Blender's events

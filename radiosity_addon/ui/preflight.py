@@ -17,10 +17,10 @@ from ..memory import ALWAYS, available_memory, fitting_edge, of_a_bake, of_image
 from ..settings import QUALITY_ERROR
 from . import words
 from .choice import sharing_objects, survey
+from .open_windows import find_window
 from .progress_bar import redraw
 from .properties import CUSTOM
 from .report_store import load_report
-from .open_windows import find_window
 
 MOST_SHOWN = 8  # names in the panel
 COVERED = 0.6  # of an image's texels, as a rule

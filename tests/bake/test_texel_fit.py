@@ -10,7 +10,12 @@ from radiosity_addon.bake.continuations import find_seams
 from radiosity_addon.bake.islands import Charted, cut_into_islands
 from radiosity_addon.bake.shown import Sheets
 from radiosity_addon.bake.texel_fit import EQUAL, Known, fit_texels
-from radiosity_addon.bake.texel_parts import anchored_texels, texel_parts, unfit_shares, unfit_warning
+from radiosity_addon.bake.texel_parts import (
+    anchored_texels,
+    texel_parts,
+    unfit_shares,
+    unfit_warning,
+)
 from radiosity_addon.bake.texels import texel_receivers
 
 SIZE = 24  # texels of an image's edge

@@ -210,6 +210,23 @@ def test_linked_mesh_lights_but_is_not_baked(blender, export, tmp_path):
     np.testing.assert_allclose(material.reflectance.value, (0.1, 0.2, 0.3), rtol=1e-6)
 
 
+def test_what_a_missing_library_held_is_named(blender, export, tmp_path):
+    """Blender opens such a file with an empty in the object's place."""
+    add_plane(blender)
+    library, scene = tmp_path / "library.blend", tmp_path / "scene.blend"
+    lost = blender.data.objects.new("Lost", blender.data.meshes.new("Lost"))
+    blender.data.libraries.write(str(library), {lost})
+    blender.data.objects.remove(lost)
+    with blender.data.libraries.load(str(library), link=True) as (_, wanted):
+        wanted.objects = ["Lost"]
+    blender.context.scene.collection.objects.link(wanted.objects[0])
+    blender.ops.wm.save_as_mainfile(filepath=str(scene))
+    library.unlink()
+    blender.ops.wm.open_mainfile(filepath=str(scene))
+    (text,) = [each for each in export().warnings if "library.blend" in each]
+    assert '"Lost"' in text and "missing" in text
+
+
 def test_ray_visibility(blender, export):
     add_plane(blender, "A").visible_shadow = False
     add_plane(blender, "B").visible_diffuse = False
