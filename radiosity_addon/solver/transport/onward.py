@@ -128,7 +128,7 @@ def go_on(
         met, directions = shoot_apart(context, points, 1, *key, bounce, 4)
         parts = []
         for part in met:
-            entry = patches.hit_resolved(part.hits, elements_only=True)
+            entry = patches.hit(part.hits)
             number = np.arange(len(entry)) if part.rays is None else part.rays
             parts.append(ends_of(part, directions, entry, np.arange(len(entry)),
                                  rays.owner[number], rays.weight[number]))  # fmt: skip

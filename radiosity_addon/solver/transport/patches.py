@@ -9,8 +9,8 @@ miss, onward and nowhere, then 2·cell + back for the sides of the elements' cel
 numbered alike: those of receivers, then 2·P + 2·element + back. Where a ray ends on a baked object,
 but on none of its patches, it goes *onward*: it is reflected there and brings light that it finds
 itself. Such places are few: near walls that divide a receiver, on faces without texels. So do rays
-to patches whose direct light varies, and those to patches nearer than their own size, of which rows
-heed elements only: what they see of these may be another part than the mean's.
+to patches whose direct light varies, and those of receivers to patches and elements nearer than
+their size: what they see of these may be another part than the mean's.
 """
 
 from __future__ import annotations
@@ -148,14 +148,11 @@ class Patches:
         """(n,) int32 entries of hits; the miss where nothing was hit."""
         return self.at(hits.triangle, hits.u, hits.v, hits.front)
 
-    def hit_resolved(self, hits: Hits, elements_only: bool = False) -> np.ndarray:
+    def hit_resolved(self, hits: Hits) -> np.ndarray:
         """The same, but onward where a ray ends on a patch, or an element, from so near that a part of it
         counts more than the rest: its mean is not what arrives."""
         entry = self.hit(hits)
-        near = np.take(self.length, entry) > NEAR * hits.distance
-        if elements_only:
-            near &= entry >= self.cells
-        entry[near] = self.onward
+        entry[np.take(self.length, entry) > NEAR * hits.distance] = self.onward
         return entry
 
     def at(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray):

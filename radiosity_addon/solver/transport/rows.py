@@ -207,7 +207,7 @@ def _row_chunk(
     rays, count = directions.shape[:2]
     sky, entries, places, later, onward = 0.0, [], [], [], []
     for part in met:
-        entries.append(patches.hit_resolved(part.hits, elements_only=True))
+        entries.append(patches.hit(part.hits))
         missed = entries[-1] == patches.miss
         sky = sky + sky_mean(context.sky, missed, part, directions)
         some = places_hit(entries[-1], part.hits, patches)

@@ -153,6 +153,7 @@ def without_reflection(context: Context, target: int) -> Radiosity:
     """What rays can meet where nothing that is reflected counts: no unknowns, no rows."""
     elements = build_elements(context.geometry, _groups(context.scene), target)
     patches = build_patches(context.geometry, elements)
+    patches = replace(patches, length=np.zeros_like(patches.length))  # there are no means to resolve
     nothing = np.zeros((patches.entries, context.channels), np.float32)
     emitted, known = emission_to_find(context, patches), np.zeros(len(nothing), bool)
     return Radiosity(patches, nothing, *emitted, known, None, nothing[:0], 0, 0.0, 0.0, 1.0)
@@ -169,7 +170,7 @@ def _seeds(
     def work(part: slice):
         points = place(some[part], 0)
         met, _ = shoot(context, points, SEED_RAYS, *key, 10, part.start)
-        return join_places([places_hit(patches.hit_resolved(m.hits), m.hits, patches) for m in met])
+        return join_places([places_hit(patches.hit(m.hits), m.hits, patches) for m in met])
 
     parts = map_chunks(work, ranges(len(some), 2048), context.threads, context.tick("elements"))
     places = join_places(parts or [no_places()])
