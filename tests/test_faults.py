@@ -109,7 +109,7 @@ def test_killed_solver_is_a_message_and_changes_nothing(place):
 
 
 def test_killed_second_process_is_a_message_and_changes_nothing(place):
-    found = faults.second_killed(place, "gather")
+    found = faults.second_killed(place, "transport")  # two stages before the end
     assert (found.status, found.strange) == (1, ())
     assert found.message.count("\n") == 1
     assert "second process ended (status -9); memory may have run out" in found.message
