@@ -4,7 +4,6 @@ import bpy
 from bpy.props import StringProperty
 from bpy_extras.io_utils import ExportHelper
 
-from ..files import Publication, check_writable
 from .properties import settings_of
 from .results import CarriesBake, baked_objects
 
@@ -20,6 +19,7 @@ class RADIOSITY_OT_export_gltf(CarriesBake, bpy.types.Operator, ExportHelper):
     filter_glob: StringProperty(default="*.glb", options={"HIDDEN"})
 
     def execute(self, context):
+        from ..files import Publication, check_writable  # here, as enabling the add-on must be quick
         from ..gltf.export import export_bake
         from ..gltf.wish import of_settings
 
