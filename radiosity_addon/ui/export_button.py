@@ -19,7 +19,8 @@ class RADIOSITY_OT_export_gltf(CarriesBake, bpy.types.Operator, ExportHelper):
     filter_glob: StringProperty(default="*.glb", options={"HIDDEN"})
 
     def execute(self, context):
-        from ..files import Publication, check_writable  # here, as enabling the add-on must be quick
+        # Here, as enabling the add-on must be quick.
+        from ..files import Publication, check_writable
         from ..gltf.export import export_bake
         from ..gltf.wish import of_settings
 
