@@ -28,7 +28,6 @@ from .shown import Sheets, Stencils
 EQUAL = 3 / 6  # λ [texels per texel of length]: what a jump over a seam costs; eyes see steps first
 STAY = 1e-4  # ε [texels]: how much texels stay what they are without the fit
 TOLERANCE = 1e-4  # of the residual: far below what anybody sees
-WHOLE = 0.999  # of a texel covered: its mean is its value
 SEEN = 1e-6  # a texel with less weight is not seen at a place
 LEEWAY = 0.5  # of the light's span nearby: so far beyond it may a value be
 REACH = 2  # texels around from which the light's span is taken

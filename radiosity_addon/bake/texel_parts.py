@@ -14,7 +14,7 @@ from .shown import Sheets
 NOTABLE = 0.01  # share of the surface: of fewer texels that cannot be fitted nobody is told
 TOUCH = 0.01  # of a texel: an island that has less of one does not count there
 NONE, SEVERAL = -1, -2  # codes for texels without, and with more than one, island
-WHOLE = 0.999  # of a texel: an island that has one so far is not thinner than a texel
+WHOLE = 0.999  # share [of a texel] covered: its mean is its value, and its island is not thinner
 
 
 @dataclass(frozen=True)

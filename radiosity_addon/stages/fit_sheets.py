@@ -12,8 +12,15 @@ from ..bake.clip import doubled_areas
 from ..bake.continuations import find_seams
 from ..bake.islands import Charted, cut_into_islands
 from ..bake.shown import Sheets
-from ..bake.texel_fit import WHOLE, Known, fit_texels
-from ..bake.texel_parts import TexelParts, anchored_texels, texel_parts, unfit_shares, unfit_warning
+from ..bake.texel_fit import Known, fit_texels
+from ..bake.texel_parts import (
+    WHOLE,
+    TexelParts,
+    anchored_texels,
+    texel_parts,
+    unfit_shares,
+    unfit_warning,
+)
 from ..solver.direct.line_of_sight import is_way_free
 from ..solver.lights.context import Context
 from ..solver.passes import Pass

@@ -14,7 +14,7 @@ from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.receivers import Receivers
 from radiosity_addon.solver.scene import SunLamp
 from radiosity_addon.solver.transport.lit_patches import light_receivers
-from radiosity_addon.solver.transport.patches import build_patches, build_receiver_patches
+from radiosity_addon.solver.transport.patches import Patches, build_receiver_patches
 from radiosity_addon.solver.transport.solve_patches import varied_patches
 from verification import meshes
 from verification.texels import texel_receivers
@@ -30,7 +30,7 @@ def patches_of(scene, receivers, largest=np.inf):
         receivers, footprints, scene.object, context.geometry.area, largest, None
     )
     elements = build_elements(context.geometry, np.zeros(len(scene.triangles), int), 4)
-    return build_patches(context.geometry, elements, own), footprints
+    return Patches(elements, own), footprints
 
 
 def places(count: int):
@@ -115,8 +115,7 @@ def test_what_receivers_gather_is_read_by_the_numbers_of_rays():
 
     replicate = build_replicate(scene, receivers, Asked(), 1)
     own = replicate._patches(10)
-    geometry = replicate.context.geometry
-    patches = build_patches(geometry, build_elements(geometry, np.zeros(2, int), 4), own)
+    patches = Patches(build_elements(replicate.context.geometry, np.zeros(2, int), 4), own)
 
     class Solved:
         samples = type("Samples", (), {"patch_rays": 8})

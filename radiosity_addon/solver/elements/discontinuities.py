@@ -77,7 +77,7 @@ def _cut(context: Context, elements: Elements, most: float) -> Elements:
 def _affordable(context: Context, elements: Elements, cell: np.ndarray, most: float) -> np.ndarray:
     """(k,) bool: whether ``cell`` (k,) is one of the largest, so many that no more than ``most``
     elements come of cutting them; cells that share an element make none."""
-    area = elements.areas(context.geometry)[cell]
+    area = elements.areas(context.geometry, cell)
     alone = ~elements.shared()[cell]
     cells, first = np.unique(cell[alone], return_index=True)
     room = max(int(most) - elements.count, 0) // 2

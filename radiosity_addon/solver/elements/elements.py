@@ -40,16 +40,16 @@ class Elements:
     cut: np.ndarray  # (n_grids - n_triangles, 3) float32: of those of n = 0, see ``cut_cells``
     has_cuts: bool
 
-    def areas(self, geometry: Geometry) -> np.ndarray:
-        """(n_cells,) float64 normalised areas of the cells; of pieces, of what they were cut from."""
-        corners = self.corners.astype(float)
+    def areas(self, geometry: Geometry, cell: np.ndarray) -> np.ndarray:
+        """(k,) float64 normalised areas of cells (k,); of pieces, of what they were cut from."""
+        corners = self.corners[cell].astype(float)
         steps = corners[:, 1:] - corners[:, :1]
-        return np.abs(np.linalg.det(steps)) * geometry.area[self.triangle]
+        return np.abs(np.linalg.det(steps)) * geometry.area[self.triangle[cell]]
 
     def lengths(self, geometry: Geometry) -> np.ndarray:
         """(count,) float32 edges of squares as large as the elements [unit box]."""
         some = np.flatnonzero(self.element >= 0)
-        total = np.bincount(self.element[some], self.areas(geometry)[some], self.count)
+        total = np.bincount(self.element[some], self.areas(geometry, some), self.count)
         return np.sqrt(total).astype(np.float32)
 
     def sides_of(self, cell_sides: np.ndarray) -> np.ndarray:

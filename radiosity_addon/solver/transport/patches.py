@@ -98,15 +98,16 @@ class Patches:
     """The patches of receivers, if there are any, and elements."""
 
     elements: Elements
-    receivers: ReceiverPatches | None
-    length: np.ndarray  # (entries,) float32 [unit box]: edges of squares as large; 0 for no patch
+    receivers: ReceiverPatches | None = None
+    # (entries,) float32 [unit box]: edges of squares as large, 0 for no patch; None: no ray goes onward
+    # as a patch is near.
+    length: np.ndarray | None = None
 
-    def with_elements(self, geometry: Geometry, elements: Elements) -> Patches:
-        """The same patches of receivers, and ``elements``."""
-        patches = replace(self, elements=elements)
-        sides = np.repeat(elements.lengths(geometry), 2)
+    def measured(self, geometry: Geometry) -> Patches:
+        """The same with their lengths."""
+        sides = np.repeat(self.elements.lengths(geometry), 2)
         own = [] if self.receivers is None else 2 * [self.receivers.length]
-        return replace(patches, length=patches.table(np.concatenate([*own, sides]), np.float32(0)))
+        return replace(self, length=self.table(np.concatenate([*own, sides]), np.float32(0)))
 
     @property
     def first(self) -> int:
@@ -152,7 +153,8 @@ class Patches:
         """The same, but onward where a ray ends on a patch, or an element, from so near that a part of it
         counts more than the rest: its mean is not what arrives."""
         entry = self.hit(hits)
-        entry[np.take(self.length, entry) > NEAR * hits.distance] = self.onward
+        if self.length is not None:
+            entry[np.take(self.length, entry) > NEAR * hits.distance] = self.onward
         return entry
 
     def at(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray):
@@ -198,14 +200,6 @@ class Patches:
         sides = self.elements.values_of_cells(values[self.first :], nothing)
         none = np.full((3,) + shape, nothing, values.dtype)
         return np.concatenate([values[: self.first], none, sides])
-
-
-def build_patches(
-    geometry: Geometry, elements: Elements, receivers: ReceiverPatches | None = None
-) -> Patches:
-    """The patches of ``receivers``, and ``elements`` elsewhere."""
-    none = np.zeros(0, np.float32)
-    return Patches(elements, receivers, none).with_elements(geometry, elements)
 
 
 def build_receiver_patches(

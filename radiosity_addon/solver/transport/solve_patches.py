@@ -19,7 +19,7 @@ from ..scene import Scene
 from ..workers.parallel import map_chunks, ranges
 from .emission import emission_to_find
 from .lit_patches import join_patches, light_patches, light_receivers
-from .patches import Patches, ReceiverPatches, build_patches
+from .patches import Patches, ReceiverPatches
 from .places import Places, join_places, no_places, places_hit
 from .radiosity import Radiosity, solve_rows
 from .rays import shoot
@@ -66,7 +66,7 @@ def solve_radiosity(
     """
     target, per = plan.elements, plan.row_points
     elements = build_elements(context.geometry, _groups(context.scene), target)
-    patches = build_patches(context.geometry, elements, own)
+    patches = Patches(elements, own)
     places, all_places = _seeds(context, patches, receivers, place, target, key)
     known = []
     if own is not None:
@@ -77,11 +77,12 @@ def solve_radiosity(
     share = len(places.entry) / max(all_places, 1)
     if len(places.entry):
         elements = set_apart(context, elements, target, tolerance)
-        patches = patches.with_elements(context.geometry, elements)
+        patches = replace(patches, elements=elements)
         places = places.on(patches)
         places = places[patches.somewhere(places.entry)]
         patches, lit = _refined(context, patches, places, share, plan, tolerance, key)
         known.append((lit, plan.row_rays))
+    patches = patches.measured(context.geometry)
     samples = RowSamples(plan.row_rays, per, plan.patch_rays, plan.patch_points)
     transport = trace_transport(context, patches, known, samples, (*key, 12))
     return solve_rows(context, patches, transport, tolerance)
@@ -141,7 +142,7 @@ def divided(
     for block in before.blocks:
         kept = ~np.isin(patches.element_of(block.patches.patch), chosen)
         known.append((block.patches.take(np.flatnonzero(kept)), block.rays))
-    patches = patches.with_elements(context.geometry, elements)
+    patches = replace(patches, elements=elements).measured(context.geometry)
     places = places[np.flatnonzero(inside)].on(patches)
     places = places[patches.somewhere(places.entry)]
     known += light_patches_met(context, patches, places, before.samples, (*key, 13))
@@ -151,9 +152,7 @@ def divided(
 
 def without_reflection(context: Context, target: int) -> Radiosity:
     """What rays can meet where nothing that is reflected counts: no unknowns, no rows."""
-    elements = build_elements(context.geometry, _groups(context.scene), target)
-    patches = build_patches(context.geometry, elements)
-    patches = replace(patches, length=np.zeros_like(patches.length))  # there are no means to resolve
+    patches = Patches(build_elements(context.geometry, _groups(context.scene), target))
     nothing = np.zeros((patches.entries, context.channels), np.float32)
     emitted, known = emission_to_find(context, patches), np.zeros(len(nothing), bool)
     return Radiosity(patches, nothing, *emitted, known, None, nothing[:0], 0, 0.0, 0.0, 1.0)
@@ -193,8 +192,7 @@ def _refined(
         if len(chosen) == 0 or patches.elements.count > MAX_GROWTH * target:
             break
         kept = ~np.isin(patches.element_of(known.patch), chosen)
-        finer = refine(context.geometry, patches.elements, chosen)
-        patches = patches.with_elements(context.geometry, finer)
+        patches = replace(patches, elements=refine(context.geometry, patches.elements, chosen))
         places = places.on(patches)
         known = known.take(np.flatnonzero(kept))
         patch = patches.of(places.entry)
