@@ -22,10 +22,10 @@ from scipy.sparse import coo_matrix, csr_matrix, diags
 
 from ..export.exported import ExportedObject
 from ..settings import Domain
+from ..solver.adaptive.relative_error import FLOOR
 from ..solver.receivers import Receivers
 from .bounded import solve_bounded, solve_roughly
 
-FLOOR = 0.25  # of the mean light: darker places count like that, as in the error
 STIFFNESS = (0.03, 1e-10)  # ε of triangles with fewer than, and at least, three receivers
 
 

@@ -15,11 +15,11 @@ import numpy as np
 
 from ..gather.residual import Residuals
 from ..geometry.footprints import Footprints
+from .relative_error import FLOOR
 
 LEVELS = 6  # number [levels of regions], each half as wide as the one around it
 PER_REGION = 64  # number [paths in a region, on average]: levels with fewer are not used
 POOLED = 8  # weight [paths] of all regions' variance beside a region's own
-DARKEST = 0.25  # irradiance [of the mean]: darker places are judged against it
 SIGNIFICANT = 2.5  # bias [standard errors]: smaller ones are taken for noise
 WILD = 0.5  # deviation [relative] of a path: above it, elements with rare large values count
 MOST_OF_SQUARE = 0.8  # share [of the variance] that few elements must be behind to be divided
@@ -111,7 +111,7 @@ def irradiance_scale(residuals: Residuals, levels: list[np.ndarray]) -> np.ndarr
     mine = region[residuals.owner]
     number = np.bincount(mine, minlength=1)
     mean = np.bincount(mine, level) / np.maximum(number, 1)
-    floor = DARKEST * level.mean() if len(level) else 0.0
+    floor = FLOOR * level.mean() if len(level) else 0.0
     return np.maximum(np.maximum(mean[mine], floor), 1e-300)
 
 
