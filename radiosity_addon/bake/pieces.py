@@ -31,17 +31,18 @@ class Ways:
 
 def joined_unknowns(
     vertices: np.ndarray, triangles: np.ndarray, unknown: np.ndarray, count: int,
-    material: np.ndarray, is_free,
+    material: np.ndarray, is_free, group: np.ndarray | None = None,
 ) -> np.ndarray:
     """(count,) int: which of ``count`` unknowns are one, numbered from 0.
 
     ``unknown`` (n, 3) int are those at the corners of ``triangles`` (n, 3), -1: none. ``material``
     (n,) int: faces of different ones show different light. ``is_free(ways)`` (k,) bool: nothing
-    stands on an edge.
+    stands on an edge. ``group`` (n, 3) int: the smooth groups of the corners, by which a surface ends
+    at its sharp edges even where its vertices have one color each; None: the unknowns are.
     """
     n = len(triangles)
     charted = Charted(vertices, triangles, np.zeros((n, 3, 2)), np.zeros(n, int), np.zeros((n, 3, 3)))
-    edges = _open_edges(triangles, unknown)
+    edges = _open_edges(triangles, unknown if group is None else group)
     seams = find_whole_seams(charted, edges, SMOOTH)
     sides = seams.one, seams.other
     owners = [edges.take(part.edge) for part in sides]
@@ -54,11 +55,11 @@ def joined_unknowns(
     return connected_components(count, one[known], other[known])
 
 
-def _open_edges(triangles: np.ndarray, unknown: np.ndarray) -> Edges:
-    """Sides of triangles but those over which two triangles share vertices and unknowns."""
+def _open_edges(triangles: np.ndarray, group: np.ndarray) -> Edges:
+    """Sides of triangles but those over which two triangles share vertices and smooth groups."""
     n = len(triangles)
     edges = Edges(np.tile(np.arange(n), 3), np.repeat(np.arange(3), n))
-    ends = np.stack([*edges.ends(triangles), *edges.ends(unknown)], 1).astype(np.int64)
+    ends = np.stack([*edges.ends(triangles), *edges.ends(group)], 1).astype(np.int64)
     turned = ends[:, 0] > ends[:, 1]
     ends[turned] = ends[turned][:, [1, 0, 3, 2]]
     order = np.lexsort(ends.T)

@@ -56,24 +56,32 @@ def joint_fits(job: Job, layout: Layout, context: Context) -> list[JointFit]:
 
 def _labels(job: Job, context: Context) -> tuple[np.ndarray, np.ndarray]:
     """(m,) which of all targets' unknown colors are one; and where each target's begin among them."""
-    scene, triangles, unknown, base = job.scene, [], [], [0]
     for target in job.targets:
         if target.corner_map is None or target.loop_vertex is None:
             raise ValueError(f"{target.name!r} was exported without its loops; export for vertices")
-        own = unknowns_of(target, job.settings.domain)
+    scene = job.scene
+    owned = np.concatenate([np.arange(target.start, target.stop) for target in job.targets])
+    unknown, start = _at_corners(job.targets, job.settings.domain)
+    group, _ = _at_corners(job.targets, Domain.CORNER)
+    label = joined_unknowns(
+        scene.vertices, scene.triangles[owned], unknown, int(start[-1]),
+        _materials(scene)[scene.material[owned]], lambda ways: _is_free(ways, context), group,
+    )  # fmt: skip
+    return label, start
+
+
+def _at_corners(targets, domain: str) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 3) which unknown of all targets' each triangle's corner shows alone, -1: several; and where
+    each target's begin."""
+    unknown, start = [], [0]
+    for target in targets:
+        own = unknowns_of(target, domain)
         weights, loops = target.corner_map.weights, target.corner_map.loops
         most = weights.argmax(1)[:, None] if len(weights) else np.zeros((0, 1), int)
         weight, loop = (np.take_along_axis(x, most, 1)[:, 0] for x in (weights, loops))
-        unknown.append(np.where(weight > ALONE, base[-1] + own[loop], -1).reshape(-1, 3))
-        triangles.append(np.arange(target.start, target.stop))
-        base.append(base[-1] + int(own.max(initial=-1)) + 1)
-    owned = np.concatenate(triangles)
-    material = _materials(scene)[scene.material[owned]]
-    label = joined_unknowns(
-        scene.vertices, scene.triangles[owned], np.concatenate(unknown), base[-1], material,
-        lambda ways: _is_free(ways, context),
-    )  # fmt: skip
-    return label, np.array(base)
+        unknown.append(np.where(weight > ALONE, start[-1] + own[loop], -1).reshape(-1, 3))
+        start.append(start[-1] + int(own.max(initial=-1)) + 1)
+    return np.concatenate(unknown), np.array(start)
 
 
 def _materials(scene: Scene) -> np.ndarray:

@@ -56,7 +56,29 @@ def test_corners_of_other_materials_and_beside_walls_stay_apart():
     assert join(turned(0), free=False) == 8
 
 
-def level(parts, baked, **options):
+CUBE = np.array([(x, y, z) for z in (-1, 0) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))], float)
+SIDES = np.array([(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)])
+BOX = CUBE, np.concatenate([(side[[0, 1, 2]], side[[0, 2, 3]]) for side in SIDES])
+
+
+def test_cubes_side_by_side_are_one_over_their_sharp_edges():
+    """Four faces of each go on in the other's over the square between them, which has four vertices,
+    and two corners of each of the four faces. Vertices that a cube's faces share are no reason."""
+    vertices = np.concatenate([CUBE, CUBE + [1, 0, 0]])
+    triangles = np.concatenate([BOX[1], BOX[1] + 8])
+    group = np.unique(_by_face(triangles), return_inverse=True)[1].reshape(-1, 3)
+    material, free = np.zeros(24, int), lambda ways: np.ones(len(ways.starts), bool)
+    points = joined_unknowns(vertices, triangles, triangles, 16, material, free, group)
+    corners = joined_unknowns(vertices, triangles, group, 48, material, free)
+    assert points.max() + 1 == 16 - 4 and corners.max() + 1 == 48 - 4 * 2
+
+
+def _by_face(triangles):
+    """(n, 3) numbers that corners of two triangles have in common in a face of a box only."""
+    return triangles + 100 * (np.arange(len(triangles)) // 2)[:, None]
+
+
+def level(parts, baked, groups=np.array, **options):
     """A Job for the first ``baked`` parts of a scene with a lamp above the first one."""
     scene = meshes.scene(parts, [[0.5]] * len(parts))
     lamp = PointLamp("Lamp", np.array([0.3, 0.5, 0.8]), np.full(3, 10.0))
@@ -67,7 +89,8 @@ def level(parts, baked, **options):
         vertex = np.unique(loops, return_inverse=True)[1].reshape(-1).astype(np.int32)
         one_hot = CornerMap(np.arange(len(loops))[:, None], np.ones((len(loops), 1)), len(loops))
         targets.append(ExportedObject(
-            f"Part{number}", int(own[0]), int(own[-1]) + 1, None, one_hot, vertex, vertex,
+            f"Part{number}", int(own[0]), int(own[-1]) + 1, None, one_hot, vertex,
+            np.unique(groups(vertex.reshape(-1, 3)), return_inverse=True)[1].reshape(-1),
             n_loops=len(loops),
         ))  # fmt: skip
     settings = Settings(target="vertex", error=0.05, **options)
@@ -81,7 +104,7 @@ def by_corner(job):
     for target, colors in zip(job.targets, result.colors):
         point = job.settings.domain == "point"
         loops = colors[target.loop_vertex] if point else colors
-        faces = QUAD if len(loops) == 6 else STRIP[1]
+        faces = {6: QUAD, 12: STRIP[1], 36: BOX[1]}[len(loops)]
         found.append(dict(zip(faces.ravel().tolist(), loops)))
     return found
 
@@ -105,6 +128,24 @@ def test_pieces_of_a_floor_have_the_colors_of_one(domain):
     parts = [(SQUARE, QUAD), (turned(0) + [1e-2, 0, 0], QUAD)]
     first, second = by_corner(level(parts, 2, domain=domain))
     assert abs(first[1] / second[0] - 1).max() > 0.05
+
+
+@pytest.mark.parametrize("domain", ["corner", "point"])
+def test_slabs_side_by_side_are_equal_where_their_tops_meet(domain):
+    """Slabs whose tops and sides share vertices: the lamp is above the first, so that apart from each
+    other their tops differ where they meet."""
+    next_to = CUBE + [1, 0, 0], BOX[1]
+    job = level([BOX, next_to], 2, groups=_by_face, domain=domain)
+    first, second = (_tops(*pair, domain) for pair in zip(job.targets, run(job).colors))
+    assert np.array_equal(first[5], second[4]) and np.array_equal(first[6], second[7])
+    assert first[5].min() > 0
+
+
+def _tops(target, colors, domain):
+    """From the vertices of a box's top, as ``BOX`` numbers them, to their colors there."""
+    loops = slice(6, 12)
+    shown = colors[target.loop_vertex[loops]] if domain == "point" else colors[loops]
+    return dict(zip(BOX[1][2:4].ravel().tolist(), shown))
 
 
 def test_a_wall_between_pieces_keeps_their_colors_apart():
