@@ -33,7 +33,7 @@ class Row:
 
 
 def brighter(scene):
-    """The same scene with other colours and strengths of all that shines."""
+    """The same scene with other colors and strengths of all that shines."""
     from radiosity_addon.solver.fields import Constant
     from radiosity_addon.solver.scene import LAMP_COLOR, lamp_color
 
@@ -51,7 +51,7 @@ def brighter(scene):
 
 
 def measure(build, error: float, size: int = SIZE) -> list[Row]:
-    """The scene that ``build()`` makes, baked to vertex colours, then changed in four ways."""
+    """The scene that ``build()`` makes, baked to vertex colors, then changed in four ways."""
     import bpy
 
     from radiosity_addon.bake_job import discard, prepare
@@ -72,7 +72,7 @@ def measure(build, error: float, size: int = SIZE) -> list[Row]:
         _row("passes: indirect light only", first, other),
         _row(f"target: an image of {size} texels", first, jobs[1], fresh),
         _row(f"resolution: {2 * size} instead of {size} texels", second, jobs[2]),
-        _row("colours and strengths of all lights", first, lit),
+        _row("colors and strengths of all lights", first, lit),
     ]
 
 

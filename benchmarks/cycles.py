@@ -12,7 +12,7 @@ from contextlib import ExitStack, contextmanager
 import numpy as np
 
 BOUNCES = 128  # Russian roulette ends paths long before
-EMIT_SAMPLES = 16  # one sample would be taken at the texel's centre, whatever the seed
+EMIT_SAMPLES = 16  # one sample would be taken at the texel's center, whatever the seed
 PASSES = ("emit", "direct", "indirect", "color")
 CYCLES = {
     "device": "CPU",
@@ -86,7 +86,7 @@ def _bake(image, kind: str, samples: int, uv_map: str, lighting: set[str]):
 
 @contextmanager
 def _prepared(obj, image_size: int, seed: int, threads: int):
-    """The scene set for baking ``obj`` into a new float image, and put back afterwards."""
+    """The scene set for baking ``obj`` into a new float image, and put back afterward."""
     import bpy
 
     scene = bpy.context.scene

@@ -1,4 +1,4 @@
-"""A whole bake of a large mesh to vertex colours, as a command: python -m benchmarks.large
+"""A whole bake of a large mesh to vertex colors, as a command: python -m benchmarks.large
 
 Three heads in a box with one lamp: 1.5 million triangles, or a quarter for each level less
 (``--levels``, 5, at least 2). Prints what the bake's report says of cost and error.

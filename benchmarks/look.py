@@ -2,7 +2,7 @@
 
     python -m benchmarks.look living_room --error 0.03 --size 1024 --output picture.png
 
-The picture shows only the baked colours: every face emits them, nothing is lit.
+The picture shows only the baked colors: every face emits them, nothing is lit.
 """
 
 from __future__ import annotations

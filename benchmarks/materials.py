@@ -14,7 +14,7 @@ def emitter(name: str, color, strength: float):
 
 
 def glowing(name: str, reflectance: float, exitance: float):
-    """Grey, reflecting and emitting at once, as a furnace's walls do; ``exitance`` in W/m²."""
+    """Gray, reflecting and emitting at once, as a furnace's walls do; ``exitance`` in W/m²."""
     from math import pi
 
     material = matte(name, (reflectance,) * 3)

@@ -193,9 +193,9 @@ those of the run before, so that not all need be of one run.
 KNOWN = """
 ## Known differences
 
-* **Mirror reflections and refraction** are not modelled: radiosity is diffuse. The table gives their
+* **Mirror reflections and refraction** are not modeled: radiosity is diffuse. The table gives their
   share in a scene that shows them.
-* **Translucency**: a translucent surface reflects its colour diffusely on both sides and lets nothing
+* **Translucency**: a translucent surface reflects its color diffusely on both sides and lets nothing
   through; a warning names it. Light that passes diffusely would tie the two sides of a surface
   together: the radiosity of each would depend on the light on both, so would each baked point, and
   every such point would need its rays twice. The 5 % here are those of a large slab close to the floor.
@@ -204,10 +204,10 @@ KNOWN = """
 * **Shading normals** count where light arrives to be baked; what a surface reflects onto others follows its
   true normals. Cycles turns that light too, and loses what its normal maps mask: strong maps on all of a
   room make its indirect light darker.
-* **Displacement** that moves the surface is not modelled, with a warning; as bump it is.
+* **Displacement** that moves the surface is not modeled, with a warning; as bump it is.
 * **Two sides**: where a node tree asks which side is seen (the Backfacing output), each side has its own
   reflectance, transmittance and emission.
-* **Lighting without colour on black surfaces**: Cycles bakes black there, we the light. The case
+* **Lighting without color on black surfaces**: Cycles bakes black there, we the light. The case
   of direct light is compared with Cycles' bake of a surface that reflects 0.0001, that of indirect
   light with a small sheet that reflects 0.2 where ours reflects nothing.
 * **The texel's footprint**: we average over all of a texel's square, as Cycles does in Blender 5.2. In

@@ -36,7 +36,7 @@ def area(**values):
 
 
 def scaled_area():
-    """A disc stretched by its object's scale."""
+    """A disk stretched by its object's scale."""
     thing = stage()
     area_lamp(shape="DISK").scale = (0.5, 2.0, 1.0)
     return thing
@@ -53,7 +53,7 @@ def node_lamp():
 
 
 def several():
-    """A sun, a spot and a coloured point lamp at once."""
+    """A sun, a spot and a colored point lamp at once."""
     thing = stage()
     lamp("SUN", (0, 0, 5), TILTED, energy=1.0, angle=0.05)
     lamp("SPOT", HIGH, TILTED, energy=200.0, spot_size=1.2, shadow_soft_size=0.1)
@@ -115,10 +115,10 @@ CASES = (
     Case("sun, angle 10°", partial(lit_by, "SUN", energy=3.0, angle=radians(10))),
     Case("area, square", area),
     Case("area, rectangle", partial(area, shape="RECTANGLE", size=2.0, size_y=0.3)),
-    Case("area, disc", partial(area, shape="DISK")),
+    Case("area, disk", partial(area, shape="DISK")),
     Case("area, ellipse", partial(area, shape="ELLIPSE", size=2.0, size_y=0.5)),
     Case("area, spread 60°", partial(area, spread=radians(60))),
-    Case("area, disc scaled 0.5 × 2", scaled_area),
+    Case("area, disk scaled 0.5 × 2", scaled_area),
     Case("point, exposure 1", partial(lit_by, "POINT", energy=80.0, exposure=1.0)),
     Case("point, 3000 K", partial(lit_by, "POINT", energy=80.0, use_temperature=True,
                                   temperature=3000.0)),
@@ -134,5 +134,5 @@ CASES = (
                                          spot_blend=0.5), effort=4),
     Case("IES, radius 0.3, no soft falloff", partial(
         luminaire, ROUND, shadow_soft_size=0.3, use_soft_falloff=False), effort=4),
-    Case("IES, colour by direction", partial(luminaire, (0,), wheel=True), effort=2),
+    Case("IES, color by direction", partial(luminaire, (0,), wheel=True), effort=2),
 )  # fmt: skip

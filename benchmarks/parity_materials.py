@@ -30,7 +30,7 @@ PANE = [(-1.5, -1.0, 1.2), (0.5, -1.0, 1.2), (0.5, 0.8, 1.2), (-1.5, 0.8, 1.2)]
 
 
 def checks(size: int = 16) -> np.ndarray:
-    """(size, size, 3): colours that change smoothly, in two halves that differ."""
+    """(size, size, 3): colors that change smoothly, in two halves that differ."""
     y, x = np.mgrid[0:size, 0:size] / (size - 1)
     pixels = np.stack([0.2 + 0.6 * x, 0.3 + 0.4 * y, 0.7 - 0.5 * x * y], axis=-1)
     pixels[:, size // 2 :] *= 0.5
@@ -38,7 +38,7 @@ def checks(size: int = 16) -> np.ndarray:
 
 
 def textured(tree, space="Non-Color", extension="REPEAT", scale=1.0, pixels=None, way=""):
-    """The colour output of an image on the UV map "Picture", repeated ``scale`` times; ``way``:
+    """The color output of an image on the UV map "Picture", repeated ``scale`` times; ``way``:
     how it is kept (see ``stored``), generated in memory for none."""
     place = add_node(tree, "UVMap")
     place.uv_map = "Picture"
@@ -82,7 +82,7 @@ def slab_of(kind: str, **inputs):
 
 
 def vertex_colors():
-    """The stage coloured by an attribute."""
+    """The stage colored by an attribute."""
     material, tree = new_material("Attribute")
     node = add_node(tree, "VertexColor")
     node.layer_name = "Paint"
@@ -95,7 +95,7 @@ def vertex_colors():
 
 
 def noise_color(tree):
-    """The colour output of noise through a ramp, in object space."""
+    """The color output of noise through a ramp, in object space."""
     place = add_node(tree, "TexCoord").outputs["Object"]
     grain = add_node(tree, "TexNoise", Vector=place, Scale=0.8)
     ramp = add_node(tree, "ValToRGB", Fac=grain.outputs[0])
@@ -112,7 +112,7 @@ def node_tree(slab: bool):
 
 
 def bare_slab():
-    """A slab without material: Cycles' default grey."""
+    """A slab without material: Cycles' default gray."""
     import bpy
 
     thing = stage(lit=True)
@@ -244,7 +244,7 @@ CASES = (
     Case("packed image, data", partial(matte_image, way="packed")),
     Case("image, clip", partial(matte_image, extension="CLIP", scale=1.5)),
     Case("image, extend", partial(matte_image, extension="EXTEND", scale=1.5)),
-    Case("vertex colours", vertex_colors),
+    Case("vertex colors", vertex_colors),
     Case("node tree on the stage", partial(node_tree, False)),
     Case("node tree on the slab", partial(node_tree, True)),
     Case("alpha cutout", cutout),

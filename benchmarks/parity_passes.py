@@ -11,7 +11,7 @@ BLACK, COLORED = (0.0, 0.0, 0.0), (0.7, 0.5, 0.2)
 
 
 def scene(reflectance=COLORED):
-    """The lit stage in a colour; the slab red."""
+    """The lit stage in a color; the slab red."""
     return stage(matte("Stage", reflectance), lit=True)
 
 
@@ -21,7 +21,7 @@ def glowing_scene():
 
 
 def beside(reflectance):
-    """A small sheet on the coloured stage, which is baked. It hardly lights what lights it: from
+    """A small sheet on the colored stage, which is baked. It hardly lights what lights it: from
     black to a reflectance of 0.2 our indirect light grows by 0.14 %."""
     scene()
     color = (reflectance,) * 3
@@ -29,7 +29,7 @@ def beside(reflectance):
                            (0.9, -0.9, 0.01)], matte("Sheet", color))  # fmt: skip
 
 
-# Without colour Cycles bakes black where reflectance is 0; this is as dark as makes no difference.
+# Without color Cycles bakes black where reflectance is 0; this is as dark as makes no difference.
 DARK = partial(scene, (1e-4,) * 3)
 CASES = (
     Case("direct", scene, ("direct",)),

@@ -61,7 +61,7 @@ def hexagon():
 
 
 def weighted():
-    """A bevelled box, shaded smooth, with weighted normals."""
+    """A beveled box, shaded smooth, with weighted normals."""
     import bpy
 
     stage(lit=True)

@@ -1,7 +1,7 @@
 """The stage of every parity case, and what cases put on it.
 
 A floor and two walls of 4 m are baked; a red slab hovers above the floor, casts a shadow and
-bounces its colour. Cases add one lamp, world, material or kind of geometry to that.
+bounces its color. Cases add one lamp, world, material or kind of geometry to that.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .materials import emitter, matte
 from .meshes import block, mesh_object
 
 PASSES = ("emit", "direct", "indirect", "color")
-GREY, RED, GREEN = (0.6, 0.6, 0.6), (0.7, 0.15, 0.1), (0.1, 0.6, 0.2)
+GRAY, RED, GREEN = (0.6, 0.6, 0.6), (0.7, 0.15, 0.1), (0.1, 0.6, 0.2)
 FLOOR = [(-2.0, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0)]
 BACK = [(-2.0, 2, 0), (2, 2, 0), (2, 2, 4), (-2, 2, 4)]
 LEFT = [(-2.0, -2, 0), (-2, 2, 0), (-2, 2, 4), (-2, -2, 4)]
@@ -45,7 +45,7 @@ class Case:
 def stage(material=None, slab=None, lit: bool = False):
     """Floor and walls of ``material`` with the UV map "Picture" (each face the whole square), and
     the slab; ``lit`` adds a lamp to see them by. Returns the object to bake."""
-    material = material or matte("Stage", GREY)
+    material = material or matte("Stage", GRAY)
     faces = [(np.array(quad), 0) for quad in (FLOOR, BACK, LEFT)]
     thing = mesh_object("Stage", faces, [material])
     layer = thing.data.uv_layers.new(name="Picture")

@@ -18,7 +18,7 @@ def constant():
 
 
 def new_world():
-    """The scene's new world: (its empty tree, the function that ends it with a colour socket)."""
+    """The scene's new world: (its empty tree, the function that ends it with a color socket)."""
     import bpy
 
     bpy.context.scene.world = world = bpy.data.worlds.new("World")
@@ -55,19 +55,19 @@ def environment(sun: bool, turn=(0.0, 0.0, 0.0)):
     return thing
 
 
-def sky_texture(disc: bool, elevation: float = 0.7):
+def sky_texture(disk: bool, elevation: float = 0.7):
     """The stage under Blender's default sky texture, its sun where the open corner sees it."""
     thing = stage()
     tree, finish = new_world()
     node = add_node(tree, "TexSky")
-    node.sun_disc = disc
+    node.sun_disc = disk
     node.sun_elevation, node.sun_rotation = elevation, 2.3
     finish(node.outputs["Color"], 0.1)
     return thing
 
 
 def noise():
-    """A world of noise in two colours, by nodes that no reader knows."""
+    """A world of noise in two colors, by nodes that no reader knows."""
     thing = stage()
     tree, finish = new_world()
     place = add_node(tree, "TexCoord").outputs["Generated"]

@@ -4,7 +4,7 @@
     python -m benchmarks.pictures docs/images living_room_vertex
 
 Each file gets a sun and a sky, is baked at medium quality as a user would, and rendered without any
-light but the baked colours: every face emits them.
+light but the baked colors: every face emits them.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def show_baked(target: str) -> None:
 
 
 def _baked_color(tree, obj, target: str):
-    """The output socket of nodes that read the colours baked onto ``obj``."""
+    """The output socket of nodes that read the colors baked onto ``obj``."""
     import bpy
 
     if target == "vertex":

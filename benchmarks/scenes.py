@@ -62,7 +62,7 @@ def window_room():
 
 
 def lamp_hall(across: int = 8):
-    """A hall of 24 × 24 × 5 m with columns under ``across``² small lamps of changing colour."""
+    """A hall of 24 × 24 × 5 m with columns under ``across``² small lamps of changing color."""
     plaster, stone = matte("Plaster", (0.7, 0.7, 0.66)), matte("Stone", (0.4, 0.36, 0.33))
     red = matte("Red", (0.6, 0.12, 0.08))
     faces = [(quad, 2 if side == "-x" else 1 if side == "-z" else 0)

@@ -34,7 +34,7 @@ WORKS = {  # (file, function) that do it, Embree and all
         ("rays.py", "_shared_directions"),
         ("rays.py", "_own_directions"),
     ],
-    "smoothing and judging, and who is whose neighbour": [
+    "smoothing and judging, and who is whose neighbor": [
         ("error_estimator.py", "weigh"), ("error_estimator.py", "common"), ("error_estimator.py", "lacking"),
         ("sequence.py", "judge_of"),
     ],

@@ -1,9 +1,9 @@
-"""Vertex colours beside much finer ones: what a bake says of its error, and what it is.
+"""Vertex colors beside much finer ones: what a bake says of its error, and what it is.
 
     python -m benchmarks.vertices [--scene living_room] [--errors 0.1 0.03 0.01] [--seeds 0 1]
                                   [--truth 0.005]
 
-Cycles bakes a vertex colour at a point, so it is no reference for colours fitted to faces; two bakes
+Cycles bakes a vertex color at a point, so it is no reference for colors fitted to faces; two bakes
 of our own to ``--truth`` are, which tells nothing of an error that bakes of any fineness share. Half
 of the squared error may sit in few corners: ``most`` is without the worst hundredth. Needs bpy.
 """
@@ -46,7 +46,7 @@ def corner_colors(obj, error: float, seed: int) -> tuple[np.ndarray, float]:
 
 
 def measure(obj, errors, seeds, truth: float, say=print) -> list[Row]:
-    """Bake the object's vertex colours at each error and seed; print and return what was found."""
+    """Bake the object's vertex colors at each error and seed; print and return what was found."""
     a, b = (corner_colors(obj, truth, seed)[0] for seed in SEEDS)
     say(f"two bakes to {100 * truth:g} % are {relative_error(a, b)} apart")
     rows = []

@@ -67,7 +67,7 @@ def parse(argv: list[str], opened: bool = False) -> BakeRequest:
     if found.format and not found.image_dir:
         parser.error("--format is for image files; say where with --image-dir DIR")
     if found.color_type == "byte" and found.target != Target.VERTEX:
-        parser.error("--color-type is for vertex colours; images have --format")
+        parser.error("--color-type is for vertex colors; images have --format")
     if found.scale is not None and not (found.color_type == "byte" or found.format in SCALED):
         parser.error(f"--scale is for --color-type byte and --format {', '.join(SCALED)}")
     for option in ("atlas", "density"):
@@ -102,7 +102,7 @@ def build_parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="radiosity",
         description="Solve diffuse global illumination by radiosity and bake it onto the "
-        "objects of a Blender file, as vertex colours or as image textures.",
+        "objects of a Blender file, as vertex colors or as image textures.",
         epilog="Exit status: 0 done, 1 failed, 2 wrong usage, 130 interrupted.",
     )
     parser.add_argument("--version", action="version", version=_version())
@@ -122,7 +122,7 @@ def build_parser() -> argparse.ArgumentParser:
         help="also write the scene as glTF: the bake in COLOR_0, or as MOZ_lightmap on a second UV",
     )
     parser.add_argument("--report", metavar="FILE.json", help="write the report as JSON")
-    destination = parser.add_argument_group("where the colours go")
+    destination = parser.add_argument_group("where the colors go")
     _add_targets(destination)
     _add_uv_maps(destination)
     _add_colors(destination)
@@ -142,7 +142,7 @@ def _add_targets(group) -> None:
         "others still light and shadow",
     )
     add("--single-user", action="store_true",
-        help="give each object that shares its mesh a copy, and so colours of its own")  # fmt: skip
+        help="give each object that shares its mesh a copy, and so colors of its own")  # fmt: skip
     add("--target", choices=TARGETS, default=DEFAULTS.target, help="(%(default)s)")
     add("--domain", choices=DOMAINS, default=DEFAULTS.domain, help="vertex target (%(default)s)")
     add(
@@ -168,7 +168,7 @@ def _add_uv_maps(group) -> None:
         "--density",
         type=float,
         metavar="D",
-        help="texels per metre in the atlas (as many as fit); --resolution is the most then",
+        help="texels per meter in the atlas (as many as fit); --resolution is the most then",
     )
     add(
         "--unwrap",
@@ -211,7 +211,7 @@ def _add_colors(group) -> None:
     add(
         "--name",
         default=DEFAULTS.name,
-        help="the colour attribute NAME, the images NAME_<object> (%(default)s)",
+        help="the color attribute NAME, the images NAME_<object> (%(default)s)",
     )
     add(
         "--passes",

@@ -150,7 +150,7 @@ def _bake(bpy, request, progress, publication, second) -> str:
     Raises what EXPECTED lists, or KeyboardInterrupt.
     """
     from . import bake_job as work
-    from .report import build_report, summarise, write_report
+    from .report import build_report, summarize, write_report
     from .ui.scene_settings import kept_in_scene
 
     started = time.perf_counter()
@@ -183,7 +183,7 @@ def _bake(bpy, request, progress, publication, second) -> str:
     final = report()
     if request.report:
         write_report(final, publication.stage(request.report))
-    return summarise(final, str(output))
+    return summarize(final, str(output))
 
 
 def _make_single_user(bpy, settings) -> None:

@@ -9,7 +9,7 @@ def connected_components(count: int, first: np.ndarray, second: np.ndarray) -> n
     """(count,) int64 component of each node, numbered from 0 by their lowest nodes; node
     ``first[i]`` (m,) is joined with ``second[i]``.
 
-    Every root takes the lowest neighbouring root, then all paths to roots are shortened, until no
+    Every root takes the lowest neighboring root, then all paths to roots are shortened, until no
     edge joins two roots (Shiloach and Vishkin 1982): a logarithmic number of rounds as a rule.
     """
     root = np.arange(count)

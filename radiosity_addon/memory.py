@@ -47,7 +47,7 @@ def available_memory() -> int | None:
 def of_a_bake(receivers: float, triangles: float) -> float:
     """Bytes that a bake takes, about, beside the ALWAYS of Blender and the libraries themselves.
 
-    ``receivers`` are the texels, or the pieces of faces that get light for vertex colours.
+    ``receivers`` are the texels, or the pieces of faces that get light for vertex colors.
     docs/stability.md compares it with what was measured.
     """
     return PER_RECEIVER * receivers + PER_TRIANGLE * triangles

@@ -2,7 +2,7 @@
 
 The solver tells the fraction of a stage, and repeats stages until the error is met: nobody knows
 beforehand how often. So each run of a stage takes a share of what is left, and the whole grows
-towards 1 without ever going back.
+toward 1 without ever going back.
 """
 
 from __future__ import annotations

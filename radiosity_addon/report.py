@@ -21,7 +21,7 @@ def build_report(
     """The report as a dict of plain values, with the keys that scripts rely on.
 
     ``seconds``: ``export``, ``write`` and ``total`` as the caller timed them; the other stages
-    are the solver's. ``peak_memory`` in bytes. ``encoding``: that of the files or byte colours; its
+    are the solver's. ``peak_memory`` in bytes. ``encoding``: that of the files or byte colors; its
     error and the solver's have nothing to do with each other, so that their squares add.
     """
     figures = result.statistics
@@ -52,7 +52,7 @@ def write_report(report: dict, path: str | Path) -> None:
     Path(path).write_text(text + "\n", encoding="utf-8")
 
 
-def summarise(report: dict, output: str) -> str:
+def summarize(report: dict, output: str) -> str:
     """Five lines for people: what, how much work, how right, how long, what to look at; several
     warnings have lines of their own."""
     baked = sum(entry["baked"] for entry in report["objects"])

@@ -9,14 +9,14 @@ from .solver.passes import Pass
 
 
 class Target(StrEnum):
-    """Where colours go; equal to its word in settings."""
+    """Where colors go; equal to its word in settings."""
 
     VERTEX = "vertex"
     IMAGE = "image"
 
 
 class Domain(StrEnum):
-    """What a colour attribute has a value for each of; equal to its word in settings."""
+    """What a color attribute has a value for each of; equal to its word in settings."""
 
     CORNER = "corner"  # of a face
     POINT = "point"  # a vertex
@@ -31,7 +31,7 @@ COLOR_TYPES = ("float", "byte")
 UNWRAPS = ("smart", "lightmap", "existing")
 RESOLUTION_RANGE = (4, 16384)
 ERROR_RANGE = (1e-4, 1.0)
-DENSITY_RANGE = (1e-3, 1e5)  # texels per metre
+DENSITY_RANGE = (1e-3, 1e5)  # texels per meter
 ATLAS_IMAGES_RANGE = (1, 64)
 
 
@@ -46,13 +46,13 @@ class Settings:
     height: int | None = None  # texels along its other edge; None: as many
     atlas: str | None = None  # name of what all objects share; None: an image for each
     atlas_images: int = 1  # at most so many images for the atlas
-    density: float | None = None  # texels per metre in the atlas; None: as many as fit
+    density: float | None = None  # texels per meter in the atlas; None: as many as fit
     unwrap: str = "smart"  # how a missing UV map is made
     uv_map: str | None = None  # None: the map "Radiosity", made where missing
     margin: int = 8  # texels
     image_dir: str | None = None
     format: str | None = None  # of the files in image_dir; None: exr when image_dir is given
-    color_type: str = "float"  # of the colour attribute: 32-bit float, or 8 bits a channel
+    color_type: str = "float"  # of the color attribute: 32-bit float, or 8 bits a channel
     scale: float | None = None  # divides encoded values; 0: the brightest; None: 1, RGBM: 0
     name: str = "Radiosity"
     passes: tuple[str, ...] = PASSES
@@ -101,7 +101,7 @@ class Settings:
         if self.time_limit is not None:
             _check_range("time_limit", self.time_limit, 0.1, 1e6)
         if not self.name.strip():
-            raise ValueError("name is empty; give the colour attribute and images a name")
+            raise ValueError("name is empty; give the color attribute and images a name")
 
     def _check_atlas(self) -> None:
         if self.atlas is not None and not self.atlas.strip():

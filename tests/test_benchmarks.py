@@ -10,7 +10,7 @@ from verification.texels import comparable_texels, doubled_texels, triangle_uvs
 
 
 def test_error_by_hand():
-    """Two grey receivers 3 and 0.2, of equal areas: L̄ = 1.6, so scales 3 and 0.4; off by 0.3 and
+    """Two gray receivers 3 and 0.2, of equal areas: L̄ = 1.6, so scales 3 and 0.4; off by 0.3 and
     0.08: sqrt((0.1² + 0.2²)/2). Of areas 3 and 1: L̄ = 2.3, scales 3 and 0.575, off by 0.1 and
     0.08/0.575 of them: sqrt((3 · 0.1² + (0.08/0.575)²)/4)."""
     truth = np.array([[3.0, 3, 3], [0.2, 0.2, 0.2]])
@@ -247,8 +247,8 @@ def test_a_scene_whose_file_is_missing_is_named(blender, monkeypatch, tmp_path):
         SCENES["room"].build()
 
 
-def test_a_look_at_a_bake_shows_its_colours(blender, tmp_path):
-    """Every face emits the image's 0.5: the centre of the picture, in sRGB, is 188 of 255."""
+def test_a_look_at_a_bake_shows_its_colors(blender, tmp_path):
+    """Every face emits the image's 0.5: the center of the picture, in sRGB, is 188 of 255."""
     from benchmarks.look import picture, show
     from benchmarks.scenes import SCENES
 
@@ -259,8 +259,8 @@ def test_a_look_at_a_bake_shows_its_colours(blender, tmp_path):
     picture("cornell", tmp_path / "look.png", width=32)
     image = bpy.data.images.load(str(tmp_path / "look.png"))
     assert tuple(image.size) == (32, 20)
-    centre = np.array(image.pixels[:]).reshape(20, 32, 4)[10, 16, :3]
-    np.testing.assert_allclose(centre, 188 / 255, atol=2 / 255)
+    center = np.array(image.pixels[:]).reshape(20, 32, 4)[10, 16, :3]
+    np.testing.assert_allclose(center, 188 / 255, atol=2 / 255)
 
 
 def test_flip_of_pictures(blender, tmp_path):
@@ -345,7 +345,7 @@ def test_small_large_mesh(blender):
     assert report["estimated_error"] <= 0.1
 
 
-def test_vertex_colours_beside_finer_ones(blender):
+def test_vertex_colors_beside_finer_ones(blender):
     """The cube room: what is found is near what was said, and the finer bakes near each other."""
     from benchmarks.scenes import lit_by_a_lamp_panel
     from benchmarks.vertices import measure

@@ -21,7 +21,7 @@ FAST = ["--quality", "draft"]
 
 
 def colors_of(blender, path, name="Radiosity", item="Box") -> np.ndarray:
-    """(n, 4) float32 colours of the attribute, read back from the saved file."""
+    """(n, 4) float32 colors of the attribute, read back from the saved file."""
     blender.ops.wm.open_mainfile(filepath=str(path))
     data = blender.data.objects[item].data.color_attributes[name].data
     colors = np.empty(4 * len(data), np.float32)
@@ -38,7 +38,7 @@ def sunlit(blender, tmp_path):
     """
     mesh = blender.data.meshes.new("Square")
     mesh.from_pydata([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [], [(0, 1, 2, 3)])
-    material = blender.data.materials.new("Grey")
+    material = blender.data.materials.new("Gray")
     if not material.node_tree:
         material.use_nodes = True
     nodes = material.node_tree.nodes
@@ -57,7 +57,7 @@ def sunlit(blender, tmp_path):
     return path
 
 
-def test_vertex_colours_of_a_sunlit_square(sunlit, blender, capfd):
+def test_vertex_colors_of_a_sunlit_square(sunlit, blender, capfd):
     before = sunlit.read_bytes()
     assert command.main([str(sunlit)]) == 0
     out, err = capfd.readouterr()
@@ -162,7 +162,7 @@ def test_report_of_a_real_bake(room):
     assert energy["escaped"] > 100 / 6
 
 
-def test_same_seed_same_colours_whatever_the_threads(room, blender):
+def test_same_seed_same_colors_whatever_the_threads(room, blender):
     colors = []
     for number, words in enumerate((["--threads=1"], ["--threads=2"], ["--threads=1", "--seed=1"])):
         output = room.with_name(f"{number}.blend")

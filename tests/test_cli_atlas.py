@@ -34,7 +34,7 @@ def yard(blender, tmp_path):
 def add(blender, name, points, faces, place=(0, 0, 0)):
     mesh = blender.data.meshes.new(name)
     mesh.from_pydata([tuple(map(float, point)) for point in points], [], faces)
-    mesh.materials.append(blender.data.materials.get("Grey") or blender.data.materials.new("Grey"))
+    mesh.materials.append(blender.data.materials.get("Gray") or blender.data.materials.new("Gray"))
     return link(blender, name, mesh, place)
 
 
@@ -82,7 +82,7 @@ def texels(item, size, uv_map="Radiosity"):
 
 
 def density(item, size) -> float:
-    """Texels per metre: the root of texels over square metres."""
+    """Texels per meter: the root of texels over square meters."""
     uv, points = triangles(item)
     (a, b), (u, v) = ((part[:, 1] - part[:, 0], part[:, 2] - part[:, 0]) for part in (uv, points))
     taken = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / 2 * size[0] * size[1]
@@ -122,7 +122,7 @@ def test_objects_share_one_image_without_overlap(blender, yard, tmp_path):
 
 
 def test_density_is_as_asked_times_each_objects_factor(blender, yard, tmp_path):
-    """24 texels per metre and a factor of 2 for Low: 24² · 16 + 48² · 6 + 24² · 10 = 28,800 texels,
+    """24 texels per meter and a factor of 2 for Low: 24² · 16 + 48² · 6 + 24² · 10 = 28,800 texels,
     which the halves of 512² = 262,144, 65,536 texels, hold."""
     blender.data.objects["Low"]["radiosity_density"] = 2.0
     save(blender, yard)
@@ -200,7 +200,7 @@ def test_overlap_of_objects_in_their_own_map_is_told(blender, tmp_path):
 
 
 def test_oblong_images_have_square_texels(blender, yard, tmp_path):
-    """Along u and v of the 4 m floor there are as many texels per metre, within 1 %."""
+    """Along u and v of the 4 m floor there are as many texels per meter, within 1 %."""
     assert bake(yard, tmp_path / "o.blend", "--atlas", "A", "--resolution", "256x64") == 0
     blender.ops.wm.open_mainfile(filepath=str(tmp_path / "o.blend"))
     assert pixels_of(blender, "Radiosity_A").shape == (64, 256, 4)
@@ -212,7 +212,7 @@ def test_oblong_images_have_square_texels(blender, yard, tmp_path):
 
 
 def test_what_does_not_fit_is_told(yard, tmp_path, capfd):
-    """100 texels per metre on 32 m² are 320,000 texels; 128² are 16,384."""
+    """100 texels per meter on 32 m² are 320,000 texels; 128² are 16,384."""
     assert bake(yard, tmp_path / "o.blend", "--atlas", "A", "--resolution", 128, "--density", 100) == 1
     said = capfd.readouterr().err
     assert "do not fit into one image of 128 x 128" in said and "--density" in said
@@ -220,7 +220,7 @@ def test_what_does_not_fit_is_told(yard, tmp_path, capfd):
 
 
 def test_more_images_hold_what_one_does_not(blender, yard, tmp_path):
-    """24 texels per metre: 9,216 for the floor alone, of 16,384 in an image; all have 18,432."""
+    """24 texels per meter: 9,216 for the floor alone, of 16,384 in an image; all have 18,432."""
     options = ("--atlas", "A", "--resolution", 128, "--density", 24, "--margin", 3)
     assert bake(yard, tmp_path / "o.blend", *options) == 1
     assert bake(yard, tmp_path / "o.blend", *options, "--atlas-images", 4) == 0

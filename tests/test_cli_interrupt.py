@@ -67,7 +67,7 @@ def test_call_into_c_that_does_not_return_is_left_within_a_second(tmp_path):
         import ctypes
         from radiosity_addon.interrupt import Interrupts
         libc = ctypes.CDLL(None)
-        lock = ctypes.create_string_buffer(128)  # a pthread_mutex_t, zero-initialised
+        lock = ctypes.create_string_buffer(128)  # a pthread_mutex_t, zero-initialized
         libc.pthread_mutex_lock(lock)
         with Interrupts(lambda: print("last act", flush=True)):
             print("ready", flush=True)

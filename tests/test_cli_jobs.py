@@ -53,7 +53,7 @@ def test_pattern_that_matches_nothing_is_an_error(three, capfd):
     assert "'Cup*'" in capfd.readouterr().err
 
 
-def test_shared_meshes_get_colours_of_their_own(three, blender):
+def test_shared_meshes_get_colors_of_their_own(three, blender):
     assert baked(report_of(three)) == ["Box", "Shelf"]
     report = report_of(three, "--single-user")
     assert baked(report) == ["Box", "Box two", "Shelf"]

@@ -37,9 +37,9 @@ def test_chatter_from_c_is_kept_out_and_our_words_come_through(capfd):
         os.write(2, b"Warning: chatter\n")
         terminal.say("five lines")
         terminal.fail("one\nline")
-    os.write(1, b"afterwards\n")
+    os.write(1, b"afterward\n")
     out, err = capfd.readouterr()
-    assert out == "five lines\nafterwards\n"
+    assert out == "five lines\nafterward\n"
     assert err == "radiosity: one line\n"
 
 

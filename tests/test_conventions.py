@@ -8,11 +8,26 @@ import re
 from collections import Counter
 from pathlib import Path
 
+import pytest
+
 PACKAGE = Path(__file__).resolve().parents[1] / "radiosity_addon"
 MOST_PARAMETERS, MOST_LINES = 7, 40
 # Functions that need more, by file and name, and why. Take out what no longer does.
 EXCEPTIONS: dict[str, str] = {}
 FUNCTION = (ast.FunctionDef, ast.AsyncFunctionDef)
+ROOT = PACKAGE.parent
+PLACES = ("radiosity_addon", "tests", "verification", "benchmarks", "tools", "docs")
+BRITISH = re.compile(
+    r"""colour | neighbour | behaviour | favour | honour | labour | flavour | harbour
+    | grey | centre | (?<!para)(?<!dia)(?<!peri)metre(?![a-z]) | fibre(?![a-z]) | artefact
+    | (normal|summar|random|minim|maxim|initial|discret|optim|organ|recogn|real|general|linear
+       |quant|serial|parametr|visual|util|special|local|categor|emphas|priorit)is(e[ds]?|ing|ation)\b
+    | (mode|labe|leve|beve|trave)ll(ed|ing) | analys(ed|ing) | learnt\b | spelt\b | burnt\b
+    | licence | defence | catalogue | sizeable | judgement | anti-?clockwise
+    | \b(toward|afterward|backward|forward)[s]\b | whilst | amongst | per\ cent\b
+    | (?<![A-Za-z])(?<!sun_)discs?(?![a-z]) | (?-i:Discs?(?![a-z]))""",
+    re.IGNORECASE | re.VERBOSE,
+)
 
 
 def nodes(kinds):
@@ -63,3 +78,33 @@ def test_docstrings_do_not_list_imports():
     lists = re.compile(r"Depends on (bpy|NumPy|SciPy|embreex)( and \w+)?\.")
     told = [path for path, node in nodes(ast.Module) if lists.search(ast.get_docstring(node) or "")]
     assert told == []
+
+
+def test_spelling_is_american():
+    """As in Blender's interface, in code, docs and what users read."""
+    written = [
+        *ROOT.glob("*.*"),
+        *(path for place in PLACES for path in (ROOT / place).rglob("*.*")),
+    ]
+    written = [path for path in written if path.suffix in (".py", ".md", ".toml")]
+    written.remove(Path(__file__).resolve())
+    british = [
+        f"{path.relative_to(ROOT)}:{number} {found[0]}"
+        for path in written
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
+        if (found := BRITISH.search(line))
+    ]
+    assert len(written) > 400
+    assert british == []
+
+
+@pytest.mark.parametrize("word", ["colours", "normalised", "learnt", "Grey", "FacingDiscs"])
+def test_british_spelling_is_found(word):
+    assert BRITISH.search(f"a {word} b")
+
+
+@pytest.mark.parametrize(
+    "word", ["colors", "noise", "parameter", "raised", "discontinuity", "sun_disc"]
+)
+def test_american_spelling_is_let_be(word):
+    assert not BRITISH.search(f"a {word} b")

@@ -35,7 +35,7 @@ def square_job(target: str, strength: float = np.pi, **options) -> Job:
         triangles=HALVES,
         material=np.zeros(2, np.int32),
         object=np.zeros(2, np.int32),
-        materials=(Material("Grey", Constant(np.full(3, 0.5))),),
+        materials=(Material("Gray", Constant(np.full(3, 0.5))),),
         objects=("Square",),
         lamps=(SunLamp("Sun", np.array([0.0, 0, -1]), np.full(3, strength)),) if strength else (),
     )

@@ -58,7 +58,7 @@ def pixels(name) -> np.ndarray:
     return values
 
 
-def test_colours_of_each_object(pair):
+def test_colors_of_each_object(pair):
     assert apply(bpy.context, a_job(), a_result(0.25, 0.75)) == ()
     assert (colors(pair[0]) == 0.25).all() and (colors(pair[1]) == 0.75).all()
 
@@ -74,7 +74,7 @@ def test_images_and_files_of_each_object(pair, tmp_path):
 
 
 def spoil(result: Result) -> Result:
-    """The second object's colours have one row too many: its mesh changed meanwhile."""
+    """The second object's colors have one row too many: its mesh changed meanwhile."""
     first, second = result.colors
     return replace(result, colors=(first, np.concatenate([second, second[:1]])))
 
@@ -88,14 +88,14 @@ def test_image_whose_name_is_taken_is_told_of(pair, blender):
     assert len(warnings) == 1 and "'First' is called 'Radiosity_First.001'" in warnings[0]
 
 
-def test_failure_at_the_second_object_takes_the_first_one_s_new_colours_back(pair):
+def test_failure_at_the_second_object_takes_the_first_one_s_new_colors_back(pair):
     with pytest.raises(ValueError, match="bake again"):
         apply(bpy.context, a_job(), spoil(a_result(0.25, 0.75)))
     assert [len(item.data.color_attributes) for item in pair] == [0, 0]
 
 
 @pytest.mark.parametrize("kind", [("FLOAT_COLOR", "CORNER"), ("BYTE_COLOR", "POINT")])
-def test_failure_gives_the_earlier_colours_back(kind, pair):
+def test_failure_gives_the_earlier_colors_back(kind, pair):
     layers = pair[0].data.color_attributes
     layers.new(name="Radiosity", type=kind[0], domain=kind[1])
     layers.new(name="Mine", type="FLOAT_COLOR", domain="POINT")

@@ -23,7 +23,7 @@ from verification.error import Measured
 BOUND, NARROW_BOUND = 0.05, 0.12
 SAME_MEAN = 0.01  # difference of the means where texels differ
 SIZE, SAMPLES = 32, 128
-FAST = {"point, radius 0.3": {}, "area, disc": {}, "image with a small sun, turned": {"samples": 256},
+FAST = {"point, radius 0.3": {}, "area, disk": {}, "image with a small sun, turned": {"samples": 256},
         "image, sRGB": {"size": 64}, "tinted transparent": {}, "collection instances": {},
         "direct, reflectance 0": {}, "smooth ball": {"samples": 512}, "normal map": {"samples": 256}}  # fmt: skip
 
@@ -61,7 +61,7 @@ def uncertainty_of_the_bound(found: Measured, bound: float) -> float:
 def test_a_lamp_of_twice_the_power_is_seen(blender):
     """The measure is awake: our bake doubled differs from Cycles' by 100 % of the light. Scales
     are max(L, mean L), so the error lies below 1, and above 0.5 as most texels are lit alike."""
-    [(group, case)] = chosen(["area, disc"])
+    [(group, case)] = chosen(["area, disk"])
     bake = parity.our_bake
 
     def doubled(*args, **options):

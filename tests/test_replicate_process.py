@@ -33,7 +33,7 @@ def twin():
 
 
 def lit_box(reflectance=0.6):
-    """A closed box whose ceiling shines, a block in it, of two colours: more than one round."""
+    """A closed box whose ceiling shines, a block in it, of two colors: more than one round."""
     walls, _ = meshes.box_polygons((2, 2, 2))
     block, _ = meshes.box_polygons((0.6, 0.6, 0.9), (0.4, 0.4, 0.1))
     parts = [meshes.grid(wall, 3) for wall in walls]

@@ -10,7 +10,7 @@ import pytest
 
 from radiosity_addon import __version__
 from radiosity_addon.bake_job import Result
-from radiosity_addon.report import build_report, summarise, write_report
+from radiosity_addon.report import build_report, summarize, write_report
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.solution import Statistics
 
@@ -71,7 +71,7 @@ def test_a_warning_is_told_once(report):
 
 
 def test_summary_is_five_lines_and_one_for_each_warning(report):
-    lines = summarise(report, "room_baked.blend").splitlines()
+    lines = summarize(report, "room_baked.blend").splitlines()
     assert len(lines) == 8
     assert lines[0] == "Baked 1 object into room_baked.blend, 1 object left out"
     assert "1,234,567 rays" in lines[1]
@@ -79,10 +79,10 @@ def test_summary_is_five_lines_and_one_for_each_warning(report):
     assert "1.25 s" in lines[3] and "512 MB" in lines[3]
     assert lines[4:] == ["Warnings: 3", "  first", "  second", "  third"]
     report["warnings"] = [f"number {n}" for n in range(9)]
-    lines = summarise(report, "room_baked.blend").splitlines()[4:]
+    lines = summarize(report, "room_baked.blend").splitlines()[4:]
     assert lines[0] == "Warnings: 9" and lines[5:] == ["  number 4", "  and 4 more (--report has all)"]
     report["warnings"] = ["alone"]
-    assert summarise(report, "room_baked.blend").splitlines()[4:] == ["Warnings: alone"]
+    assert summarize(report, "room_baked.blend").splitlines()[4:] == ["Warnings: alone"]
 
 
 def test_json_reads_back_and_keeps_letters(report, tmp_path):

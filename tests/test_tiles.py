@@ -45,7 +45,7 @@ def room(size: int = SIZE, error: float = 0.04, objects: int = 1, **options) -> 
         triangles=np.array(triangles, np.int32),
         material=np.zeros(12, np.int32),
         object=np.repeat(np.arange(objects, dtype=np.int32), each),
-        materials=(Material("Grey", Constant(np.full(3, 0.5))),),
+        materials=(Material("Gray", Constant(np.full(3, 0.5))),),
         objects=tuple(target.name for target in targets),
         lamps=(PointLamp("Lamp", np.array([0.3, 0.4, 0.8]), np.full(3, 10.0), 0.05),),
     )

@@ -1,7 +1,7 @@
 """The relative error of a bake, against the truth or against two noisy references. NumPy only.
 
 docs/theory.md section 8 derives both. It is written here a second time, apart from the solver's
-own, on purpose. Colours are (n, channels); a reference may hold NaN nowhere.
+own, on purpose. Colors are (n, channels); a reference may hold NaN nowhere.
 """
 
 from __future__ import annotations

@@ -47,8 +47,8 @@ def perpendicular_rectangles(a: float, b: float, c: float) -> float:
     return total / (np.pi * w)
 
 
-def coaxial_discs(r1: float, r2: float, h: float) -> float:
-    """From the disc of radius r1 to that of radius r2 at distance h (Howell 1982, C-41)."""
+def coaxial_disks(r1: float, r2: float, h: float) -> float:
+    """From the disk of radius r1 to that of radius r2 at distance h (Howell 1982, C-41)."""
     s = 1 + (1 + (r2 / h) ** 2) / (r1 / h) ** 2
     return 0.5 * (s - np.sqrt(s * s - 4 * (r2 / r1) ** 2))
 

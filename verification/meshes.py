@@ -1,6 +1,6 @@
 """Scenes with known answers, built without Blender. Fronts face the light (rooms: inwards).
 
-``exitance`` [W/m²] and ``reflectance`` are numbers, colours (3,), or one of either per part.
+``exitance`` [W/m²] and ``reflectance`` are numbers, colors (3,), or one of either per part.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ def polygon(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.asarray(corners, float), np.array(fan)
 
 
-def disc(radius: float, z: float, up: bool, sides: int = 96) -> tuple[np.ndarray, np.ndarray]:
-    """A regular polygon of the disc's area about the z axis, facing up or down."""
+def disk(radius: float, z: float, up: bool, sides: int = 96) -> tuple[np.ndarray, np.ndarray]:
+    """A regular polygon of the disk's area about the z axis, facing up or down."""
     outer = radius * np.sqrt(2 * np.pi / sides / np.sin(2 * np.pi / sides))
     angle = 2 * np.pi * np.arange(sides) / sides * (1 if up else -1)
     return polygon(np.column_stack([outer * np.cos(angle), outer * np.sin(angle), 0 * angle + z]))
@@ -74,7 +74,7 @@ def _hull(vertices: np.ndarray) -> np.ndarray:
 
 
 def subdivide(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Every triangle cut into four at its edges' middles, neighbours staying joined."""
+    """Every triangle cut into four at its edges' middles, neighbors staying joined."""
     pairs = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     edges, index = np.unique(pairs, axis=0, return_inverse=True)
     middle = index.reshape(-1, 3) + len(vertices)
@@ -128,7 +128,7 @@ def scene(parts, reflectance=0.5, exitance=0.0) -> Scene:
 
 
 def _per_part(value, count: int) -> np.ndarray:
-    """(count, 3) from a number, a colour (3,), or one of either per part as (count, 1 or 3)."""
+    """(count, 3) from a number, a color (3,), or one of either per part as (count, 1 or 3)."""
     return np.broadcast_to(np.asarray(value, float), (count, 3)).copy()
 
 
@@ -177,9 +177,9 @@ def wedge_scene(angle: float, length: float = 200.0, reflectance=0.5, exitance=1
     return scene([grid(lower, 1), grid(upper, 1)], reflectance, exitance)
 
 
-def discs_scene(r1: float, r2: float, h: float, reflectance=0.5, exitance=1.0) -> Scene:
-    """Coaxial discs facing each other: the first at z = 0 facing up, the second at z = h."""
-    return scene([disc(r1, 0.0, True), disc(r2, h, False)], reflectance, exitance)
+def disks_scene(r1: float, r2: float, h: float, reflectance=0.5, exitance=1.0) -> Scene:
+    """Coaxial disks facing each other: the first at z = 0 facing up, the second at z = h."""
+    return scene([disk(r1, 0.0, True), disk(r2, h, False)], reflectance, exitance)
 
 
 def manufactured_cube(radiosity, rho, divisions: int = 16) -> Scene:

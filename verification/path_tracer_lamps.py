@@ -42,7 +42,7 @@ def sample(lamp: Lamp, place, normal, random) -> tuple[np.ndarray, np.ndarray]:
     """Irradiance (n, 3) that a random point of the lamp brings, unoccluded, and the segments (n, 3)
     to it; its mean over points is the lamp's irradiance."""
     s, t = random.random((2, len(place)))
-    x, y = np.sqrt(s) * np.cos(2 * np.pi * t), np.sqrt(s) * np.sin(2 * np.pi * t)  # in a disc
+    x, y = np.sqrt(s) * np.cos(2 * np.pi * t), np.sqrt(s) * np.sin(2 * np.pi * t)  # in a disk
     if isinstance(lamp, SunLamp):
         toward = -np.asarray(lamp.direction, float) / np.linalg.norm(lamp.direction)
         one, other = across(toward[None])
@@ -78,7 +78,7 @@ def _of_point(lamp: PointLamp, place, normal, s, t, x, y):
         reach = along - np.sqrt(np.maximum(lamp.radius**2 - square + along**2, 0))
         return way * reach[:, None], _dot(way, normal) * 2 * drop / lamp.radius**2
     segment = toward + lamp.radius * (x[:, None] * one + y[:, None] * other)
-    away = (segment**2).sum(axis=1)  # the disc faces the point: its cosine is √(square / away)
+    away = (segment**2).sum(axis=1)  # the disk faces the point: its cosine is √(square / away)
     return segment, _dot(segment, normal) * np.sqrt(square) / away**2
 
 

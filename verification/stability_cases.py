@@ -210,7 +210,7 @@ def _degenerate():
     materials = (replace(room.materials[0], reflectance=bad), *room.materials[1:])
     for what, scene, message in (
         ("a vertex that is no number", replace(room, vertices=vertices), "vertex is not finite"),
-        ("a colour that is infinite", replace(room, materials=materials), "'part 0' is not finite"),
+        ("a color that is infinite", replace(room, materials=materials), "'part 0' is not finite"),
         ("no triangle", _first(room, 0), "no surface to bake"),
     ):
         yield Case("degenerate", what, "refused with a message", 0,

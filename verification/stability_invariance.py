@@ -1,4 +1,4 @@
-"""Invariance: what must not change the colours, tried on a lit room around a blob. NumPy only."""
+"""Invariance: what must not change the colors, tried on a lit room around a blob. NumPy only."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ LAMPS = ("point", "soft", "spot", "sun", "wide sun", "rectangle", "ellipse", "sp
 
 @dataclass(frozen=True, repr=False)
 class Random:
-    """A scene, who gets a colour, and what must be said of it: a pattern, or None."""
+    """A scene, who gets a color, and what must be said of it: a pattern, or None."""
 
     scene: Scene
     receivers: Receivers
@@ -155,7 +155,7 @@ def _lamp(random, kind: str, strength: float):
 
 
 def _placed(scene: Scene, scale: float, offset: float) -> Scene:
-    """The scene at another size and place; lamps keep their colours."""
+    """The scene at another size and place; lamps keep their colors."""
     lamps = []
     for lamp in scene.lamps:
         if isinstance(lamp, PointLamp):

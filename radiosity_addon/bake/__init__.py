@@ -1,1 +1,1 @@
-"""Bake: from light at the receivers to colours on the user's objects."""
+"""Bake: from light at the receivers to colors on the user's objects."""

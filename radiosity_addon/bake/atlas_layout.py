@@ -146,7 +146,7 @@ def _too_large(names, parts, tried: list[Packed], settings) -> str:
     width, height = settings.size
     most = max(used / edge for each in tried for used, edge in zip(each.extent, settings.size))
     images = "one image" if len(parts) == 1 else f"{len(parts)} images"
-    asked = f"{settings.density:g} texels per metre and a margin of {settings.margin}"
+    asked = f"{settings.density:g} texels per meter and a margin of {settings.margin}"
     if settings.density is None:
         asked = f"a margin of {settings.margin}"
     return (

@@ -1,4 +1,4 @@
-"""The colour attribute on the user's mesh."""
+"""The color attribute on the user's mesh."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ..settings import Domain
 from .layers import check_editable, item_count, write_attribute
 from .made import COLOR, note
 
-FALLBACK = "{} Color"  # where something that is no colour attribute holds the name already
+FALLBACK = "{} Color"  # where something that is no color attribute holds the name already
 LONGEST_NAME = 63  # bytes
 
 
@@ -18,7 +18,7 @@ def write_colors(
     """Write linear ``colors`` (n_loops or n_vertices, 3) as attribute of type ``kind``, alpha 1.
 
     ``domain`` is "corner" or "point"; with "point", vertices past the last row belong to no face
-    and become black. An attribute of that name, type and domain is overwritten, a colour
+    and become black. An attribute of that name, type and domain is overwritten, a color
     attribute of another type or domain replaced. A new attribute becomes the active one; the one
     that renders stays the user's, if there is any. Returns warnings. Raises ValueError for a
     linked mesh, a name too long, and rows that do not fit the mesh.
@@ -32,7 +32,7 @@ def write_colors(
     if existing is None or (existing.data_type, existing.domain) != wanted:
         if existing is not None:
             warnings.append(
-                f"{obj.name!r}: its colour attribute {name!r} was {existing.data_type} per "
+                f"{obj.name!r}: its color attribute {name!r} was {existing.data_type} per "
                 f"{existing.domain.lower()} and is now {kind} per {domain}"
             )
         _make(mesh, name, existing, wanted)
@@ -43,7 +43,7 @@ def write_colors(
 
 
 def find_colors(mesh, name: str) -> str | None:
-    """What ``write_colors`` called the colour attribute ``name`` on this mesh; None without."""
+    """What ``write_colors`` called the color attribute ``name`` on this mesh; None without."""
     layers = mesh.color_attributes
     for candidate in (name, FALLBACK.format(name)):
         if candidate in layers:
@@ -81,7 +81,7 @@ def _free_name(obj, name: str) -> tuple[str, list[str]]:
             f"{obj.name!r} has an attribute or UV map {name!r} already; choose another --name"
         )
     return other, [f"{obj.name!r}: {name!r} is a UV map or attribute of another kind there; the "
-                   f"colours are in {other!r}"]
+                   f"colors are in {other!r}"]
 
 
 def _make(mesh, name: str, existing, wanted) -> None:

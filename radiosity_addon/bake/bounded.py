@@ -19,7 +19,7 @@ def solve_bounded(
     matrix: csr_matrix, right: np.ndarray, guess: np.ndarray, low: np.ndarray, high: np.ndarray,
     tolerance: float = TOLERANCE, rounds: int = ROUNDS,
 ) -> np.ndarray:
-    """Approximately minimise ½ xᵀMx − bᵀx for low <= x <= high, M symmetric and semi-definite.
+    """Approximately minimize ½ xᵀMx − bᵀx for low <= x <= high, M symmetric and semi-definite.
 
     What leaves its bounds is fixed there and the others are solved for again, a few times; the
     result always lies within the bounds and is the exact minimum where none of them acts. What M
@@ -40,7 +40,7 @@ def solve_bounded(
 
 
 def solve_roughly(matrix: csr_matrix, right: np.ndarray) -> np.ndarray:
-    """Minimise ½ xᵀMx − bᵀx to a hundredth, without bounds: linear in b. What M does not determine
+    """Minimize ½ xᵀMx − bᵀx to a hundredth, without bounds: linear in b. What M does not determine
     is 0."""
     x, free = np.zeros(len(right)), matrix.diagonal() > 0
     if free.any():

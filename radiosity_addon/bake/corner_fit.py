@@ -1,7 +1,7 @@
-"""Corners: vertex colours that fit the light over the faces around them. NumPy and SciPy only.
+"""Corners: vertex colors that fit the light over the faces around them. NumPy and SciPy only.
 
-Colours are interpolated linearly over each triangle, so the light shown at a receiver's centroid
-is a weighted sum of the unknown colours x, ``A x``. We seek the x that minimises
+Colors are interpolated linearly over each triangle, so the light shown at a receiver's centroid
+is a weighted sum of the unknown colors x, ``A x``. We seek the x that minimizes
 
     Σ_r w_r |(A x)_r − L_r|² + ε Σ_t w_t Σ_c |(x_t,c − mean_c x_t,c)|²
 
@@ -36,7 +36,7 @@ def fit_corners(
     weights: np.ndarray,
     domain: str = "corner",
 ) -> np.ndarray:
-    """Colours of the target's corners or points for light ``values`` (count, 3): see CornerFit."""
+    """Colors of the target's corners or points for light ``values`` (count, 3): see CornerFit."""
     return corner_fit(target, receivers, weights, domain).colors(values)
 
 
@@ -52,7 +52,7 @@ class _Light:
 
 @dataclass(frozen=True)
 class CornerFit:
-    """What the fit of a target's colours needs but the light: made once, used for any light."""
+    """What the fit of a target's colors needs but the light: made once, used for any light."""
 
     weights: np.ndarray  # (count,) area of each receiver
     loop_vertex: np.ndarray  # (n_loops,)
@@ -66,11 +66,11 @@ class CornerFit:
     hidden: np.ndarray  # (unknowns,) bool: around them nothing is seen
 
     def colors(self, values: np.ndarray) -> np.ndarray:
-        """Colours (n_loops, 3) of corners, or (n_vertices, 3) of points, float64, >= 0, that fit
+        """Colors (n_loops, 3) of corners, or (n_vertices, 3) of points, float64, >= 0, that fit
         the light ``values`` (count, 3) at the receivers.
 
-        A colour stays within the light on the faces around it, widened by as much as a linear
-        course of the light needs: a shadow edge across a large face makes no colour darker than
+        A color stays within the light on the faces around it, widened by as much as a linear
+        course of the light needs: a shadow edge across a large face makes no color darker than
         the shadow. Corners without light take that of their vertex, else the object's mean. Raises
         ValueError on wrong shapes or light that is not finite.
         """
@@ -94,8 +94,8 @@ class CornerFit:
         return colors[self.shown]
 
     def areas(self) -> np.ndarray:
-        """(n_loops,) or (n_vertices,) float64: the area that each colour stands for. A face gives a
-        third of each of its triangles to that one's corners; loops of one colour share alike."""
+        """(n_loops,) or (n_vertices,) float64: the area that each color stands for. A face gives a
+        third of each of its triangles to that one's corners; loops of one color share alike."""
         area = self.corners.T @ np.repeat(self.light.area / 3, 3)
         return (area / np.maximum(np.bincount(self.shown, minlength=len(area)), 1))[self.shown]
 
@@ -111,7 +111,7 @@ def corner_fit(
     target: ExportedObject, receivers: Receivers, weights: np.ndarray, domain: str = "corner",
     hidden: np.ndarray | None = None, joined: np.ndarray | None = None,
 ) -> CornerFit:
-    """The fit for a target's colours on ``domain``, corner or point.
+    """The fit for a target's colors on ``domain``, corner or point.
 
     ``joined`` (m,) says which of the m unknowns of the object's own are one, from 0 on.
 
@@ -119,7 +119,7 @@ def corner_fit(
     (count,); weight 0 leaves a receiver out (a part of the face that nobody can see, inside
     another object). Corners of triangles that are all ``hidden`` (n,) bool take the colors of
     those that they are joined to by faces; where there are none they are black. ``point`` gives a
-    colour for each vertex up to the last one that a loop uses. Raises ValueError for a target that
+    color for each vertex up to the last one that a loop uses. Raises ValueError for a target that
     was exported without its loops.
     """
     if target.corner_map is None or target.loop_vertex is None:
@@ -193,7 +193,7 @@ def _centroids(receivers: Receivers) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _corner_map(target: ExportedObject, group: np.ndarray, unknowns: int) -> csr_matrix:
-    """(3 n, unknowns): the colour at each evaluated triangle corner from the unknown colours."""
+    """(3 n, unknowns): the color at each evaluated triangle corner from the unknown colors."""
     loops = len(group)
     choose = csr_matrix((np.ones(loops), (np.arange(loops), group)), shape=(loops, unknowns))
     return (target.corner_map.matrix() @ choose).tocsr()
@@ -235,7 +235,7 @@ def _stiffness(corners: csr_matrix, light: _Light) -> csr_matrix:
 
 
 def _bounds(corners, light, values, weights, loop_vertex, group, hidden):
-    """Per unknown a first guess, the lowest and the highest colour allowed: (unknowns, 3) each.
+    """Per unknown a first guess, the lowest and the highest color allowed: (unknowns, 3) each.
 
     Over a triangle cut n-fold a linear function reaches 2/(3(n−1)) of what its receivers'
     centroids span beyond them; that much is allowed. With one receiver a triangle it is half of

@@ -1,4 +1,4 @@
-"""Dilation: colours carried from the islands into the margin around them. NumPy and SciPy only."""
+"""Dilation: colors carried from the islands into the margin around them. NumPy and SciPy only."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ BAND = 1 << 22  # texels whose distances are found together: they take 50 bytes 
 def extend_islands(pixels: np.ndarray, covered: np.ndarray, margin: int) -> np.ndarray:
     """RGBA image (height, width, 4) float32 from ``pixels`` (height, width, 3).
 
-    Texels within ``margin`` (Euclidean, in texels) of a covered one take the colour of the
+    Texels within ``margin`` (Euclidean, in texels) of a covered one take the color of the
     nearest covered texel, so that filtering between texels never mixes in black. Covered texels
-    keep their colour. Alpha is 1 on ``covered`` (height, width) bool and 0 elsewhere, in the
-    margin too: it says which texels belong to a face. Beyond the margin the colour is black.
+    keep their color. Alpha is 1 on ``covered`` (height, width) bool and 0 elsewhere, in the
+    margin too: it says which texels belong to a face. Beyond the margin the color is black.
     Raises ValueError when the shapes differ or the margin is negative.
     """
     return extended(pixels, covered, margin)[0]

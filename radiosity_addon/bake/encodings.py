@@ -1,6 +1,6 @@
-"""Encodings: linear colours as codes of 8 or 16 bits, and back. Imports no bpy.
+"""Encodings: linear colors as codes of 8 or 16 bits, and back. Imports no bpy.
 
-A colour is divided by a scale first, so that what is brighter than 1 need not be cut:
+A color is divided by a scale first, so that what is brighter than 1 need not be cut:
 
     png, png16   srgb(value / scale), 8 or 16 bits
     linear       value / scale, 8 bits: what loaders of glTF take a lightmap for
@@ -55,7 +55,7 @@ def encode(colors: np.ndarray, kind: str, scale: float, seed: int = 0) -> np.nda
 
 
 def decode(codes: np.ndarray, kind: str, scale: float) -> np.ndarray:
-    """The linear colours (..., 3) float64 that an engine reads from ``codes``."""
+    """The linear colors (..., 3) float64 that an engine reads from ``codes``."""
     parts = codes / (2.0 ** BITS[kind] - 1)
     if kind == "rgbm":
         return scale * parts[..., :3] * parts[..., 3:]

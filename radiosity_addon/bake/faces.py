@@ -1,4 +1,4 @@
-"""Pieces of faces: the receivers behind vertex colours. NumPy only.
+"""Pieces of faces: the receivers behind vertex colors. NumPy only.
 
 Each triangle is cut into n² equal triangles, one receiver each. n follows the triangle's share of
 the area, so that a large face carries the light's variation and a fine mesh costs one receiver a

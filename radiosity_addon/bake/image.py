@@ -28,7 +28,7 @@ def write_image(name: str, pixels: np.ndarray, frees: bool = False):
     looked at.
 
     ``pixels`` (height, width, 4) float32, row 0 at the bottom, linear in the scene's working
-    space, which is the colour space Blender gives a new float image. Colours of texels with alpha
+    space, which is the color space Blender gives a new float image. Colors of texels with alpha
     0 are kept (alpha mode Channel Packed): the islands' margin needs them. A user's own image of
     that name is left alone; Blender then numbers ours.
     """
@@ -172,7 +172,7 @@ def _render_to(image, path: Path, kind: str, codec: str = "NONE") -> None:
 
 
 def _set_up(scene, kind: str) -> None:
-    """Colour management and file format of ``Image.save_render``."""
+    """Color management and file format of ``Image.save_render``."""
     scene.display_settings.display_device = "sRGB"
     view = scene.view_settings
     view.view_transform, view.exposure, view.gamma = "Standard", 0.0, 1.0

@@ -31,7 +31,7 @@ def item_count(mesh, domain: str) -> int:
 
 
 def write_attribute(mesh, name: str, values: np.ndarray) -> None:
-    """Set the colour or FLOAT2 attribute ``name`` to ``values`` (n, 4 or 2) float32, linear.
+    """Set the color or FLOAT2 attribute ``name`` to ``values`` (n, 4 or 2) float32, linear.
 
     Raises ValueError when the rows do not match the mesh: it was changed meanwhile.
     """

@@ -1,6 +1,6 @@
 """What bakes made on a mesh, noted on it as JSON in a custom property, so it can be taken back.
 
-Entries are known by the attribute's name: whether a bake made it, as a colour attribute or as a UV
+Entries are known by the attribute's name: whether a bake made it, as a color attribute or as a UV
 map, and which passes it holds. The empty name stands for a material slot.
 """
 
@@ -51,5 +51,5 @@ def names_made(mesh, kind: str) -> list[str]:
 
 
 def passes_of(mesh, name: str) -> tuple[str, ...]:
-    """The passes that the colour attribute ``name`` holds; empty where a bake did not note them."""
+    """The passes that the color attribute ``name`` holds; empty where a bake did not note them."""
     return tuple(read_made(mesh).get(name, {}).get("passes", ()))

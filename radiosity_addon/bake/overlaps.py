@@ -25,7 +25,7 @@ def overlap_layers(
 
     ``uv`` (n, 3, 2) of the triangles, ``face`` (n,) which of ``count`` faces each is of,
     ``corners`` (n, 3) their vertices: among many faces in a texel those that share one are
-    taken to be neighbours. ``resolution`` is that of the search for overlaps, in texels.
+    taken to be neighbors. ``resolution`` is that of the search for overlaps, in texels.
     """
     return finish(overlap_steps(uv, face, corners, count, resolution))
 
@@ -38,7 +38,7 @@ def overlap_steps(uv, face, corners, count: int, resolution: int):
     if not len(pairs):
         return layer
     touches = np.unique(np.stack([np.repeat(face, 3), corners.ravel()], 1), axis=0)
-    pairs = pairs[~_neighbours(pairs, touches) | certain]
+    pairs = pairs[~_neighbors(pairs, touches) | certain]
     involved = np.unique(pairs)
     touches = touches[np.isin(touches[:, 0], involved)]
     touches[:, 0] = np.searchsorted(involved, touches[:, 0])
@@ -46,7 +46,7 @@ def overlap_steps(uv, face, corners, count: int, resolution: int):
     return layer
 
 
-def _neighbours(pairs, touches) -> np.ndarray:
+def _neighbors(pairs, touches) -> np.ndarray:
     """(m,) bool: whether the faces of a pair share a vertex. ``touches`` (k, 2) are all (face,
     vertex), sorted."""
     first, stop = (np.searchsorted(touches[:, 0], pairs[:, 0], side) for side in ("left", "right"))
@@ -79,7 +79,7 @@ def _sharing(cells: Receivers, uv, face, resolution) -> tuple[np.ndarray, np.nda
 
 
 def _color(pairs: np.ndarray, touches: np.ndarray, count: int) -> np.ndarray:
-    """Greedy colours: no pair has one colour; faces are taken from neighbour to neighbour."""
+    """Greedy colors: no pair has one color; faces are taken from neighbor to neighbor."""
     conflicts = [[] for _ in range(count)]
     for a, b in pairs.tolist():
         conflicts[a].append(b)

@@ -34,14 +34,14 @@ class Packed:
 
     uvs: list[np.ndarray]  # (n_loops, 2) float32 of each mesh
     extent: tuple[float, float]  # width and height [texels] that they take
-    density: float  # texels per metre, where the factor is 1
+    density: float  # texels per meter, where the factor is 1
 
 
 def pack(
     charts: list[Chart], size: tuple[int, int], gap: float, density: float | None = None
 ) -> Packed:
     """Lay charts out ``gap`` texels apart in an image of this width and height, all with the same
-    texels per metre times their factors: ``density``, by which they may not fit, or as many as fit.
+    texels per meter times their factors: ``density``, by which they may not fit, or as many as fit.
     """
     width, height = size
     shape, uv = _joined(charts)
@@ -98,7 +98,7 @@ def _with_speck(shape: Shape) -> Shape:
 
 
 def _density(shape: Shape, uv: np.ndarray) -> float:
-    """Lengths in UVs per metre, in the mean over the surface."""
+    """Lengths in UVs per meter, in the mean over the surface."""
     flat = np.concatenate([uv, np.zeros((len(uv), 1))], 1)
     surface = face_areas(shape.points, shape.corner, shape.start).sum()
     taken = face_areas(flat, np.arange(len(uv)), shape.start).sum()

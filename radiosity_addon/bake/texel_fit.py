@@ -3,7 +3,7 @@
 Between texels engines show a bilinear picture. Inside an island a texel's mean is a good value for
 it. Beside seams, where the surface goes on in another place of an image, it is not: a texel that lies
 partly on the surface knows the light at the middle of that part, not at its own, those of the margin
-know nothing, and the two sides show what each makes of it. The values x of these texels minimise
+know nothing, and the two sides show what each makes of it. The values x of these texels minimize
 
     Σ_t a_t |(P x)_t − L_t|² + λ Σ_s l_s |(A x)_s − (B x)_s|² + ε |x − x₀|²
 

@@ -222,8 +222,8 @@ def _finish(cells, points, inverse, names, width):
 
 
 def _drop_negligible(texel: np.ndarray, area: np.ndarray) -> np.ndarray:
-    """Which cells to keep (texels in order): the sizeable ones, or all where none is."""
+    """Which cells to keep (texels in order): the sizable ones, or all where none is."""
     first = np.nonzero(np.diff(texel, prepend=-1))[0]
-    sizeable = area > NEGLIGIBLE
-    any_sizeable = np.logical_or.reduceat(sizeable, first) if len(texel) else sizeable
-    return sizeable | ~np.repeat(any_sizeable, np.diff(first, append=len(texel)))
+    sizable = area > NEGLIGIBLE
+    any_sizable = np.logical_or.reduceat(sizable, first) if len(texel) else sizable
+    return sizable | ~np.repeat(any_sizable, np.diff(first, append=len(texel)))

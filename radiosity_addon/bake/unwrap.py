@@ -20,7 +20,7 @@ from .uv_edit import Shape, edit_uvs, shape_of
 from .uv_maps import FALLBACK, HeldMap, find_uv_map, free_name, give_maps
 from .windows import own_size
 
-ANGLE = math.radians(66)  # neighbours that differ by less may share a chart
+ANGLE = math.radians(66)  # neighbors that differ by less may share a chart
 MOST_MAPS = 8  # that Blender renders from
 ATTEMPTS = 4  # at a layout without overlaps
 CHECKED = 256  # texels along the edge of the image in which overlaps are looked for

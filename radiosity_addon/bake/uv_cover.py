@@ -43,7 +43,7 @@ def missed_warning(name: str, outside: float, flat: float, modifiers: tuple[str,
         cause = f" that its modifiers make ({', '.join(modifiers)})" if modifiers else ""
         told.append(
             f"{_percent(flat)} of its surface are faces without area in the UV map{cause} and get "
-            "no texel: give them UVs, apply the modifiers and bake again, or bake vertex colours"
+            "no texel: give them UVs, apply the modifiers and bake again, or bake vertex colors"
         )
     return f"{name!r}: " + "; ".join(told) if told else ""
 

@@ -113,7 +113,7 @@ def scatter_atlas(geometry: Assembly, atlases: dict) -> np.ndarray:
 
 
 def scatter_colors(geometry: Assembly, name: str) -> np.ndarray:
-    """(n_triangles, 3, 4) float32 of the colour attribute ``name`` ("": the default), else 0."""
+    """(n_triangles, 3, 4) float32 of the color attribute ``name`` ("": the default), else 0."""
     result = np.zeros((len(geometry.triangles), 3, 4), np.float32)
     for placed in geometry.placed:
         mesh = placed.part.mesh

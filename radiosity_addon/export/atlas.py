@@ -21,7 +21,7 @@ PER_TRIANGLE = 32  # texels that each of many triangles gets on average
 class Atlas:
     """``bake``: where Cycles writes; ``lookup``: where to read; both (n, 3, 2) float64 in [0, 1].
 
-    A cell of two texels holds one colour, read from the centre of its first texel.
+    A cell of two texels holds one color, read from the center of its first texel.
     """
 
     size: int

@@ -1,6 +1,6 @@
 """Bake stage: Cycles bakes copies of a part's triangles in a temporary scene.
 
-Call inside ``traceless()``: what is made here is gone afterwards.
+Call inside ``traceless()``: what is made here is gone afterward.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def aim(material, image) -> None:
 
 
 def _mesh(part: Part, chosen, uv: np.ndarray):
-    """A temporary mesh of the chosen triangles with all UV maps, colours and the map baked to."""
+    """A temporary mesh of the chosen triangles with all UV maps, colors and the map baked to."""
     import bpy
 
     source, loops = part.mesh, part.mesh.triangle_loops[chosen].reshape(-1)

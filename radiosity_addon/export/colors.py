@@ -1,4 +1,4 @@
-"""Colours: what a colour socket of a node tree gives, as numbers, an image or a colour attribute.
+"""Colors: what a color socket of a node tree gives, as numbers, an image or a color attribute.
 
 Images that share one mapping can be added and multiplied texel by texel; anything else raises
 NotSimple, and the material is left to Cycles.
@@ -38,7 +38,7 @@ class Color:
     pixels: np.ndarray | None = None
     mapping: Mapping | None = None
     attribute: str | None = None
-    channel: int | None = None  # 3: the attribute's alpha in place of its colour
+    channel: int | None = None  # 3: the attribute's alpha in place of its color
     encoded: bool = False  # the pixels are sRGB-encoded (see ``solver.fields.Texture``)
 
     @property
@@ -77,7 +77,7 @@ def add(a: Color, b: Color) -> Color:
     if a.is_constant and b.is_constant:
         return constant(a.factor + b.factor)
     if a.attribute is not None or b.attribute is not None:
-        raise NotSimple("sum with a colour attribute")
+        raise NotSimple("sum with a color attribute")
     image = a if a.pixels is not None else b
     if image.mapping.extension == "CLIP":
         raise NotSimple("sum with an image that is clipped")
@@ -99,7 +99,7 @@ def mix(weight: Color, a: Color, b: Color) -> Color:
 def to_field(color: Color, uv_of, corners_of, limit: float) -> Field:
     """The solver's field; ``uv_of(name)`` and ``corners_of(name)`` give the arrays of the scene.
 
-    Colour attributes are clamped to [0, limit] here; everything else was before.
+    Color attributes are clamped to [0, limit] here; everything else was before.
     """
     if color.is_constant:
         return Constant(color.factor)

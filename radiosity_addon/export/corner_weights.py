@@ -1,4 +1,4 @@
-"""Corner maps: colours at evaluated corners as weighted sums over the user's own loops.
+"""Corner maps: colors at evaluated corners as weighted sums over the user's own loops.
 
 Without modifiers that change faces the weights are one-hot. Otherwise
 a corner has the bilinear weights of its place in the quad it came from, as Blender's own
@@ -87,7 +87,7 @@ def barycentric(mesh, face: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, 
 
 
 def nearest_in_triangle(corners: np.ndarray, points: np.ndarray):
-    """Barycentric weights (m, 3) >= 0 of the projections, cut off at the border and renormalised,
+    """Barycentric weights (m, 3) >= 0 of the projections, cut off at the border and renormalized,
     and the distances (m,) of what they name to the points."""
     a, e, f = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     d = points - a

@@ -14,7 +14,7 @@ RED = (0.61, 0.055, 0.06)
 GREEN = (0.117, 0.435, 0.115)
 LAMP_COLOR = (1.0, 0.86, 0.62)
 LAMP_STRENGTH = 15.0  # radiance [W/m²/sr]
-LAMP_GAP = 0.002  # metres below the ceiling
+LAMP_GAP = 0.002  # meters below the ceiling
 CUBE = ((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0),
         (-1, -1, 2), (1, -1, 2), (1, 1, 2), (-1, 1, 2))  # fmt: skip
 
@@ -98,7 +98,7 @@ def _merge_corners(mesh) -> None:
 
 
 def _material(name: str, shader: str, color, **inputs):
-    """A material whose only surface node is ``shader`` with the given colour and inputs."""
+    """A material whose only surface node is ``shader`` with the given color and inputs."""
     import bpy
 
     material = bpy.data.materials.new(name)

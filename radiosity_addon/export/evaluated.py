@@ -19,7 +19,7 @@ from .traceless import traceless
 from .transparency import emit_transmittance, lets_light_through
 
 ATLAS = "\0atlas"  # the name under which the scene's atlas coordinates are asked for
-FLAT = 1e-4  # relative variation below which a picture is one colour
+FLAT = 1e-4  # relative variation below which a picture is one color
 
 
 def evaluate_steps(parts: list[Part], palette: Palette, find_scene):
@@ -100,7 +100,7 @@ def _areas(part: Part, chosen: np.ndarray) -> np.ndarray:
 
 
 def _color(pixels: np.ndarray, cells, mapping: Mapping) -> Color:
-    """A picture as a colour; a constant when it varies by less than FLAT."""
+    """A picture as a color; a constant when it varies by less than FLAT."""
     inside = [pixels[rows, columns].reshape(-1, 3) for rows, columns in cells]
     low = np.min([values.min(axis=0) for values in inside], axis=0)
     high = np.max([values.max(axis=0) for values in inside], axis=0)

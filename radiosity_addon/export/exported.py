@@ -15,7 +15,7 @@ from ..solver.scene import Scene
 
 @dataclass(frozen=True)
 class CornerMap:
-    """The colour at each evaluated triangle corner as a weighted sum of the user's loops' colours;
+    """The color at each evaluated triangle corner as a weighted sum of the user's loops' colors;
     a corner that came from nowhere has no weight."""
 
     loops: np.ndarray  # (3 n, k) int: loops of the user's mesh
@@ -37,7 +37,7 @@ class CornerMap:
 
 @dataclass(frozen=True)
 class ExportedObject:
-    """A receiver object: its triangles in the scene and where their colours go."""
+    """A receiver object: its triangles in the scene and where their colors go."""
 
     name: str  # of the Blender object
     start: int  # its triangles are scene.triangles[start:stop]
@@ -45,7 +45,7 @@ class ExportedObject:
     uv: np.ndarray | None  # (n, 3, 2) float64, 0 to 1 over its window; None for the vertex target
     corner_map: CornerMap | None  # one-hot without modifiers; None for the image target
     loop_vertex: np.ndarray | None  # (n_loops,) int32: the user's mesh vertex of each loop
-    loop_smooth_group: np.ndarray | None  # (n_loops,) int32: loops whose colours are one unknown
+    loop_smooth_group: np.ndarray | None  # (n_loops,) int32: loops whose colors are one unknown
     identity: int = 0  # the object's session id, which a new name does not change
     n_loops: int = 0  # of the user's mesh
     modifiers: tuple[str, ...] = ()  # names of those that may change its faces

@@ -1,7 +1,7 @@
 """Images: pixels in the linear working space.
 
 ``Image.pixels`` converts nothing: an 8-bit image hands out its encoded bytes, a float image is
-linear already. Cycles multiplies an 8-bit image's colour by its alpha unless the node's Alpha
+linear already. Cycles multiplies an 8-bit image's color by its alpha unless the node's Alpha
 output is in use; it paints a missing image (1, 0, 1).
 """
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from .colors import NotSimple
 
-MISSING = (1.0, 0.0, 1.0)  # Cycles' colour for an image it cannot read
+MISSING = (1.0, 0.0, 1.0)  # Cycles' color for an image it cannot read
 DATA_SPACES = ("Non-Color", "Raw")
 LINEAR_SPACES = ("Linear Rec.709", "Linear", "scene_linear")
 
@@ -27,10 +27,10 @@ def _touch(image) -> bool:
 
 
 def read_pixels(image, alpha_used: bool, rec709: bool) -> tuple[np.ndarray, np.ndarray, bool]:
-    """Colour (height, width, 3) and alpha (height, width), float32, row 0 at the bottom; and
-    whether the colour is sRGB-encoded still.
+    """Color (height, width, 3) and alpha (height, width), float32, row 0 at the bottom; and
+    whether the color is sRGB-encoded still.
 
-    Raises NotSimple for colour spaces and image kinds that Cycles has to decode.
+    Raises NotSimple for color spaces and image kinds that Cycles has to decode.
     """
     if image.source not in ("FILE", "GENERATED") or image.size[0] * image.size[1] == 0:
         raise NotSimple(f"image source {image.source}")
@@ -50,7 +50,7 @@ def read_pixels(image, alpha_used: bool, rec709: bool) -> tuple[np.ndarray, np.n
 
 
 def _associate(color, alpha, image, alpha_used: bool) -> np.ndarray:
-    """Alpha as Cycles' image node treats it, which is before 8-bit colours are decoded.
+    """Alpha as Cycles' image node treats it, which is before 8-bit colors are decoded.
 
     Raises NotSimple for transparent float and premultiplied images: what Cycles makes of these
     depends on the file type, on packing and on the version.
@@ -69,12 +69,12 @@ def _encoded(image, rec709: bool) -> bool:
     if space in DATA_SPACES:
         return False
     if not rec709:
-        raise NotSimple("an image with colours in a working space other than Rec.709")
+        raise NotSimple("an image with colors in a working space other than Rec.709")
     if image.is_float or space in LINEAR_SPACES:
         return False
     if space == "sRGB":
         return True
-    raise NotSimple(f"colour space {space}")
+    raise NotSimple(f"color space {space}")
 
 
 def working_space_is_rec709() -> bool:

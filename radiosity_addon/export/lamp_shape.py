@@ -110,7 +110,7 @@ def _as_point(data):
 
 
 def split(factor: np.ndarray) -> list[tuple[np.ndarray, np.ndarray | None]]:
-    """(colour (3,), distribution) pairs whose products add up to a ``factor`` (h, w, 3): one where
+    """(color (3,), distribution) pairs whose products add up to a ``factor`` (h, w, 3): one where
     it is of one hue, else one a channel. Distributions (h, w) float32 have the maximum 1; None:
     alike in all directions."""
     peak = factor.max(axis=(0, 1))

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..solver.scene import AreaLamp, Lamp, PointLamp, SunLamp
 
-SMALLEST_SIZE = 1e-4  # metres, of an area lamp without extent
+SMALLEST_SIZE = 1e-4  # meters, of an area lamp without extent
 SMALLEST_CONE = np.radians(1.0)  # Blender's own limit of the cone angle
 
 
@@ -23,20 +23,20 @@ def read_lamp(thing, matrix: np.ndarray, warnings: list[str]) -> Lamp | None:
     light = thing.data
     power = _power(thing.name, light, warnings)
     if not np.any(power > 0.0):
-        warnings.append(f'lamp "{thing.name}" has no energy or a black colour; it gives no light')
+        warnings.append(f'lamp "{thing.name}" has no energy or a black color; it gives no light')
         return None
     return READERS[light.type](thing.name, light, matrix, power, warnings)
 
 
 def _power(name: str, light, warnings: list[str]) -> np.ndarray:
-    """(3,) energy × colour × 2^exposure × blackbody tint; negative or unfinite parts become 0."""
+    """(3,) energy × color × 2^exposure × blackbody tint; negative or unfinite parts become 0."""
     power = np.array(light.color, np.float64) * light.energy
     power = power * 2.0 ** getattr(light, "exposure", 0.0)
     if getattr(light, "use_temperature", False):
         power = power * np.array(light.temperature_color, np.float64)
     if not np.all(np.isfinite(power)) or np.any(power < 0.0):
         warnings.append(
-            f'lamp "{name}" has a negative or unfinite colour or energy ({light.energy:g}); '
+            f'lamp "{name}" has a negative or unfinite color or energy ({light.energy:g}); '
             "that part is taken as 0"
         )
         power = np.where(np.isfinite(power), np.maximum(power, 0.0), 0.0)
@@ -72,7 +72,7 @@ def _spot(name, light, matrix, power, warnings) -> PointLamp:
 
 
 def _sun(name, light, matrix, power, warnings) -> SunLamp:
-    """Irradiance; without ``normalize`` the strength is the disc's radiance: E = L π sin²(a/2)."""
+    """Irradiance; without ``normalize`` the strength is the disk's radiance: E = L π sin²(a/2)."""
     angle = float(light.angle)
     if not getattr(light, "normalize", True) and angle > 0.0:
         power = power * np.pi * np.sin(angle / 2.0) ** 2

@@ -76,7 +76,7 @@ def _times(light: Light, color: np.ndarray, distribution) -> list[Light]:
 
 
 def _tree_light(light: Light, data, reader: Reader, shapes: Shapes, warnings: list[str]) -> list:
-    """(colour (3,), distribution or None) pairs that the lamp's node tree multiplies it with."""
+    """(color (3,), distribution or None) pairs that the lamp's node tree multiplies it with."""
     name = light.object
     warnings += tree_remarks(f'lamp "{name}"', data.node_tree)
     output = data.node_tree.get_output_node("CYCLES")
@@ -90,7 +90,7 @@ def _tree_light(light: Light, data, reader: Reader, shapes: Shapes, warnings: li
             return shapes.of(light, data, warnings)
         warnings.append(
             f'lamp "{name}": its node tree is more than constants ({reason}), which only point and '
-            "spot lamps are baked with; the lamp's own colour and energy are used"
+            "spot lamps are baked with; the lamp's own color and energy are used"
         )
         return [(np.ones(3), None)]
     if not np.all(np.isfinite(color)) or np.any(color < 0.0):
@@ -105,7 +105,7 @@ class Shapes:
         self.frame, self.stage, self.known = frame, None, {}
 
     def of(self, light: Light, data, warnings: list[str]) -> list:
-        """(colour (3,), distribution or None) pairs; none where it is dark in all directions."""
+        """(color (3,), distribution or None) pairs; none where it is dark in all directions."""
         import bpy
 
         self.stage = self.stage or ShapeStage(self.frame)
@@ -151,7 +151,7 @@ def _constant(color) -> np.ndarray:
 
 
 def blackbody(temperature: float) -> np.ndarray:
-    """(3,) colour of this temperature [K] in the working space, as Blender's lamps have it."""
+    """(3,) color of this temperature [K] in the working space, as Blender's lamps have it."""
     import bpy
 
     probe = bpy.data.lights.new("Radiosity temporary", "POINT")

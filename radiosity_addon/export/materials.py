@@ -1,7 +1,7 @@
 """Materials: from the parts' slots to the scene's materials.
 
 A material that can be read gives one scene material for all parts; one that Cycles has to
-evaluate gives one per part, because its colour may depend on the object.
+evaluate gives one per part, because its color may depend on the object.
 """
 
 from __future__ import annotations

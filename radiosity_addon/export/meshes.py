@@ -88,7 +88,7 @@ def _default_color(mesh) -> str:
 
 
 def _read_colors(mesh, vertex: np.ndarray) -> dict[str, np.ndarray]:
-    """Colour attributes per loop, given each loop's vertex; Blender hands byte colours out as
+    """Color attributes per loop, given each loop's vertex; Blender hands byte colors out as
     linear floats."""
     result = {}
     for attribute in mesh.color_attributes:

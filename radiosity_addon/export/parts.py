@@ -9,7 +9,7 @@ import numpy as np
 from ..bake.own_materials import own_material
 from .meshes import MeshArrays, read_mesh
 
-NOT_MODELLED = {"VOLUME": "volume", "CURVES": "hair", "POINTCLOUD": "point cloud"}
+NOT_MODELED = {"VOLUME": "volume", "CURVES": "hair", "POINTCLOUD": "point cloud"}
 
 
 @dataclass(frozen=True)
@@ -53,9 +53,9 @@ def read_parts(depsgraph, progress, copies=()) -> tuple[list[Part], set[str], li
             continue
         if not entry.is_instance:
             seen.add(thing.name)
-        if thing.type in NOT_MODELLED and thing.type not in warnings:
+        if thing.type in NOT_MODELED and thing.type not in warnings:
             warnings[thing.type] = (
-                f'object "{thing.name}" is a {NOT_MODELLED[thing.type]}, which neither lights nor '
+                f'object "{thing.name}" is a {NOT_MODELED[thing.type]}, which neither lights nor '
                 "shadows the bake; convert it to a mesh if it should"
             )
         if thing.type != "MESH" or not entry.show_self or thing.data is None:

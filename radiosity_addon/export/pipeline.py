@@ -52,7 +52,7 @@ EDITED = "was deleted or edited while the scene was read"
 
 @dataclass(frozen=True)
 class Receiver:
-    """An object that gets colours, known by what a new name or an undo leaves as it is."""
+    """An object that gets colors, known by what a new name or an undo leaves as it is."""
 
     name: str
     identity: int  # session id

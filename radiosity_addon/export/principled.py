@@ -1,9 +1,9 @@
-"""Principled BSDF: what share of its base colour is diffuse.
+"""Principled BSDF: what share of its base color is diffuse.
 
 Cycles dims the diffuse layer below the dielectric coating by the coating's albedo for the viewing
 direction; a bake looks along the normal. That albedo is F0 · g(F0, roughness), where F0 =
 ((n-1)/(n+1))² is the reflectance at normal incidence and g the single-scatter loss of a rough
-surface. g was measured with Cycles 5.2 (4.5 agrees to 1e-6) by baking the diffuse colour.
+surface. g was measured with Cycles 5.2 (4.5 agrees to 1e-6) by baking the diffuse color.
 """
 
 from __future__ import annotations

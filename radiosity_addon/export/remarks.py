@@ -15,7 +15,7 @@ IMAGE_NODES = ("ShaderNodeTexImage", "ShaderNodeTexEnvironment")
 
 
 def material_remarks(material) -> list[str]:
-    """What of its tree is missing, ignored, black, or not modelled."""
+    """What of its tree is missing, ignored, black, or not modeled."""
     if not uses_nodes(material):
         return []
     tree = material.node_tree
@@ -30,7 +30,7 @@ def material_remarks(material) -> list[str]:
 def world_remarks(world) -> list[str]:
     """What of its tree is missing, ignored or black; or that it has none."""
     if not uses_nodes(world):
-        return [f'world "{world.name}" has no nodes; its plain colour is used']
+        return [f'world "{world.name}" has no nodes; its plain color is used']
     return tree_remarks(f'world "{world.name}"', world.node_tree)
 
 
@@ -72,14 +72,14 @@ def bare_remarks(parts) -> list[str]:
     names = list(dict.fromkeys(
         part.name for part in parts if any(m is None for m in _used_materials(part))
     ))  # fmt: skip
-    return [f"faces without material are grey, as in Cycles; objects: {some_names(names)}"] * bool(names)
+    return [f"faces without material are gray, as in Cycles; objects: {some_names(names)}"] * bool(names)
 
 
 def bent_remarks(materials) -> list[str]:
     """One sentence on materials whose maps turn light, for what does not show them."""
     names = [material.name for material in materials]
     return [
-        "normal and bump maps change nothing in vertex colours; bake images to show them; "
+        "normal and bump maps change nothing in vertex colors; bake images to show them; "
         f"materials: {some_names(names)}"
     ] * bool(names)
 

@@ -110,7 +110,7 @@ def _mirror(node, reader: Reader, depth: int) -> SurfaceShader:
 
 def _principled(node, reader: Reader, depth: int) -> SurfaceShader:
     """Diffuse reflectance = base · (1 - metallic) · (1 - transmission) · share below the coating,
-    all times alpha; emission = colour · strength, times alpha."""
+    all times alpha; emission = color · strength, times alpha."""
     inputs = node.inputs
     for name in ("Subsurface Weight", "Coat Weight", "Sheen Weight", "Thin Film Thickness"):
         if name in inputs and (inputs[name].is_linked or inputs[name].default_value > 0.0):

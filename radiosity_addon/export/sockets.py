@@ -1,4 +1,4 @@
-"""Sockets: the colour that arrives at an input of a node."""
+"""Sockets: the color that arrives at an input of a node."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .colors import Color, Mapping, NotSimple, constant, values
 from .images import MISSING, is_missing, read_pixels
 
 FRONT, BACK = 0.0, 1.0  # what Cycles' Backfacing output gives there
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)  # Rec.709, as Cycles' colour to float
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)  # Rec.709, as Cycles' color to float
 
 
 def source(socket):
@@ -52,7 +52,7 @@ class Reader:
         return float(color.factor[0])
 
     def color(self, socket) -> Color:
-        """What arrives at the socket; numbers become grey."""
+        """What arrives at the socket; numbers become gray."""
         origin = source(socket) if socket.is_linked else None
         if origin is None:
             value = socket.default_value
@@ -62,7 +62,7 @@ class Reader:
             raise NotSimple(f"node {node.name}")
         color = COLORS[node.bl_idname](self, node, output)
         to_number = socket.type == "VALUE" and output.type in ("RGBA", "VECTOR")
-        return _grey(color) if to_number else color
+        return _gray(color) if to_number else color
 
     def _rgb(self, node, output) -> Color:
         return constant(tuple(node.outputs[0].default_value)[:3])
@@ -126,16 +126,16 @@ def uv_name(socket) -> str:
     raise NotSimple(f"texture coordinates from {node.name}")
 
 
-def _grey(color: Color) -> Color:
-    """Colour to number by luminance."""
+def _gray(color: Color) -> Color:
+    """Color to number by luminance."""
     if color.is_constant:
         return constant(float(color.factor @ LUMINANCE))
     if color.attribute is not None:
         if color.channel == 3:
             return color
-        raise NotSimple("number from a colour attribute")
-    grey = values(color) @ LUMINANCE
-    return Color(np.ones(3), pixels=np.repeat(grey[..., None], 3, axis=-1), mapping=color.mapping)
+        raise NotSimple("number from a color attribute")
+    gray = values(color) @ LUMINANCE
+    return Color(np.ones(3), pixels=np.repeat(gray[..., None], 3, axis=-1), mapping=color.mapping)
 
 
 COLORS = {

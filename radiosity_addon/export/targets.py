@@ -1,4 +1,4 @@
-"""Targets: which objects get colours, and why others do not."""
+"""Targets: which objects get colors, and why others do not."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from ..settings import Target
 from .parts import Part
 
 NOT_RENDERED = "is not visible in renders"
-NOT_MESH = "is a {kind}, which cannot hold baked colours; convert it to a mesh"
-LINKED = "its mesh is linked from a library and cannot get a colour attribute; make it local"
+NOT_MESH = "is a {kind}, which cannot hold baked colors; convert it to a mesh"
+LINKED = "its mesh is linked from a library and cannot get a color attribute; make it local"
 LINKED_UV = "its mesh is linked from a library and has no UV map {name!r}; make it local"
-SHARED = "shares its mesh with {first!r}, whose colours it shows; make its mesh single-user"
+SHARED = "shares its mesh with {first!r}, whose colors it shows; make its mesh single-user"
 SHARED_UV = (
     "shares its mesh, and so its UVs, with {first!r}, whose part of the atlas it shows; make its mesh "
     "single-user (--single-user)"
@@ -87,7 +87,7 @@ def _refusal(thing, own, seen, settings) -> str | None:
 
 def uv_map_name(thing, settings) -> str:
     """The UV map to bake to: the one named, or ours, made under ``Radiosity UV`` where something
-    else, like a baked colour attribute, holds the name ``Radiosity``."""
+    else, like a baked color attribute, holds the name ``Radiosity``."""
     names = (settings.uv_map,) if settings.uv_map else ("Radiosity", "Radiosity UV")
     return next((name for name in names if name in thing.data.uv_layers), names[0])
 

@@ -1,4 +1,4 @@
-"""Traceless: temporary data-blocks and scenes that are gone afterwards, whatever happens.
+"""Traceless: temporary data-blocks and scenes that are gone afterward, whatever happens.
 
 Every data-block made inside ``traceless()`` is removed when it ends, so that the
 user's file holds what it held before.

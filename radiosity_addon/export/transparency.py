@@ -1,6 +1,6 @@
 """Transparency: what a temporary material lets through, as a node tree of its own.
 
-Cycles can bake colours but not transmittance; so the tree of a temporary material is extended by
+Cycles can bake colors but not transmittance; so the tree of a temporary material is extended by
 nodes that compute it from the same inputs, fed to an Emission. Shaders inside node groups count as
 opaque.
 """
@@ -56,7 +56,7 @@ def _through(tree, socket, depth: int):
 
 
 def _principled(tree, node):
-    """1 - alpha + alpha · transmission · (1 - metallic) · base colour."""
+    """1 - alpha + alpha · transmission · (1 - metallic) · base color."""
     one = (1.0, 1.0, 1.0)
     alpha, base = value_of(node.inputs["Alpha"]), value_of(node.inputs["Base Color"])
     clear = vector_math(tree, "SUBTRACT", one, value_of(node.inputs["Metallic"]))

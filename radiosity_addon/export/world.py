@@ -1,6 +1,6 @@
 """World: what lights the scene from infinitely far.
 
-A constant becomes one pixel. Everything else is rendered by Cycles to a panorama. The disc of a
+A constant becomes one pixel. Everything else is rendered by Cycles to a panorama. The disk of a
 sky texture's sun is far smaller than a pixel of it: it is left out there and becomes a sun lamp
 with the irradiance that a close-up of it has.
 """
@@ -18,7 +18,7 @@ from .sockets import Reader, source, uses_nodes
 SMOOTH_WIDTH, SMOOTH_SAMPLES = 512, 4  # of skies made by formulas
 IMAGE_WIDTH, IMAGE_SAMPLES = 2048, 4  # the widest of those that show images; narrower ones get
 # more samples: a sun of few pixels, turned or not, must keep its light
-CLOSE_UP, DISC_SAMPLES = 64, 4  # pixels across twice the sun's disc
+CLOSE_UP, DISK_SAMPLES = 64, 4  # pixels across twice the sun's disk
 
 
 def read_world(scene, reader: Reader, warnings: list[str]) -> tuple[Sky | None, list[SunLamp]]:
@@ -32,7 +32,7 @@ def read_world(scene, reader: Reader, warnings: list[str]) -> tuple[Sky | None, 
     except NotSimple:
         return _rendered(scene)
     if not np.all(np.isfinite(color)) or np.any(color < 0.0):
-        warnings.append(f'world "{world.name}" has a negative or unfinite colour; taken as 0')
+        warnings.append(f'world "{world.name}" has a negative or unfinite color; taken as 0')
         color = np.where(np.isfinite(color), np.maximum(color, 0.0), 0.0)
     if not np.any(color > 0.0):
         return None, []
@@ -65,12 +65,12 @@ def constant_radiance(world, reader: Reader) -> np.ndarray:
 
 
 def _rendered(scene) -> tuple[Sky | None, list[SunLamp]]:
-    """The panorama without sun discs, and a sun lamp for each disc."""
+    """The panorama without sun disks, and a sun lamp for each disk."""
     stage, world = world_scene(scene.world, scene)
-    suns = [node for node in nodes_of(world.node_tree) if _has_disc(node)]
+    suns = [node for node in nodes_of(world.node_tree) if _has_disk(node)]
     for node in suns:
         node.sun_disc = False
-        for link in list(node.inputs["Vector"].links):  # which a sky with a disc ignores
+        for link in list(node.inputs["Vector"].links):  # which a sky with a disk ignores
             node.id_data.links.remove(link)
     pixels = panorama(stage, *_resolution(world.node_tree))
     pixels = np.nan_to_num(np.maximum(pixels, 0.0), nan=0.0, posinf=0.0)
@@ -82,8 +82,8 @@ def _rendered(scene) -> tuple[Sky | None, list[SunLamp]]:
     return (Sky(pixels) if np.any(pixels > 0.0) else None), lamps
 
 
-def _has_disc(node) -> bool:
-    """Whether this is a sky texture of the user's copied tree that shows a disc."""
+def _has_disk(node) -> bool:
+    """Whether this is a sky texture of the user's copied tree that shows a disk."""
     if node.bl_idname != "ShaderNodeTexSky" or node.mute or node.id_data.library is not None:
         return False
     return node.sky_type not in ("PREETHAM", "HOSEK_WILKIE") and node.sun_disc
@@ -103,24 +103,24 @@ def _resolution(tree) -> tuple[int, int]:
 
 
 def _sun_lamp(stage, node, name: str, sky: np.ndarray) -> list[SunLamp]:
-    """The disc as a lamp: its irradiance is what a close-up of it has beyond the ``sky``."""
-    toward, size = _disc_direction(node), float(node.sun_size)
+    """The disk as a lamp: its irradiance is what a close-up of it has beyond the ``sky``."""
+    toward, size = _disk_direction(node), float(node.sun_size)
     node.sun_disc = True
-    picture = close_up(stage, toward, 2.0 * size, CLOSE_UP, DISC_SAMPLES)
+    picture = close_up(stage, toward, 2.0 * size, CLOSE_UP, DISK_SAMPLES)
     node.sun_disc = False
     rays, weight = _close_up_rays(toward, 2.0 * size)
     row, column = _pixel_of(toward, sky.shape)
-    disc = picture - sky[row, column]
-    disc = np.where(disc > 0.01 * disc.max(axis=(0, 1)), disc, 0.0)  # the sky is not the disc
-    irradiance = np.einsum("ijc,ij->c", disc, weight)
+    disk = picture - sky[row, column]
+    disk = np.where(disk > 0.01 * disk.max(axis=(0, 1)), disk, 0.0)  # the sky is not the disk
+    irradiance = np.einsum("ijc,ij->c", disk, weight)
     if not np.any(irradiance > 0.0):
         return []
-    middle = np.einsum("ijk,ij->k", rays, disc.sum(axis=2) * weight)
+    middle = np.einsum("ijk,ij->k", rays, disk.sum(axis=2) * weight)
     return [SunLamp(name, -middle / np.linalg.norm(middle), irradiance, size)]
 
 
-def _disc_direction(node) -> np.ndarray:
-    """(3,) unit direction towards the disc: rotation turns from +y towards +x."""
+def _disk_direction(node) -> np.ndarray:
+    """(3,) unit direction toward the disk: rotation turns from +y toward +x."""
     high, turn = node.sun_elevation, node.sun_rotation
     across = np.cos(high)
     return np.array([across * np.sin(turn), across * np.cos(turn), np.sin(high)])

@@ -1,9 +1,9 @@
 """Put the bake where engines look for it in a glTF document. Imports no bpy.
 
-Blender's exporter has carried the colours or the lightmap's UVs along as attributes of our own;
+Blender's exporter has carried the colors or the lightmap's UVs along as attributes of our own;
 here they become COLOR_0, or a second set of texture coordinates and a ``MOZ_lightmap``.
 
-What an engine shows of an unlit material is COLOR_0 times the base colour. A lightmap holds
+What an engine shows of an unlit material is COLOR_0 times the base color. A lightmap holds
 irradiance: three.js shows lightMap · intensity · ρ / π, in lit and unlit materials alike
 (lights_fragment_maps.glsl, BRDF_Lambert; meshbasic.glsl, RECIPROCAL_PI). Baked values are B/π, so that the
 intensity is π times the scale of the image: the π is divided out again.
@@ -24,7 +24,7 @@ UNLIT, LIGHTMAP = "KHR_materials_unlit", "MOZ_lightmap"
 LINEAR, CLAMP = 9729, 33071
 WHITE = {"baseColorFactor": [1.0, 1.0, 1.0, 1.0], "metallicFactor": 0.0, "roughnessFactor": 1.0}
 
-GREY = {**WHITE, "baseColorFactor": [0.8, 0.8, 0.8, 1.0]}  # faces without material, in Cycles too
+GRAY = {**WHITE, "baseColorFactor": [0.8, 0.8, 0.8, 1.0]}  # faces without material, in Cycles too
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,9 @@ class Lightmap:
 
 @dataclass(frozen=True)
 class Dress:
-    """What is to be put on: ``lightmaps`` by object name, or vertex colours when None.
+    """What is to be put on: ``lightmaps`` by object name, or vertex colors when None.
 
-    ``colored``: the bake holds the surface's own colour, so that materials become white and unlit.
+    ``colored``: the bake holds the surface's own color, so that materials become white and unlit.
     """
 
     colored: bool
@@ -117,12 +117,12 @@ def _material(glb: Glb, primitive) -> dict:
     """A copy of the primitive's material; glTF's default where it has none."""
     index = primitive.get("material")
     if index is None:
-        return {"name": "Baked", "pbrMetallicRoughness": dict(GREY), "doubleSided": True}
+        return {"name": "Baked", "pbrMetallicRoughness": dict(GRAY), "doubleSided": True}
     return copy.deepcopy(glb.document["materials"][index])
 
 
 def _unlit(material: dict, colored: bool) -> dict:
-    """The material as one that shows its base colour (white where ``colored``) times the bake."""
+    """The material as one that shows its base color (white where ``colored``) times the bake."""
     kept = {key: material[key] for key in ("name", "doubleSided") if key in material}
     surface = material.get("pbrMetallicRoughness", {})
     if colored:

@@ -24,7 +24,7 @@ NOTABLE = 0.01  # relative error: a coarser lightmap is warned of
 
 @dataclass(frozen=True)
 class Baked:
-    """What is to be exported: a bake's target, name, UV map, and whether it holds colour."""
+    """What is to be exported: a bake's target, name, UV map, and whether it holds color."""
 
     objects: tuple[str, ...]
     target: str  # see Target
@@ -105,7 +105,7 @@ def _lightmaps(baked: Baked, warnings: list[str]) -> dict[str, Lightmap]:
         warnings.append(
             f"8 bits in the exported lightmap of {worst[1]!r} are off by {100 * worst[0]:.2g} % "
             "before filtering, as its brightest texel is far above the rest; bake without the "
-            "emission pass, or to vertex colours, which are exported as floats"
+            "emission pass, or to vertex colors, which are exported as floats"
         )
     return made
 

@@ -1,6 +1,6 @@
 """Check: what the solver is given, at its border. Inside, everything is trusted.
 
-Vertices are checked where they are normalised (``geometry``).
+Vertices are checked where they are normalized (``geometry``).
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ import numpy as np
 from .geometry.triangles import OFFSET
 from .lights.context import Context
 from .lights.emissive_faces import as_polygons, emits_apart
-from .lights.facing_discs import FacingDiscs
+from .lights.facing_disks import FacingDisks
 from .lights.flat_shapes import spread_falloff
 from .lights.polygons import Polygons
 from .lights.sky import pixel_directions, solid_angles
@@ -34,7 +34,7 @@ AROUND = 0.9  # radius [unit box] of a sphere around everything
 
 @dataclass(frozen=True)
 class Particles:
-    """n particles of light on their way. ``weight`` is power in normalised lengths."""
+    """n particles of light on their way. ``weight`` is power in normalized lengths."""
 
     origin: np.ndarray  # (n, 3) float32
     direction: np.ndarray  # (n, 3) float32 unit
@@ -113,7 +113,7 @@ def _from_lights(context: Context) -> Particles:
     for kind, power in zip(kinds, powers):
         mine = (chosen >= first) & (chosen < first + len(power))
         which = chosen[mine] - first
-        if isinstance(kind, FacingDiscs):
+        if isinstance(kind, FacingDisks):
             origin, direction, beam = kind.leave(which, xi[mine, 3:])
         else:
             origin, direction, beam = _leave_polygon(kind, which, xi[mine])
@@ -127,7 +127,7 @@ def _from_lights(context: Context) -> Particles:
 
 
 def _from_afar(context: Context) -> Particles:
-    """Particles of suns and sky, spread over a disc that covers the scene."""
+    """Particles of suns and sky, spread over a disk that covers the scene."""
     suns = [kind for kind in context.sources.kinds if isinstance(kind, Suns)]
     toward = [kind.toward for kind in suns]
     light = [kind.color for kind in suns]
@@ -149,8 +149,8 @@ def _from_afar(context: Context) -> Particles:
         anywhere = np.stack([flat * np.cos(turn), flat * np.sin(turn), z], 1)
         toward = np.where((chosen == len(power) - 1)[:, None], anywhere, toward)
     radius, turn = AROUND * np.sqrt(xi[:, 1]), 2 * np.pi * xi[:, 2]
-    disc = np.stack([radius * np.cos(turn), radius * np.sin(turn), 0 * turn + AROUND], 1)
-    origin = np.einsum("ni,nij->nj", disc, tangent_frames(toward))
+    disk = np.stack([radius * np.cos(turn), radius * np.sin(turn), 0 * turn + AROUND], 1)
+    origin = np.einsum("ni,nij->nj", disk, tangent_frames(toward))
     return _particles(origin, -toward, power[chosen] / share[:, None])
 
 

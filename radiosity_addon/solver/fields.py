@@ -1,4 +1,4 @@
-"""Fields: colours that vary over the surface (an image texture, corner colours, a constant).
+"""Fields: colors that vary over the surface (an image texture, corner colors, a constant).
 
 A field is evaluated at points named by (triangle, barycentric u, v), where a point is ``(1-u-v)·p0
 + u·p1 + v·p2``: Embree's convention, used throughout.
@@ -14,7 +14,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Constant:
-    """The same colour everywhere."""
+    """The same color everywhere."""
 
     value: np.ndarray  # (3,) float64
 
@@ -41,7 +41,7 @@ class Texture:
 
 @dataclass(frozen=True)
 class CornerColors:
-    """Colours given at triangle corners and interpolated linearly: (n_triangles, 3, 3) float32."""
+    """Colors given at triangle corners and interpolated linearly: (n_triangles, 3, 3) float32."""
 
     values: np.ndarray
 

@@ -1,4 +1,4 @@
-"""Receivers: what gets a colour. A texel and a piece of a face are the same thing here.
+"""Receivers: what gets a color. A texel and a piece of a face are the same thing here.
 
 A receiver is the mean over its *footprint*: one or more cells, each a
 parallelogram or a triangle lying flat in one scene triangle. Receivers are seen from the front.
@@ -43,10 +43,10 @@ class Receivers:
 
 @dataclass(frozen=True)
 class Projection:
-    """Where the error is judged instead of at the receivers: at colours that are means of them.
+    """Where the error is judged instead of at the receivers: at colors that are means of them.
 
-    ``apply`` maps values (count, c) at receivers to colours (m, c), linearly; ``area`` (m,), in
-    any unit, is what each colour counts by: that of the faces it is fitted to.
+    ``apply`` maps values (count, c) at receivers to colors (m, c), linearly; ``area`` (m,), in
+    any unit, is what each color counts by: that of the faces it is fitted to.
     """
 
     apply: Callable[[np.ndarray], np.ndarray]

@@ -1,6 +1,6 @@
 """Scene: what the solver is given. Triangles, materials, lamps and sky, free of Blender.
 
-Lengths are in any one unit; the solver normalises. Colours are linear, in whatever RGB working
+Lengths are in any one unit; the solver normalizes. Colors are linear, in whatever RGB working
 space the caller uses; ``emission`` is a radiance [W/m²/sr] (an Emission shader of strength 1 has
 radiance 1), and exitance is π times that.
 """
@@ -41,7 +41,7 @@ def sides(materials: tuple[Material, ...]) -> list[Material]:
 
 @dataclass(frozen=True)
 class PointLamp:
-    """A disc of ``radius`` that faces every point it lights, as in Cycles; a ``ball`` is a sphere.
+    """A disk of ``radius`` that faces every point it lights, as in Cycles; a ``ball`` is a sphere.
 
     ``intensity`` (3,) is its radiant intensity [W/sr] (P/4π for P watts).
 
@@ -65,7 +65,7 @@ class PointLamp:
 
 @dataclass(frozen=True)
 class SunLamp:
-    """A distant disc. ``direction`` (3,) unit, in which light travels; ``irradiance`` (3,) [W/m²]
+    """A distant disk. ``direction`` (3,) unit, in which light travels; ``irradiance`` (3,) [W/m²]
     on a surface that faces it; ``angle`` its full angular diameter [rad]."""
 
     name: str

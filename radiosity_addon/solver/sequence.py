@@ -48,7 +48,7 @@ def solve(
 ) -> Solution:
     """Light at the receivers, to the relative error ``settings.target_error``.
 
-    ``project`` tells where the error is judged, for colours that are means over receivers; None
+    ``project`` tells where the error is judged, for colors that are means over receivers; None
     judges the receivers themselves. ``progress`` may raise to stop. ``cache`` has solves to use
     again and takes those made. ``beside`` does the second replicate in another process; None does
     both here. The result is the same. Raises ValueError for a scene that cannot be solved.

@@ -1,4 +1,4 @@
-"""Apply: write the colours into the open file, all of them or none."""
+"""Apply: write the colors into the open file, all of them or none."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def apply(
     context, job: Job, result: Result, progress: Progress = silent,
     publication: Publication | None = None, encoding: Encoding | None = None,
 ) -> tuple[str, ...]:  # fmt: skip
-    """Write every target's colours, and the image files asked for; returns warnings.
+    """Write every target's colors, and the image files asked for; returns warnings.
 
     The files become part of ``publication``, for the caller to commit; without one they are in
     place on return. On any failure Blender's data are put back, the UV maps that prepare made are
@@ -41,7 +41,7 @@ def apply(
 
 
 def find_encoding(job: Job, result: Result) -> Encoding:
-    """How the bake is encoded, by Blender's colour management."""
+    """How the bake is encoded, by Blender's color management."""
     from ..gltf.primaries import to_rec709
 
     return encoding_of(job, result, to_rec709())
@@ -80,7 +80,7 @@ def apply_steps(
 
 
 def _write_colors(job: Job, item, colors, encoding: Encoding) -> list[str]:
-    """Colours as floats, or as what is read back from their codes: Blender finds the same codes."""
+    """Colors as floats, or as what is read back from their codes: Blender finds the same codes."""
     kind = "FLOAT_COLOR"
     if encoding.kind is not None:
         kind = "BYTE_COLOR"

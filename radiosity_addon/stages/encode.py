@@ -1,4 +1,4 @@
-"""Encode: what becomes of a bake's colours in 8 or 16 bits, and by which scale. Imports no bpy."""
+"""Encode: what becomes of a bake's colors in 8 or 16 bits, and by which scale. Imports no bpy."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..solver.workers.parallel import ranges
 from .job import Job, Result
 from .spool import drop_pages
 
-MOST_JUDGED = 2_000_000  # colours: of more, evenly spaced ones are judged
+MOST_JUDGED = 2_000_000  # colors: of more, evenly spaced ones are judged
 BAND = 1 << 23  # numbers that are looked at together
 BYTE_KIND = "png"  # Blender's BYTE_COLOR: 8 bits, sRGB
 REMEDY = {
@@ -27,13 +27,13 @@ class Encoding:
 
     kind: str | None  # None: 32-bit floats, nothing is encoded
     scale: float
-    share_above: float  # of the colours have a channel above the scale, which is cut
+    share_above: float  # of the colors have a channel above the scale, which is cut
     error: float  # that the encoding alone brings, relative, root mean square
     warnings: tuple[str, ...]
 
 
 def encoding_of(job: Job, result: Result, matrix: np.ndarray) -> Encoding:
-    """The encoding of a bake; ``matrix`` (3, 3) leads from its colours to the file's primaries.
+    """The encoding of a bake; ``matrix`` (3, 3) leads from its colors to the file's primaries.
 
     One scale for all objects, so that their brightness can be compared.
     """
@@ -71,7 +71,7 @@ def _bands(result: Result, matrix: np.ndarray):
 
 
 def _covered(colors: np.ndarray) -> np.ndarray:
-    """(n, 3) float64: the colours of a mesh, or of an image's texels that belong to a face."""
+    """(n, 3) float64: the colors of a mesh, or of an image's texels that belong to a face."""
     if colors.ndim == 3:
         colors = colors[colors[..., 3] > 0]
     return colors[:, :3].astype(np.float64)

@@ -40,7 +40,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Result:
-    """The colours, and the solver's figures.
+    """The colors, and the solver's figures.
 
     Vertex target: one array per target, (n_loops, 3) or (n_vertices, 3) float64. Image: one per
     sheet (see ``sheets_of``), (height, width, 4) float32.
@@ -49,5 +49,5 @@ class Result:
     colors: tuple[np.ndarray, ...]
     statistics: Statistics
     warnings: tuple[str, ...]
-    seconds: dict = field(default_factory=dict)  # "fit": from light to colours
+    seconds: dict = field(default_factory=dict)  # "fit": from light to colors
     receivers: int = 0  # how many places got light

@@ -103,7 +103,7 @@ def _look(material: Material, index: int) -> object:
 def _is_free(ways: Ways, context: Context) -> np.ndarray:
     if context.blockers[0].shadow is None or not len(ways.starts):
         return np.ones(len(ways.starts), bool)
-    starts, ends = (context.geometry.normalised(each) for each in (ways.starts, ways.ends))
+    starts, ends = (context.geometry.normalized(each) for each in (ways.starts, ways.ends))
     return is_way_free(context, starts, ways.start_up, ends, ways.end_up)
 
 

@@ -224,7 +224,7 @@ def _warn_of_sharing(view_layer, targets, settings: Settings) -> list[str]:
             shown = (
                 "they share its UV map and materials, and have an image each"
                 if settings.target == Target.IMAGE and settings.atlas is None
-                else f"all show the colours of {first!r}"
+                else f"all show the colors of {first!r}"
             )
             warnings.append(f"mesh {mesh!r} is shared by {_quoted(users[mesh])}: {shown}; make "
                             "it single-user to give each its own")

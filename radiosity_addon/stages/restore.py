@@ -1,6 +1,6 @@
 """What a bake is about to change in Blender, kept so that it can be put back.
 
-Each function looks before the change and returns a function that undoes it. Colours are undone by
+Each function looks before the change and returns a function that undoes it. Colors are undone by
 name, so it does no harm to undo a change that never came.
 """
 
@@ -18,7 +18,7 @@ Undo = Callable[[], None]
 
 
 def remember_colors(obj, name: str) -> Undo:
-    """The colour attributes that a bake called ``name`` may write on the mesh of ``obj``."""
+    """The color attributes that a bake called ``name`` may write on the mesh of ``obj``."""
     mesh = obj.data
     names = (name, FALLBACK.format(name))
     kept = [_copy_attribute(mesh, each) for each in names]
@@ -43,7 +43,7 @@ def remember_colors(obj, name: str) -> Undo:
 
 
 def _copy_attribute(mesh, name: str):
-    """(type, domain, values) of a colour attribute, or None where there is none."""
+    """(type, domain, values) of a color attribute, or None where there is none."""
     attribute = mesh.color_attributes.get(name)
     if attribute is None:
         return None
@@ -53,7 +53,7 @@ def _copy_attribute(mesh, name: str):
 
 
 def _put_attribute(mesh, name: str, copy) -> None:
-    """Make the colour attribute what ``copy`` says; an unchanged kind keeps its place."""
+    """Make the color attribute what ``copy`` says; an unchanged kind keeps its place."""
     present = mesh.color_attributes.get(name)
     if present is not None and (copy is None or copy[:2] != (present.data_type, present.domain)):
         mesh.color_attributes.remove(present)

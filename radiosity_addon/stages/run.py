@@ -1,4 +1,4 @@
-"""Run: from the scene to each target's colours. Imports no bpy: another process may do it."""
+"""Run: from the scene to each target's colors. Imports no bpy: another process may do it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .tiling import Tiling, tiles_of
 def run(
     job: Job, progress: Progress = silent, cache=None, beside=None, tiling: Tiling | None = None
 ) -> Result:
-    """Solve the scene and turn the light into each target's colours. Imports no bpy.
+    """Solve the scene and turn the light into each target's colors. Imports no bpy.
 
     ``cache`` (solver.adaptive.solve_cache.SolveCache) has solves of an earlier bake to use
     again, and takes this one's.
@@ -86,9 +86,9 @@ def _charged(figures: Statistics, stage: str, seconds: float) -> Statistics:
 
 
 def _where_judged(fits: list[JointFit]) -> Projection:
-    """From light at all receivers to the colours whose error counts.
+    """From light at all receivers to the colors whose error counts.
 
-    A vertex colour is a mean over many receivers, and its error less than theirs.
+    A vertex color is a mean over many receivers, and its error less than theirs.
     """
 
     def apply(light: np.ndarray) -> np.ndarray:

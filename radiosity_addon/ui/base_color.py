@@ -1,4 +1,4 @@
-"""The base colour of a material's own node tree, as something that nodes can multiply with."""
+"""The base color of a material's own node tree, as something that nodes can multiply with."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ OPAQUE_TO_US = ("ShaderNodeGroup", "ShaderNodeBsdfToon", "ShaderNodeBsdfHairPrin
 
 
 class NoBaseColor(Exception):
-    """The tree has a shader whose base colour is not to be had."""
+    """The tree has a shader whose base color is not to be had."""
 
 
 def base_color(tree):

@@ -1,4 +1,4 @@
-"""Which objects are baked, and why the Bake button is grey."""
+"""Which objects are baked, and why the Bake button is gray."""
 
 from itertools import islice
 
@@ -25,7 +25,7 @@ def survey(context) -> list[tuple]:
     at, by name. The same rules as the export's, which asks the evaluated scene."""
     properties = context.scene.radiosity
     rendered = Rendered(context.view_layer)
-    first: dict[str, str] = {}  # mesh: the object that gets its colours
+    first: dict[str, str] = {}  # mesh: the object that gets its colors
     found = []
     for item in sorted(_pointed_at(context), key=lambda item: item.name):
         reason = _left_out(item, properties, rendered)
@@ -50,7 +50,7 @@ def _baked(context):
 
 
 def sharing_objects(context) -> list:
-    """The chosen objects that get no colours of their own while they share a mesh."""
+    """The chosen objects that get no colors of their own while they share a mesh."""
     rendered, properties = Rendered(context.view_layer), context.scene.radiosity
     chosen = [i for i in _pointed_at(context) if i.type == "MESH" and i.data.users > 1]
     return sharing(item for item in chosen if not _left_out(item, properties, rendered))

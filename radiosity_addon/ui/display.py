@@ -1,7 +1,7 @@
-"""How scene-linear light looks on the display: Blender's own colour management as a table. bpy.
+"""How scene-linear light looks on the display: Blender's own color management as a table. bpy.
 
 Blender hands its view transforms (AgX, Filmic, looks, curves, white balance) to no add-on, but it
-saves images as renders through them. So colours from black to ``2 ** LAST`` on a grid of three
+saves images as renders through them. So colors from black to ``2 ** LAST`` on a grid of three
 axes are saved once for each change of the settings, and the graphics card interpolates. Exposure
 only multiplies before that; the table is for exposure 0 and stays when it changes.
 """
@@ -21,7 +21,7 @@ PLAIN = ("view_transform", "look", "gamma", "use_white_balance", "white_balance_
 
 
 def view_of(scene) -> tuple:
-    """What the table is made of: equal as long as the display shows colours alike."""
+    """What the table is made of: equal as long as the display shows colors alike."""
     view = scene.view_settings
     plain = tuple((name, getattr(view, name)) for name in PLAIN if hasattr(view, name))
     curves = ()

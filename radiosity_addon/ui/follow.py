@@ -53,7 +53,7 @@ def _keep_targets(job, kept, lost):
 
 
 def _keep_colors(job, result, kept, lost):
-    """The colours of targets that are left, or of images that hold some of them."""
+    """The colors of targets that are left, or of images that hold some of them."""
     numbers = [index for index, _ in kept]
     if job.settings.target == "image":
         from ..stages.sheets import sheets_of

@@ -76,7 +76,7 @@ def outdate(*_) -> None:
 
 @bpy.app.handlers.persistent
 def follow(scene, depsgraph=None) -> None:
-    """After an edit: note what has another shape or other colours. Moves are seen anyway."""
+    """After an edit: note what has another shape or other colors. Moves are seen anyway."""
     if not _spaces or depsgraph is None:
         return
     for update in depsgraph.updates:

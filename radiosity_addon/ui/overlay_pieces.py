@@ -54,7 +54,7 @@ def source_of(item, properties) -> tuple[str, str]:
 
 
 def _scale(item, properties) -> float:
-    """By what stored colours are to be multiplied: byte colours may have been divided by it."""
+    """By what stored colors are to be multiplied: byte colors may have been divided by it."""
     if properties.target == "VERTEX":
         return float(item.data.get(f"{properties.bake_name}_scale", 1.0))
     return 1.0
@@ -86,7 +86,7 @@ def _coordinates(mesh, name: str):
 
 
 def _colors(mesh, name: str, corners: np.ndarray, scale: float):
-    """(n, 3) of the colour attribute there; None where there is none."""
+    """(n, 3) of the color attribute there; None where there is none."""
     if not name or name not in mesh.color_attributes:
         return None
     attribute = mesh.color_attributes[name]

@@ -71,7 +71,7 @@ void main() {
 
 @lru_cache(maxsize=2)
 def bake_shader(textured: bool):
-    """Draws the triangles of one object: texture coordinates of an image, or colours."""
+    """Draws the triangles of one object: texture coordinates of an image, or colors."""
     import gpu
 
     between = gpu.types.GPUStageInterfaceInfo("radiosity_value")

@@ -13,7 +13,7 @@ from .results import (
     uv_map_of,
 )
 
-GREY = (0.8, 0.8, 0.8)  # what Cycles and a bake show of a face without material
+GRAY = (0.8, 0.8, 0.8)  # what Cycles and a bake show of a face without material
 
 
 class RADIOSITY_OT_build_material(CarriesBake, bpy.types.Operator):
@@ -50,7 +50,7 @@ class RADIOSITY_OT_build_material(CarriesBake, bpy.types.Operator):
 def build(properties, item, told: list[str]) -> list:
     """The materials for the slots of ``item``, those of an earlier build used again.
 
-    One for all slots where the colours of the surface were baked too; else one for each of the
+    One for all slots where the colors of the surface were baked too; else one for each of the
     object's own materials. What cannot be shown is ``told``.
     """
     slots = range(len(item.material_slots))
@@ -69,11 +69,11 @@ def build(properties, item, told: list[str]) -> list:
 
 
 def _lit_material(properties, item, own, first: bool, told: list[str]):
-    """A copy of ``own`` that emits its base colour times the baked light."""
+    """A copy of ``own`` that emits its base color times the baked light."""
     from .base_color import NoBaseColor, base_color  # not at Blender's start
 
     material = _material(properties, item, own, True, "" if first else own.name if own else "None")
-    color = GREY
+    color = GRAY
     if own is not None:
         try:
             color = base_color(material.node_tree)

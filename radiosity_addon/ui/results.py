@@ -27,7 +27,7 @@ def atlas_of(properties) -> str | None:
 
 
 def attribute_of(properties, mesh) -> str | None:
-    """The name of the mesh's baked colour attribute, or None."""
+    """The name of the mesh's baked color attribute, or None."""
     return find_colors(mesh, properties.bake_name)
 
 

@@ -10,7 +10,7 @@ from ..settings import Settings
 
 @contextmanager
 def kept_in_scene(scene, settings: Settings, report: dict):
-    """``scene`` holds both inside, for a file to be saved; afterwards too where the add-on is
+    """``scene`` holds both inside, for a file to be saved; afterward too where the add-on is
     registered, whose properties they are."""
     import bpy
 

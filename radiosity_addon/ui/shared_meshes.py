@@ -1,4 +1,4 @@
-"""Shared meshes made single-user, so that each object gets its own colours."""
+"""Shared meshes made single-user, so that each object gets its own colors."""
 
 import bpy
 

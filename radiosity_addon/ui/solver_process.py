@@ -90,7 +90,7 @@ class SolverProcess:
 
     def result(self):
         """The job's Result, the process's peak memory [bytes], and what of an earlier bake was used
-        again ("", "solution" or "transport"). The Result's colours are read from the process's
+        again ("", "solution" or "transport"). The Result's colors are read from the process's
         files when they are used: before ``close``. Raises SolverFailed."""
         status = self._process.poll()
         if status is None:

@@ -4,7 +4,7 @@ Started by its path with the folder of one bake, and the file that keeps solves 
 its arguments. It imports what it needs while Blender still reads the scene, which takes seconds at
 the first bake, when Python compiles it; a byte on standard input tells that the job is there. When
 standard input ends, Blender is gone and so are we. It tells its progress in a file of fixed length,
-writes each target's colours into a file of its own, and renames the result last.
+writes each target's colors into a file of its own, and renames the result last.
 """
 
 from __future__ import annotations

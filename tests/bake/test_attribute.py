@@ -1,4 +1,4 @@
-"""The colour attribute: written, overwritten, and nothing else of the mesh touched."""
+"""The color attribute: written, overwritten, and nothing else of the mesh touched."""
 
 from __future__ import annotations
 

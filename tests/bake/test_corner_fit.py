@@ -1,4 +1,4 @@
-"""Corner colours: what is reproduced exactly, what is bounded, what is filled in."""
+"""Corner colors: what is reproduced exactly, what is bounded, what is filled in."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def test_linear_light_is_exact_per_vertex():
     assert plane.fit(linear, "point") == pytest.approx(linear(plane.vertices), abs=1e-6)
 
 
-def test_rough_colours_tell_what_becomes_of_errors():
+def test_rough_colors_tell_what_becomes_of_errors():
     """Light with errors of both signs less light without them is the errors: linear, and to a few
     times the hundredth that it stops at. In light of 1000 all places count alike, to 0.3 %."""
     plane = Plane(6)
@@ -152,12 +152,12 @@ def test_corners_without_light_take_that_of_their_vertex_else_the_mean():
     plane = Plane(2, smooth=False)
     first_quad = np.isin(plane.receivers.triangle, [0, 4])
     colors = plane.fit(linear, area=np.where(first_quad, 0.0, plane.area))
-    neighbour = plane.fit(linear)
+    neighbor = plane.fit(linear)
     shared = np.nonzero(plane.loops[:4] == 4)[0][0]  # the middle vertex of the square
     others = [i for i in range(4, 16) if plane.loops[i] == 4]
     middle = colors[shared]
-    assert (middle > neighbour[others].min(0) - 0.5).all()
-    assert (middle < neighbour[others].max(0) + 0.5).all()
+    assert (middle > neighbor[others].min(0) - 0.5).all()
+    assert (middle < neighbor[others].max(0) + 0.5).all()
     assert np.isfinite(colors).all()
     alone = np.nonzero(plane.loops[:4] == 0)[0][0]  # the vertex only this quad has
     mean = np.average(linear(plane.points[~first_quad]), axis=0,
@@ -217,7 +217,7 @@ def test_areas_of_colors_are_shared_by_their_loops(domain):
     assert area[middle] == pytest.approx(1 / 16 if domain == "corner" else 1 / 4)
 
 
-def test_sizes_from_microns_to_kilometres_in_one_object():
+def test_sizes_from_microns_to_kilometers_in_one_object():
     """Areas that differ by 1e12 in one system: each face still gets its own light exactly."""
     plane = Plane(2, smooth=False)
     scale = np.where(np.isin(plane.receivers.triangle, [0, 4]), 1e12, 1.0)

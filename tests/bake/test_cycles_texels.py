@@ -9,7 +9,7 @@ from radiosity_addon.bake.texels import texel_receivers
 
 
 def cycles_covered(blender, obj, resolution):
-    """(resolution, resolution) bool: texels that a bake without margin gives a colour."""
+    """(resolution, resolution) bool: texels that a bake without margin gives a color."""
     material = blender.data.materials.new("White")
     if blender.app.version < (5, 0, 0):
         material.use_nodes = True
@@ -33,7 +33,7 @@ def cycles_covered(blender, obj, resolution):
 
 
 def test_covered_texels_agree_with_cycles(blender):
-    """Cycles takes a texel whose centre is covered; ours is covered wherever a part of it is."""
+    """Cycles takes a texel whose center is covered; ours is covered wherever a part of it is."""
     uv = np.array([[(0.1, 0.05), (0.93, 0.2), (0.4, 0.97)],
                    [(0.02, 0.6), (0.2, 0.7), (0.05, 0.95)]])
     mesh = blender.data.meshes.new("Two")

@@ -11,7 +11,7 @@ from radiosity_addon.bake.image import file_names, save_encoded, save_image, wri
 
 
 def pattern(height=4, width=6):
-    """Values no 8 bits hold: up to 3.7, and a margin row with colour but alpha 0."""
+    """Values no 8 bits hold: up to 3.7, and a margin row with color but alpha 0."""
     pixels = np.ones((height, width, 4), np.float32)
     pixels[..., 0] = np.linspace(0, 3.7, width)
     pixels[..., 1] = np.linspace(0, 1, height)[:, None]

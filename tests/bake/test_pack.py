@@ -30,7 +30,7 @@ def apart(a, b) -> float:
 
 
 def test_a_density_is_kept_whatever_the_image(blender):
-    """10 texels per metre: 2 m × 1 m are 20 × 10 texels, 1 m × 1 m with a factor of 3 are 30 × 30."""
+    """10 texels per meter: 2 m × 1 m are 20 × 10 texels, 1 m × 1 m with a factor of 3 are 30 × 30."""
     for size in ((64, 64), (256, 64), (64, 128)):
         packed = pack([rectangle(2, 1), rectangle(1, 1, 3)], size, 4, 10)
         first, second = (sorted(high - low) for low, high in boxes(packed, size))
@@ -57,7 +57,7 @@ def test_without_a_density_the_image_is_filled(blender):
 
 
 def test_what_does_not_fit_says_how_much_it_takes(blender):
-    """1 m at 100 texels per metre and a gap of 4: 104 texels."""
+    """1 m at 100 texels per meter and a gap of 4: 104 texels."""
     assert pack([rectangle(1, 1)], (64, 64), 4, 100).extent == pytest.approx((104, 104), rel=1e-3)
 
 

@@ -119,7 +119,7 @@ STRIP = (
 def test_pieces_of_a_floor_have_the_colors_of_one(domain):
     """Two squares beside each other, as two objects: the corners they have in common are equal to
     the bit, and as bright as those of the same floor as one mesh: both fits are one problem. A
-    centimetre apart they are not."""
+    centimeter apart they are not."""
     first, second = by_corner(level([(SQUARE, QUAD), (turned(0), QUAD)], 2, domain=domain))
     (whole,) = by_corner(level([STRIP], 1, domain=domain))
     assert np.array_equal(first[1], second[0]) and np.array_equal(first[2], second[3])

@@ -35,7 +35,7 @@ def test_the_angle_between_two_triangles(degrees, vertices):
     assert cut(points, [(0, 1, 2), (1, 0, 3)]) == vertices
 
 
-def test_turned_neighbours_and_edges_of_three_faces_are_cut():
+def test_turned_neighbors_and_edges_of_three_faces_are_cut():
     points = [(0, 0, 0), (0, 1, 0), (-1, 0, 0), (1, 0, 0), (1, 1, 0)]
     assert cut(points, [(0, 1, 2), (0, 1, 3)]) == 6
     assert cut(points, [(0, 1, 2), (1, 0, 3), (1, 0, 4)]) == 9

@@ -43,5 +43,5 @@ def test_the_sentence_has_the_share_and_the_remedy():
     text = missed_warning("Crate", 0.394, 0.0, ())
     assert text.startswith("'Crate': 39 % of its surface has UVs outside") and "inside" in text
     text = missed_warning("Crate", 0.0, 0.19, ("Boolean",))
-    assert "19 %" in text and "Boolean" in text and "vertex colours" in text
+    assert "19 %" in text and "Boolean" in text and "vertex colors" in text
     assert missed_warning("Crate", 0.0, 0.0005, ()) == ""

@@ -15,7 +15,7 @@ def irradiance(lamp):
     if isinstance(lamp, SunLamp):
         return lamp.irradiance * -lamp.direction[2]
     if isinstance(lamp, PointLamp):
-        # A soft lamp is a disc of radius r that faces the receiver: E = I / (d² + r²). A ball seen
+        # A soft lamp is a disk of radius r that faces the receiver: E = I / (d² + r²). A ball seen
         # whole brings I / d², seen from inside I / r².
         square, soft = np.sum(lamp.position**2), lamp.radius**2
         whole = max(square, soft) if lamp.ball else square + soft

@@ -48,7 +48,7 @@ def surface(material, node):
 
 
 def diffuse(bpy, color=(0.5, 0.5, 0.5), name="Diffuse"):
-    """A Diffuse BSDF of this colour."""
+    """A Diffuse BSDF of this color."""
     material, nodes, _ = add_material(bpy, name)
     node = surface(material, nodes.new("ShaderNodeBsdfDiffuse"))
     node.inputs["Color"].default_value = (*color, 1.0)

@@ -1,4 +1,4 @@
-"""Corner maps: applied to colours of the user's loops they give what Blender itself shows."""
+"""Corner maps: applied to colors of the user's loops they give what Blender itself shows."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MODIFIERS = {
     "edge split": [("EDGE_SPLIT", {})],
     "deform": [("SIMPLE_DEFORM", {"angle": 1.0})],
 }
-# Bevel's new strips take their colours from several faces at once; a corner has one source here.
+# Bevel's new strips take their colors from several faces at once; a corner has one source here.
 NEARLY = {"bevel": [("BEVEL", {"width": 0.1, "segments": 2})]}
 
 
@@ -39,7 +39,7 @@ def add_modifiers(thing, modifiers):
 
 
 def shown_and_ours(bpy, export, thing):
-    """(3 n, 3) colours at the evaluated triangle corners: Blender's, and the corner map's."""
+    """(3 n, 3) colors at the evaluated triangle corners: Blender's, and the corner map's."""
     colors = np.random.default_rng(1).random((len(thing.data.loops), 4)).astype(np.float32)
     attribute = thing.data.color_attributes.new("Paint", "FLOAT_COLOR", "CORNER")
     attribute.data.foreach_set("color", colors.reshape(-1))
@@ -58,7 +58,7 @@ def shown_and_ours(bpy, export, thing):
 
 
 @pytest.mark.parametrize("name", MODIFIERS)
-def test_colours_are_those_blender_shows(blender, export, name):
+def test_colors_are_those_blender_shows(blender, export, name):
     cube = add_cube(blender)
     add_modifiers(cube, MODIFIERS[name])
     shown, ours = shown_and_ours(blender, export, cube)
@@ -66,11 +66,11 @@ def test_colours_are_those_blender_shows(blender, export, name):
 
 
 @pytest.mark.parametrize("name", NEARLY)
-def test_colours_are_nearly_those_blender_shows(blender, export, name):
+def test_colors_are_nearly_those_blender_shows(blender, export, name):
     cube = add_cube(blender)
     add_modifiers(cube, NEARLY[name])
     shown, ours = shown_and_ours(blender, export, cube)
-    # The faces themselves hold most corners and must be right; colours lie in [0, 1].
+    # The faces themselves hold most corners and must be right; colors lie in [0, 1].
     assert np.median(np.abs(ours - shown)) < 0.01
     assert np.all((ours >= 0) & (ours <= 1))
 
@@ -103,7 +103,7 @@ def test_polygon_of_five_corners(blender, export):
     add_modifiers(thing, [("SUBSURF", {"subdivision_type": "SIMPLE", "render_levels": 2})])
     exported = export()
     # Barycentric weights reproduce linear functions: the corners' own places. Blender subdivides
-    # vertices and corner colours of such faces by weights that differ by up to 1 %.
+    # vertices and corner colors of such faces by weights that differ by up to 1 %.
     places = np.array([mesh.vertices[v].co for v in exported.objects[0].loop_vertex])
     corners = exported.scene.vertices[exported.scene.triangles].reshape(-1, 3)
     np.testing.assert_allclose(exported.objects[0].corner_map.matrix() @ places, corners, atol=0.01)

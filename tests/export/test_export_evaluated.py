@@ -10,7 +10,7 @@ from tests.export.stage import add_material, add_plane, diffuse, surface, value_
 
 
 def ramp_material(bpy):
-    """Object coordinates as colour, mixed with Transparent by u: only Cycles can read it."""
+    """Object coordinates as color, mixed with Transparent by u: only Cycles can read it."""
     material, nodes, link = add_material(bpy, "Ramp")
     mix, matte = nodes.new("ShaderNodeMixShader"), nodes.new("ShaderNodeBsdfDiffuse")
     glow, add = nodes.new("ShaderNodeEmission"), nodes.new("ShaderNodeAddShader")

@@ -158,8 +158,8 @@ def test_ies_that_cannot_be_read_is_named(blender, export, text, words):
     assert [w for w in exported.warnings if w.startswith('lamp "Lamp"') and words in w]
 
 
-def test_colour_by_direction_becomes_a_lamp_a_channel(blender, export):
-    """Colour (n + 1) / 2 of the direction n: together the three give it back."""
+def test_color_by_direction_becomes_a_lamp_a_channel(blender, export):
+    """Color (n + 1) / 2 of the direction n: together the three give it back."""
     add_plane(blender)
     lamp = add_lamp(blender, "POINT", energy=4 * np.pi, shadow_soft_size=0.0, turn=0.4)
     node = add_ies(blender, lamp, "rubbish")

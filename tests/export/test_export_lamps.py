@@ -26,7 +26,7 @@ CASES = {
         {"shadow_soft_size": 0.2, "use_soft_falloff": False, "spot_size": 2.0, "spot_blend": 0.0},
     ),
     "scaled point": ("POINT", {"shadow_soft_size": 0.1, "scale": (2, 2, 2)}),
-    "coloured point": ("POINT", {"shadow_soft_size": 0.0, "color": (1.0, 0.5, 0.25)}),
+    "colored point": ("POINT", {"shadow_soft_size": 0.0, "color": (1.0, 0.5, 0.25)}),
     "point, energy as radiance": ("POINT", {"shadow_soft_size": 0.5, "normalize": False}),
     "sharp point, energy as radiance": ("POINT", {"shadow_soft_size": 0.0, "normalize": False}),
     "point, exposure": ("POINT", {"shadow_soft_size": 0.0, "exposure": 1.5}),
@@ -46,7 +46,7 @@ CASES = {
     "scaled square": ("AREA", {"size": 0.01, "scale": (2, 3, 1)}),
     "square, energy as radiosity": ("AREA", {"size": 0.01, "normalize": False}),
     "rectangle": ("AREA", {"shape": "RECTANGLE", "size": 0.01, "size_y": 0.03, "turn": 0.3}),
-    "disc": ("AREA", {"shape": "DISK", "size": 0.02}),
+    "disk": ("AREA", {"shape": "DISK", "size": 0.02}),
     "ellipse": ("AREA", {"shape": "ELLIPSE", "size": 0.01, "size_y": 0.03}),
     "narrow beam": ("AREA", {"size": 0.01, "spread": 2.0, "turn": 0.2}),
 }
@@ -74,7 +74,7 @@ def test_irradiance_is_that_of_cycles(blender, export, name):
 def test_area_lamp_is_placed_by_its_transform(blender, export):
     add_plane(blender)
     lamp = add_lamp(blender, "AREA", energy=1.0, shape="RECTANGLE", size=2.0, size_y=1.0)
-    lamp.rotation_euler = (np.pi / 2, 0, 0)  # turned about x: shines towards +y
+    lamp.rotation_euler = (np.pi / 2, 0, 0)  # turned about x: shines toward +y
     exported = export().scene.lamps[0]
     assert isinstance(exported, AreaLamp)
     np.testing.assert_allclose(exported.normal, (0, 1, 0), atol=1e-6)
@@ -129,7 +129,7 @@ def test_cone_that_blender_would_not_keep():
     assert warnings == ['spot "Beam" has a cone of 0°; 1° is used']
 
 
-def test_node_tree_sets_colour_and_strength(blender, export):
+def test_node_tree_sets_color_and_strength(blender, export):
     add_plane(blender)
     lamp = add_lamp(blender, "POINT", energy=4 * np.pi, shadow_soft_size=0.0)
     if not lamp.data.node_tree:
@@ -137,7 +137,7 @@ def test_node_tree_sets_colour_and_strength(blender, export):
     inputs = lamp.data.node_tree.nodes["Emission"].inputs
     inputs["Color"].default_value = (1.0, 0.5, 0.0, 1.0)
     inputs["Strength"].default_value = 3.0
-    # Intensity P/4π = 1, times colour and strength of the Emission node.
+    # Intensity P/4π = 1, times color and strength of the Emission node.
     np.testing.assert_allclose(export().scene.lamps[0].intensity, (3.0, 1.5, 0.0), rtol=1e-6)
 
 

@@ -21,7 +21,7 @@ from tests.export.stage import (
 
 PRINCIPLED = {
     "default": {},
-    "coloured": {"Base_Color": (0.8, 0.4, 0.2, 1.0)},
+    "colored": {"Base_Color": (0.8, 0.4, 0.2, 1.0)},
     "half metal": {"Metallic": 0.5},
     "half glass": {"Transmission_Weight": 0.5},
     "half clear": {"Alpha": 0.5},
@@ -107,7 +107,7 @@ def test_shaders_and_their_mixtures(blender, export):
     np.testing.assert_allclose(ours.transmittance.value, (0.125, 0.25, 0.25), rtol=1e-6)
 
 
-def test_colour_attribute(blender, export):
+def test_color_attribute(blender, export):
     material, nodes, link = add_material(blender)
     node, color = nodes.new("ShaderNodeBsdfDiffuse"), nodes.new("ShaderNodeVertexColor")
     color.layer_name = "Paint"
@@ -124,7 +124,7 @@ def test_colour_attribute(blender, export):
     np.testing.assert_allclose(field.values, paint[np.array(loops), :3], rtol=1e-6)
 
 
-def test_no_material_and_empty_slot_are_default_grey(blender, export):
+def test_no_material_and_empty_slot_are_default_gray(blender, export):
     add_plane(blender, "Bare")
     add_plane(blender, "Empty").data.materials.append(None)
     for material in export().scene.materials:
@@ -173,7 +173,7 @@ def test_impossible_reflectance_that_cycles_evaluated(blender, export):
     assert "clamped to 1" in exported.warnings[0]
 
 
-def test_colour_attribute_is_clamped(blender, export):
+def test_color_attribute_is_clamped(blender, export):
     material, nodes, link = add_material(blender)
     node, color = nodes.new("ShaderNodeBsdfDiffuse"), nodes.new("ShaderNodeVertexColor")
     link(color.outputs["Color"], node.inputs["Color"])
@@ -209,7 +209,7 @@ def test_faces_without_material_are_named_once(blender, export):
         add_plane(blender, f"Bare {number}")
     add_plane(blender, "Painted", material=diffuse(blender))
     said = [w for w in export().warnings if "without material" in w]
-    assert said == ['faces without material are grey, as in Cycles; objects: "Bare 0", "Bare 1", '
+    assert said == ['faces without material are gray, as in Cycles; objects: "Bare 0", "Bare 1", '
                     '"Bare 2" and 2 more']  # fmt: skip
 
 

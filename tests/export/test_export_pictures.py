@@ -34,7 +34,7 @@ def test_image_pixels_are_as_cycles_shows_them(blender, export, floats, space, a
 
 
 def test_image_lies_where_cycles_has_it(blender, export):
-    """Every texel of an image of random colours, on both triangles."""
+    """Every texel of an image of random colors, on both triangles."""
     pixels = np.ones((4, 4, 4))
     pixels[..., :3] = np.random.default_rng(2).random((4, 4, 3))
     image = add_image(blender, pixels, floats=True)
@@ -45,7 +45,7 @@ def test_image_lies_where_cycles_has_it(blender, export):
         corners = exported.scene.vertices[exported.scene.triangles[triangle]]
         for u, v in ((0.1, 0.1), (0.5, 0.25), (0.2, 0.7)):
             x, y, _ = (1 - u - v) * corners[0] + u * corners[1] + v * corners[2]
-            # The plane spans [-1, 1]²; texel (i, j) has its centre at ((j + ½)/2 - 1, ...).
+            # The plane spans [-1, 1]²; texel (i, j) has its center at ((j + ½)/2 - 1, ...).
             column, row = (x + 1) * 2 - 0.5, (y + 1) * 2 - 0.5
             j, i = int(np.floor(column)), int(np.floor(row))
             if 0 <= j < 3 and 0 <= i < 3:

@@ -71,7 +71,7 @@ def test_custom_normals_are_read(blender, export):
 
 
 def mapped_plane(bpy, scale=(1, 1, 1)):
-    """A plane whose normal map says (0.6, 0, 0.8) everywhere: towards the u axis, which is x."""
+    """A plane whose normal map says (0.6, 0, 0.8) everywhere: toward the u axis, which is x."""
     material, nodes, link = add_material(bpy, "Mapped")
     color = np.ones((4, 4, 4))
     color[..., :3] = 0.5 + 0.5 * np.array([0.6, 0, 0.8])
@@ -108,7 +108,7 @@ def test_maps_leave_no_trace_and_can_be_left_out(blender, export):
     assert found.texel_normals is None and found.normals is None
 
 
-def test_vertex_colours_say_that_they_do_not_show_maps(blender, export):
+def test_vertex_colors_say_that_they_do_not_show_maps(blender, export):
     mapped_plane(blender)
     exported = export()
     assert exported.objects[0].texel_normals is None

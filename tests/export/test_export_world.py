@@ -13,7 +13,7 @@ from tests.export.stage import add_image, add_plane, cycles_bake, diffuse
 
 
 def directions(height, width):
-    """(height, width, 3) unit directions of pixel centres, and their solid angles (height, 1)."""
+    """(height, width, 3) unit directions of pixel centers, and their solid angles (height, 1)."""
     latitude = ((np.arange(height) + 0.5) / height - 0.5) * np.pi
     longitude = -((np.arange(width) + 0.5) / width - 0.5) * 2 * np.pi
     across = np.cos(latitude)[:, None]
@@ -35,7 +35,7 @@ def irradiance(scene, normal):
 
 
 def set_world(bpy, texture=None, strength=1.0):
-    """A Background lit by a new node of this type, or by its own colour."""
+    """A Background lit by a new node of this type, or by its own color."""
     world = bpy.data.worlds.new("World")
     if not world.node_tree:
         world.use_nodes = True
@@ -70,7 +70,7 @@ def test_black_and_missing_worlds(blender, export):
 
 
 def test_world_without_nodes(blender, export):
-    """Its colour is its radiance."""
+    """Its color is its radiance."""
     world = blender.data.worlds.new("Plain")
     if blender.app.version >= (5, 0):
         pytest.skip("worlds of this Blender always have nodes")
@@ -114,7 +114,7 @@ def test_world_hidden_from_diffuse_rays(blender, export):
 
 
 def test_layout_of_the_panorama(blender, export):
-    """A world whose colour is its own direction, plus one."""
+    """A world whose color is its own direction, plus one."""
     add_plane(blender)
     world, node = set_world(blender, "ShaderNodeVectorMath")
     node.operation, node.inputs[1].default_value = "ADD", (1, 1, 1)

@@ -1,4 +1,4 @@
-"""A small scene for engines: a floor, a crate with a picture as its colour, a bare box, a lamp."""
+"""A small scene for engines: a floor, a crate with a picture as its color, a bare box, a lamp."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ SIDES = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (
 
 
 def build(bpy, path) -> None:
-    """Save the scene. Crate's picture has 2 × 2 blocks of colours on the UV map ``Paint``."""
+    """Save the scene. Crate's picture has 2 × 2 blocks of colors on the UV map ``Paint``."""
     scene = bpy.context.scene
-    _box(bpy, "Floor", (0, 0, -0.1), (3, 3, 0.1), _paint(bpy, "Grey", None), cuts=12)
+    _box(bpy, "Floor", (0, 0, -0.1), (3, 3, 0.1), _paint(bpy, "Gray", None), cuts=12)
     crate = _box(bpy, "Crate", (0.8, 0, 0.5), (0.5, 0.5, 0.5), _paint(bpy, "Picture", _blocks(bpy)))
     layer = crate.data.uv_layers.new(name="Paint")
     square = np.tile([0, 0, 1, 0, 1, 1, 0, 1], len(crate.data.polygons)).astype(np.float32)
@@ -48,7 +48,7 @@ def rendered(bpy, show, folder) -> np.ndarray:
 
 
 def glow(bpy, item, lightmap: bool, colored: bool):
-    """A material that shows the bake times, where it holds no colour, the colour of ``item``."""
+    """A material that shows the bake times, where it holds no color, the color of ``item``."""
     material = bpy.data.materials.new("Glow")
     material.use_nodes = True
     nodes, links = material.node_tree.nodes, material.node_tree.links

@@ -29,7 +29,7 @@ def test_three_shows_the_pixels_of_blender(blender, tmp_path, target, passes):
     curve too many or a picture upside down misses by far) within 1 %.
 
     Compared are pixels that neither picture cuts at 1, away from edges, where anti-aliasing
-    differs: those whose 3 × 3 neighbours in Blender's picture lie within 15 % of them. A pixel is
+    differs: those whose 3 × 3 neighbors in Blender's picture lie within 15 % of them. A pixel is
     judged against itself, but against a quarter of the mean at least.
     """
     stage.build(blender, tmp_path / "scene.blend")

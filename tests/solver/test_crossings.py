@@ -57,7 +57,7 @@ def test_what_does_not_touch_or_lies_in_one_plane_cuts_nothing(other):
     assert len(crossings(other).triangle) == 0
 
 
-def test_neighbours_of_a_mesh_do_not_cut_each_other():
+def test_neighbors_of_a_mesh_do_not_cut_each_other():
     vertices, triangles = meshes.blob(3)
     geometry = build_geometry(vertices, triangles)
     tracer = Tracer(geometry.vertices, geometry.triangles)

@@ -84,8 +84,8 @@ def by_sums(places, areas, facing, x: float, y: float) -> float:
     return (seen * np.maximum(rays[:, 2], 0) / r**3 * facing(rays / r[:, None]) * areas).sum()
 
 
-def disc_grid(radius: float):
-    """Places (n, 2) in a disc and their areas."""
+def disk_grid(radius: float):
+    """Places (n, 2) in a disk and their areas."""
     r = (np.arange(GRID) + 0.5) / GRID * radius
     turn = (np.arange(GRID) + 0.5) / GRID * 2 * np.pi
     r, turn = (a.ravel() for a in np.meshgrid(r, turn))
@@ -114,11 +114,11 @@ def test_strip_of_a_hidden_window(distance, per):
 @pytest.mark.parametrize("per", [1, 4])
 @pytest.mark.parametrize("spread", [np.pi, 1.5])
 @pytest.mark.parametrize("distance", [0.3, 2.0])
-def test_half_hidden_disc_lamp(distance, spread, per):
-    """A disc of radius 0.3 about the sheet's edge, Lambertian or with a narrowed beam: linear in the
+def test_half_hidden_disk_lamp(distance, spread, per):
+    """A disk of radius 0.3 about the sheet's edge, Lambertian or with a narrowed beam: linear in the
     tangent from the normal, 0 at half the spread, (tan h − tan θ) / (tan h − h)."""
-    lamp = AreaLamp("Disc", EDGE * Z, 0.6 * Y, 0.6 * Z, X, np.ones(3), ellipse=True, spread=spread)
-    flat, areas = disc_grid(0.3)
+    lamp = AreaLamp("Disk", EDGE * Z, 0.6 * Y, 0.6 * Z, X, np.ones(3), ellipse=True, spread=spread)
+    flat, areas = disk_grid(0.3)
     places = np.stack([np.zeros(len(flat)), flat[:, 0], EDGE + flat[:, 1]], 1)
     half = spread / 2
 
@@ -139,12 +139,12 @@ def test_half_hidden_disc_lamp(distance, spread, per):
 @pytest.mark.parametrize("ball", [False, True])
 def test_half_hidden_round_lamp(ball, distance, per):
     """A soft point lamp of intensity 1 and radius r = 0.25, 0.2 above the floor and so partly below
-    it, half behind the sheet: a disc that faces the point, or, its soft falloff off, a sphere, of
-    radiance 1 / πr². A sphere is seen as the disc that its outline spans, which lies d cos²σ away
+    it, half behind the sheet: a disk that faces the point, or, its soft falloff off, a sphere, of
+    radiance 1 / πr². A sphere is seen as the disk that its outline spans, which lies d cos²σ away
     and has the radius r cosσ, sinσ = r / d."""
     radius = 0.25
     lamp = PointLamp("Lamp", EDGE * Z, np.ones(3), radius, ball=ball)
-    flat, areas = disc_grid(1.0)
+    flat, areas = disk_grid(1.0)
 
     def truth(x, y):
         toward = np.array([0, 0, EDGE]) - [x, y, 0]
@@ -152,8 +152,8 @@ def test_half_hidden_round_lamp(ball, distance, per):
         axis = toward / d
         cosine = np.sqrt(1 - (radius / d) ** 2) if ball else 1.0
         one = np.cross(axis, Z) / np.linalg.norm(np.cross(axis, Z))
-        disc = flat * radius * cosine
-        places = [x, y, 0] + axis * d * cosine**2 + disc @ np.stack([one, np.cross(one, axis)])
+        disk = flat * radius * cosine
+        places = [x, y, 0] + axis * d * cosine**2 + disk @ np.stack([one, np.cross(one, axis)])
         facing = lambda rays: rays @ axis / (np.pi * radius**2)  # noqa: E731
         return by_direction(places, areas * (radius * cosine) ** 2, facing, x, y, axis * d, radius, ball)
 

@@ -40,7 +40,7 @@ def sampled(light: PointLamp, places, normals):
     context = build_context(replace(scenes.lamp_room(), lamps=(light,)), 0, 1, silent)
     kind, geometry = context.sources.kinds[0], context.geometry
     xi = np.random.default_rng(2).random((len(places), 2))
-    here = np.array([geometry.normalised(place) for place in places])
+    here = np.array([geometry.normalized(place) for place in places])
     found = kind.sample(0, here, normals, xi)
     assert found.whole is None or light.distribution is None
     return found.irradiance * kind.color[0, 0] * context.unit
@@ -61,7 +61,7 @@ def test_below_a_sharp_lamp():
 @pytest.mark.parametrize("ball", [False, True])
 def test_below_a_soft_lamp(ball):
     """Straight below with I(z) = −z: light comes under angles α off the axis, up to σ, and sin²α is
-    uniform up to S = sin²σ. cosα = √(1 − s) has the mean ⅔ (1 − (1 − S)^{3/2}) / S. A disc that faces
+    uniform up to S = sin²σ. cosα = √(1 − s) has the mean ⅔ (1 − (1 − S)^{3/2}) / S. A disk that faces
     the place brings 1 / (h² + r²) and has S = r² / (h² + r²), a sphere 1 / h² and S = r² / h²."""
     radius = 0.3
     light = lamp(picture(lambda x, y, z: np.maximum(-z, 0)), radius, ball=ball)

@@ -152,7 +152,7 @@ def test_one_cell_of_a_varying_picture(height):
     square = (away**2).sum(axis=1)
     truth = 0.5 * (2 * u * away[:, 2] ** 2 / square**2).mean()
     n = 1 << 16
-    position = np.tile(context.geometry.normalised(x), (n, 1))
+    position = np.tile(context.geometry.normalized(x), (n, 1))
     sample = light.sample(np.zeros(n, int), position, np.tile([0, 0, 1.0], (n, 1)), sobol(n, 2, 1))
     color = np.tile(light.color[0], (n, 1))
     if sample.surface is not None:

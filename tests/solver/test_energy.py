@@ -84,7 +84,7 @@ def test_faces_emit_on_both_sides(size):
 
 def test_sun_and_sky_count_what_reaches_a_surface():
     """A sun at 60° of irradiance 2 on 4 m²: 2 · 4 · ½ = 4 W. A sky of radiance 1 sees both sides:
-    2 · 4 · π W. Both reach the plate's share of the covering disc only, at most a tenth of 2048."""
+    2 · 4 · π W. Both reach the plate's share of the covering disk only, at most a tenth of 2048."""
     slanted = np.array([0, np.sin(np.pi / 3), -np.cos(np.pi / 3)])
     plate = meshes.polygon(SQUARE)
     sun = SunLamp("sun", slanted, np.full(3, 2.0))

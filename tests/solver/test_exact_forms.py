@@ -59,15 +59,15 @@ def test_slab():
 
 
 @pytest.mark.parametrize("r1, r2, h", [(1, 1, 1), (0.5, 2, 1), (2, 1, 3)])
-def test_coaxial_discs(r1, r2, h):
-    """Point to disc in closed form (Howell 1982, B-16), the mean over the first by quadrature."""
+def test_coaxial_disks(r1, r2, h):
+    """Point to disk in closed form (Howell 1982, B-16), the mean over the first by quadrature."""
 
     def point(r):
         z = 1 + (h / r) ** 2 + (r2 / r) ** 2
         return 0.5 * (1 - (1 + (h / r) ** 2 - (r2 / r) ** 2) / np.sqrt(z * z - 4 * (r2 / r) ** 2))
 
     mean = quad(lambda r: point(r) * 2 * r / r1**2, 1e-9, r1)[0]
-    assert exact.coaxial_discs(r1, r2, h) == pytest.approx(mean, rel=1e-7)
+    assert exact.coaxial_disks(r1, r2, h) == pytest.approx(mean, rel=1e-7)
 
 
 @pytest.mark.parametrize("degrees", [0.1, 30, 90, 150, 179.9])
@@ -85,7 +85,7 @@ def test_wedge(degrees):
 
 
 def test_point_to_polygon():
-    """A unit square straight above, off centre, by two-dimensional quadrature."""
+    """A unit square straight above, off center, by two-dimensional quadrature."""
     square = np.array([[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float)
     point, normal = np.array([0.3, -0.4, 0.0]), np.array([0.0, 0.0, 1.0])
     kernel = lambda y, x: 1 / (np.pi * ((x - 0.3) ** 2 + (y + 0.4) ** 2 + 1) ** 2)  # noqa: E731

@@ -61,9 +61,9 @@ def test_sphere_scene_is_the_whole_sphere_in_octants():
     np.testing.assert_allclose([m.emission.value[0] * np.pi for m in scene.materials], range(8))
 
 
-def test_disc_has_the_discs_area_and_faces():
+def test_disk_has_the_disks_area_and_faces():
     for up in (True, False):
-        vertices, triangles = meshes.disc(2.0, 0.5, up)
+        vertices, triangles = meshes.disk(2.0, 0.5, up)
         assert meshes.areas(vertices, triangles).sum() == pytest.approx(4 * np.pi)
         a, b, c = vertices[triangles[0]]
         assert (np.cross(b - a, c - a)[2] > 0) == up
@@ -102,8 +102,8 @@ def test_strips_are_long_enough_to_be_infinite():
     assert exact.parallel_rectangles(1, 200, 1) == pytest.approx(infinite, rel=0.005)
 
 
-def test_discs_face_each_other():
-    scene = meshes.discs_scene(1.0, 2.0, 0.5)
+def test_disks_face_each_other():
+    scene = meshes.disks_scene(1.0, 2.0, 0.5)
     areas = np.bincount(scene.object, meshes.areas(scene.vertices, scene.triangles))
     np.testing.assert_allclose(areas, [np.pi, 4 * np.pi])
 

@@ -58,14 +58,14 @@ def test_facing_strips(rho):
 
 
 @pytest.mark.parametrize("r1, r2, h", [(1.0, 1.0, 1.0), (0.5, 2.0, 1.0)])
-def test_discs(r1, r2, h):
-    """Only the second disc emits, 1, and nothing reflects: the first's mean irradiance is F12."""
-    scene = meshes.discs_scene(r1, r2, h, 0.0, np.array([[0.0], [1.0]]))
+def test_disks(r1, r2, h):
+    """Only the second disk emits, 1, and nothing reflects: the first's mean irradiance is F12."""
+    scene = meshes.disks_scene(r1, r2, h, 0.0, np.array([[0.0], [1.0]]))
     receivers = meshes.triangle_receivers(scene)
     found = irradiance(scene, receivers)[scene.object == 0]
     area = meshes.areas(scene.vertices, scene.triangles)[scene.object == 0]
     mean = found @ area / area.sum()
-    assert mean == pytest.approx(exact.coaxial_discs(r1, r2, h), rel=HALF_PERCENT)
+    assert mean == pytest.approx(exact.coaxial_disks(r1, r2, h), rel=HALF_PERCENT)
 
 
 @pytest.mark.parametrize("degrees", [1.0, 30.0, 90.0, 150.0])

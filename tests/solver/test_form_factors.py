@@ -33,7 +33,7 @@ def two_rectangles(gap):
 
 def wedge_of_length(angle, length, panels=24, order=8):
     """F of a wedge of strips 1 wide and ``length`` long: the mean of Lambert's point-to-polygon
-    formula over one strip, by Gauss's rule on panels that halve towards the edges."""
+    formula over one strip, by Gauss's rule on panels that halve toward the edges."""
     nodes, weights = np.polynomial.legendre.leggauss(order)
     edges = np.concatenate([[0.0], 0.5 ** np.arange(panels, 0, -1)])
     width = np.diff(edges)[:, None]
@@ -125,9 +125,9 @@ def test_closed_wedge_loses_nothing(degrees):
     assert np.abs(found.sum(axis=1) - 1).max() < 1e-12
 
 
-def test_discs():
-    big, small = exact.coaxial_discs(1, 0.5, 1), exact.coaxial_discs(0.5, 1, 1)
-    check(meshes.discs_scene(1, 0.5, 1), {(0, 1): big, (1, 0): small})
+def test_disks():
+    big, small = exact.coaxial_disks(1, 0.5, 1), exact.coaxial_disks(0.5, 1, 1)
+    check(meshes.disks_scene(1, 0.5, 1), {(0, 1): big, (1, 0): small})
 
 
 def test_sphere_interior():

@@ -19,7 +19,7 @@ from radiosity_addon.solver.sequence import solve
 from verification import exact, meshes
 
 
-def learnt_from(light):
+def learned_from(light):
     """A guide for one receiver whose evenly spread rays brought ``light(x, y)``, or None."""
     learning = start_learning(np.zeros(1, int))
     x, y = np.random.default_rng(0).random((2, 200_000))
@@ -64,7 +64,7 @@ def test_a_chunk_of_receivers_keeps_sums_of_its_own_clusters_only():
 
 
 def test_rays_go_where_light_comes_from_and_lie_in_their_cells():
-    guide = learnt_from(window)
+    guide = learned_from(window)
     place, cells = aimed(guide)
     inside = (place[:, 0] < 1 / ROWS) & (place[:, 1] < 1 / COLUMNS)
     # The root of the mean square is 10.01 there and 0.01 in 127 other cells: 10.01 / 11.28 of the
@@ -77,7 +77,7 @@ def test_rays_go_where_light_comes_from_and_lie_in_their_cells():
 def test_weights_make_up_for_the_choice():
     """The weighted mean of any function is its mean over the square: here of x² + y, 5/6, by 4096
     rays that weigh up to 4, whose standard error is below 0.03."""
-    guide = learnt_from(window)
+    guide = learned_from(window)
     place, cells = aimed(guide)
     value = place[:, 0] ** 2 + place[:, 1]
     assert guide.weight.max() <= 4
@@ -86,10 +86,10 @@ def test_weights_make_up_for_the_choice():
 
 
 def test_no_guide_for_even_light():
-    assert learnt_from(lambda x, y: 1.0 + 0 * x) is None
+    assert learned_from(lambda x, y: 1.0 + 0 * x) is None
 
 
-def test_clusters_hold_neighbours_that_face_alike():
+def test_clusters_hold_neighbors_that_face_alike():
     position = np.random.default_rng(3).random((5000, 3)) * [1, 1, 0]
     normal = np.where(np.arange(5000)[:, None] % 2, [0, 0, 1.0], [0, 0, -1.0])
     cluster = clusters_of(position, normal, np.full(5000, 1 / 5000))

@@ -22,7 +22,7 @@ from radiosity_addon.solver.adaptive.second_replicate import (
 from radiosity_addon.solver.filtering.graph import Graph
 from radiosity_addon.solver.filtering.lattice import Lattice
 from radiosity_addon.solver.filtering.neighborhood import Neighborhood
-from radiosity_addon.solver.lights.facing_discs import FacingDiscs
+from radiosity_addon.solver.lights.facing_disks import FacingDisks
 from radiosity_addon.solver.lights.light_batch import LightBatch
 from radiosity_addon.solver.lights.polygons import Polygons
 from radiosity_addon.solver.lights.sky_spots import SkySpots
@@ -32,7 +32,7 @@ from radiosity_addon.solver.sampling.guide import PlainRays, start_learning, sum
 from radiosity_addon.solver.transport.solve_patches import SolvePlan
 
 KINDS = [
-    *((LightBatch, kind) for kind in (Polygons, FacingDiscs, SphereLights, Suns, SkySpots)),
+    *((LightBatch, kind) for kind in (Polygons, FacingDisks, SphereLights, Suns, SkySpots)),
     (Neighborhood, Lattice), (Neighborhood, Graph),
     (SecondReplicate, LocalReplicate), (RemoteReplicate, ReplicateProcess),
     (SolvePlan, Plan), (SolverSettings, Settings),
@@ -79,7 +79,7 @@ def test_requests_are_data():
 
 
 def test_rays_that_nobody_aimed_teach_what_their_cells_do():
-    """A lesson is data: its cells are looked up when it is learnt, and after a pickle alike."""
+    """A lesson is data: its cells are looked up when it is learned, and after a pickle alike."""
     random = np.random.default_rng(5)
     xi, turn, light = random.random((64, 2)), random.random(3), random.random(64 * 3)
     owners = np.array([2, 0, 1])

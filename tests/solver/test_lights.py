@@ -196,9 +196,9 @@ def test_directions_to_a_cone_follow_the_cosine_law(slope):
 
 
 def test_directions_to_a_window_seen_from_below_stay_inside_it():
-    """A window upright beside and above the point, 3.6 mm off its plane: its sector of the disc is
+    """A window upright beside and above the point, 3.6 mm off its plane: its sector of the disk is
     nearly half a turn wide and thin, where Newton's method from afar leaves it. The first moments of
-    the density are those of the window's area in the disc, by a fine grid of it."""
+    the density are those of the window's area in the disk, by a fine grid of it."""
     window = np.array([[0.0036, -1.0, 0.4], [0.0036, -1.0, 1.0], [0.0036, 1.5, 1.0], [0.0036, 1.5, 0.4]])
     count = 20_000
     xi = np.random.default_rng(0).random((2, count))

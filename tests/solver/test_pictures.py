@@ -140,8 +140,8 @@ def test_a_ceiling_of_stripes():
     uv = np.zeros((12, 3, 2), np.float32)
     uv[2:4] = up[::-1][[[0, 1, 2], [0, 2, 3]]][..., :2]
     glow = Texture(np.asarray(pixels, np.float32), uv, "EXTEND", "Closest")
-    grey = Material("grey", Constant(np.full(3, 0.5)))
-    scene = quads([box, up[::-1], *walls], (grey, Material("c", BLACK, glow), *[grey] * 4))
+    gray = Material("gray", Constant(np.full(3, 0.5)))
+    scene = quads([box, up[::-1], *walls], (gray, Material("c", BLACK, glow), *[gray] * 4))
     where, x = places_of(scene, [0, 1], 150)
     truth = 0.0
     for k in range(count):

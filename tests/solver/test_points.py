@@ -29,7 +29,7 @@ def footprints():
 @pytest.mark.parametrize("count", [0, 1, 7, 64, 500, 10_000])
 @pytest.mark.parametrize("size", [1, 60, 4096])
 def test_chunks_cover_every_owner_once(count, size):
-    """Neighbours are in different groups, but few owners in few: 64 of them fill one."""
+    """Neighbors are in different groups, but few owners in few: 64 of them fill one."""
     chunks = grouped_chunks(count, size)
     group = np.full(count, -1)
     for number, chosen in chunks:

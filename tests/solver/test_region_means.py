@@ -102,7 +102,7 @@ def test_picture_decoded_after_interpolation():
 
 @pytest.mark.parametrize("interpolation", ["Closest", "Linear"])
 def test_a_point_and_a_line_of_a_picture(interpolation):
-    """A palette: all three corners at one UV show one colour; on a line the mean along it. Along a
+    """A palette: all three corners at one UV show one color; on a line the mean along it. Along a
     row the barycentric triangle weighs linearly from its base (two corners) to its tip."""
     uv = np.array([[[0.3, 0.3]] * 3, [[0, 0.5], [0, 0.5], [1, 0.5]]], np.float32)
     field = Texture(np.array([[[0] * 3, [1] * 3]], np.float32), uv, "EXTEND", interpolation)

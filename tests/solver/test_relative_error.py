@@ -18,7 +18,7 @@ from radiosity_addon.solver.receivers import Projection
 
 
 def estimate(radiance: np.ndarray, apart: np.ndarray, area, project=None) -> Estimate:
-    """Of receivers without neighbours, white, from two halves whose radiances (n, c) are
+    """Of receivers without neighbors, white, from two halves whose radiances (n, c) are
     ``radiance`` ± ``apart`` (n, c): their mean is taken to be off by as much."""
 
     def half(sign: float) -> Lighting:
@@ -85,7 +85,7 @@ def test_the_estimate_has_the_floor():
 
 
 def test_colors_count_by_their_area():
-    """Four receivers, two colours that are the means of two each: errors 0.1 and 0.3 on areas 9 and
+    """Four receivers, two colors that are the means of two each: errors 0.1 and 0.3 on areas 9 and
     1: ε² = 0.9 · 0.01 + 0.1 · 0.09 = 0.018; by number it were 0.05."""
     project = Projection(lambda x: x.reshape(2, 2, -1).mean(axis=1), np.array([9.0, 1.0]))
     off = np.array([[0.0], [0.2], [0.5], [0.1]])

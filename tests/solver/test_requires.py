@@ -29,7 +29,7 @@ from verification.meshes import scene as make_scene
 ALL = Settings().passes
 BULB = PointLamp("Bulb", np.array([0.3, 0.4, 0.8]), np.ones(3), 0.1)
 SUN = SunLamp("Sun", np.array([0.0, 0.6, -0.8]), np.full(3, 2.0), 0.01)
-GREY_SKY = Sky(np.ones((1, 1, 3), np.float32))
+GRAY_SKY = Sky(np.ones((1, 1, 3), np.float32))
 EVERYTHING = Requirements(True, True, True)
 TRIES = 5  # of what is timed; the shortest counts
 
@@ -56,7 +56,7 @@ def floor(**changes):
 
 
 def solve(scene, passes=ALL, divisions=8, error=0.03):
-    """The baked colours and the figures."""
+    """The baked colors and the figures."""
     settings = Settings(error=error, passes=passes, threads=1)
     found = sequence.solve(scene, triangle_receivers(scene, divisions), settings)
     return compose(found, passes), found.statistics
@@ -69,7 +69,7 @@ def apart(one: np.ndarray, two: np.ndarray) -> float:
     return float(np.sqrt((((one - two) / level) ** 2).mean()))
 
 
-COLOURS = (
+COLORS = (
     dict(lamps=(replace(BULB, intensity=np.array([1, 0.9, 1])),)),
     dict(lamps=(replace(SUN, irradiance=np.array([1, 1, 2.0])),)),
     dict(sky=Sky(np.full((4, 8, 3), (1, 1, 1.1), np.float32))),
@@ -80,13 +80,13 @@ COLOURS = (
 )
 
 
-@pytest.mark.parametrize("changes", COLOURS)
-def test_one_colour_anywhere_takes_three_channels(changes):
+@pytest.mark.parametrize("changes", COLORS)
+def test_one_color_anywhere_takes_three_channels(changes):
     assert channels_of(room()) == 1
     assert channels_of(room(**changes)) == 3
 
 
-def test_a_single_coloured_texel_is_found():
+def test_a_single_colored_texel_is_found():
     pixels = np.full((128, 128, 3), 0.5, np.float32)
     picture = Texture(pixels, np.zeros((12, 3, 2), np.float32))
     assert channels_of(room(materials=(Material("Picture", picture),))) == 1
@@ -94,17 +94,17 @@ def test_a_single_coloured_texel_is_found():
     assert channels_of(room(materials=(Material("Picture", picture),))) == 3
 
 
-def test_colours_of_what_is_not_there_do_not_count():
+def test_colors_of_what_is_not_there_do_not_count():
     unused = Material("Unused", Constant(np.array([1, 0, 0.0])))
     assert channels_of(room(materials=(*room().materials, unused))) == 1
 
 
 def test_one_channel_gives_what_three_give_in_less_time(monkeypatch):
-    """Rays cost the same; the sums over neighbours, a third as wide, are timed alone, by turns."""
+    """Rays cost the same; the sums over neighbors, a third as wide, are timed alone, by turns."""
     weigh, seconds = ErrorEstimator.weigh, ([], [])
 
     def timed(self, halves, left):
-        grey = Surface(
+        gray = Surface(
             self.surface.reflectance[:, :1], self.surface.emission[:, :1], self.surface.area
         )
         narrow = [
@@ -113,14 +113,14 @@ def test_one_channel_gives_what_three_give_in_less_time(monkeypatch):
             for half in halves
         ]  # fmt: skip
         for _ in range(TRIES):
-            for judge, some, spent in zip((replace(self, surface=grey), self), (narrow, halves),
+            for judge, some, spent in zip((replace(self, surface=gray), self), (narrow, halves),
                                           seconds):  # fmt: skip
                 began = time.process_time()
                 verdict = weigh(judge, some, left)
                 spent.append(time.process_time() - began)
         return verdict
 
-    scene = furnished(sky=GREY_SKY)
+    scene = furnished(sky=GRAY_SKY)
     one, _ = solve(scene, divisions=24)
     monkeypatch.setattr(context_module, "channels_of", lambda scene: 3)
     monkeypatch.setattr(ErrorEstimator, "weigh", timed)
@@ -167,16 +167,16 @@ def test_no_shadow_rays_in_an_empty_room(monkeypatch, lamp):
 @pytest.mark.parametrize(
     ("scene", "passes", "needs"),
     [
-        (furnished(sky=GREY_SKY), ("direct",), (True, True, False)),
+        (furnished(sky=GRAY_SKY), ("direct",), (True, True, False)),
         (furnished(), ("direct",), (True, False, False)),
-        (furnished(sky=GREY_SKY), ("indirect",), (False, False, True)),
-        (furnished(sky=GREY_SKY), ("emit", "color"), (False, False, False)),
+        (furnished(sky=GRAY_SKY), ("indirect",), (False, False, True)),
+        (furnished(sky=GRAY_SKY), ("emit", "color"), (False, False, False)),
         (room(reflectance=0.0), ALL, (True, False, False)),
         (box_scene(exitance=1.0, reflectance=0.0), ALL, (True, True, False)),
     ],
 )
 def test_light_that_is_not_asked_for_or_cannot_be_costs_nothing(monkeypatch, scene, passes, needs):
-    """The same colours, within the errors asked for, as with everything; fewer rays."""
+    """The same colors, within the errors asked for, as with everything; fewer rays."""
     context = build_context(scene, 0, 1, silent)
     assert sequence.requirements_of(context, passes) == Requirements(*needs)
     less, statistics = solve(scene, passes)

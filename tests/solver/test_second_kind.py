@@ -193,7 +193,7 @@ def test_the_same_twice():
 
 
 def test_long_source_keeps_the_basis_in_memory():
-    """200,000 unknowns in three channels; a sparse ring of neighbours as transport."""
+    """200,000 unknowns in three channels; a sparse ring of neighbors as transport."""
     n = 200_000
     source = np.zeros((n, 3))
     source[::1000] = 1.0
@@ -201,7 +201,7 @@ def test_long_source_keeps_the_basis_in_memory():
         lambda x: 0.45 * (np.roll(x, 1, axis=0) + np.roll(x, -1, axis=0)), source, 1e-4
     )
     assert result.residual <= 1e-4
-    # every neighbour pair passes on 0.9 of what it gets: the sum is that of the sources times 10
+    # every neighbor pair passes on 0.9 of what it gets: the sum is that of the sources times 10
     assert result.solution.sum() == pytest.approx(source.sum() * 10, rel=1e-3)
 
 

@@ -35,7 +35,7 @@ def lit(scene: Scene, receivers: Receivers):
 
 
 def floor_receivers(degrees: float, smooth=None, level: float = 1.0) -> Receivers:
-    """Pieces of the floor, shaded as if turned towards +x by an angle."""
+    """Pieces of the floor, shaded as if turned toward +x by an angle."""
     part = face_receivers(FLOOR, FLOOR_TRIANGLES, np.arange(2), 1 / 32)
     angle = np.radians(degrees)
     normal = np.tile(level * np.array([np.sin(angle), 0, np.cos(angle)]), (part.count, 1))
@@ -65,7 +65,7 @@ def test_light_counts_by_the_cosine_to_the_shading_normal(degrees):
 def test_below_the_true_horizon_is_no_sky(degrees):
     """A sky of radiance 1 gives π (1 + cos d) / 2 to a normal turned by d: the part of the
     hemisphere around it below the floor's horizon has the cosine-weighted share (1 − cos d) / 2,
-    as a half disc projected less half of the ellipse that the horizon projects to."""
+    as a half disk projected less half of the ellipse that the horizon projects to."""
     scene = scene_of(FLOOR, FLOOR_TRIANGLES, sky=Sky(np.ones((1, 1, 3), np.float32)))
     expected = np.pi * (1 + np.cos(np.radians(degrees))) / 2
     np.testing.assert_allclose(lit(scene, floor_receivers(degrees)).mean(), expected, rtol=0.01)

@@ -14,7 +14,7 @@ SQUARE = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
 SUN = SunLamp("Sun", np.array([0.0, 0.0, -1.0]), np.ones(3))
 
 
-def grey(value):
+def gray(value):
     return Constant(np.full(3, value))
 
 
@@ -39,10 +39,10 @@ def irradiance(scene):
 def test_light_passes_to_the_side_that_sees_a_clear_one(clear_from_below, expected):
     """What is black from one side and clear from the other lets the sun reach the floor, or not;
     its front has the sun in either case."""
-    black, clear = (Material("", grey(0), transmittance=grey(share)) for share in (0, 1))
+    black, clear = (Material("", gray(0), transmittance=gray(share)) for share in (0, 1))
     front, back = (black, clear) if clear_from_below else (clear, black)
     pane = Material("Pane", front.reflectance, transmittance=front.transmittance, back=back)
-    below, above = irradiance(floor_and_pane(Material("Floor", grey(0)), pane))
+    below, above = irradiance(floor_and_pane(Material("Floor", gray(0)), pane))
     assert below == pytest.approx(expected, abs=0.005) and above == pytest.approx(1, rel=0.005)
 
 
@@ -50,13 +50,13 @@ def test_each_side_reflects_for_itself():
     """From below the pane lets half through and reflects 0.4; the floor reflects 0.5. Between
     parallel plates H = 0.5 + 0.5·0.4·H, so H = 0.625; the gap's open edges are 1e-3 of it. The
     front is opaque: it has the sun alone, although it would reflect 0.9."""
-    back = Material("", grey(0.4), transmittance=grey(0.5))
-    pane = Material("Pane", grey(0.9), back=back)
-    below, above = irradiance(floor_and_pane(Material("Floor", grey(0.5)), pane))
+    back = Material("", gray(0.4), transmittance=gray(0.5))
+    pane = Material("Pane", gray(0.9), back=back)
+    below, above = irradiance(floor_and_pane(Material("Floor", gray(0.5)), pane))
     assert below == pytest.approx(0.625, rel=0.01) and above == pytest.approx(1, rel=0.005)
 
 
 def test_a_back_that_is_not_finite_is_named():
-    pane = Material("Pane", grey(0.9), back=Material("Pane (back)", grey(np.nan)))
+    pane = Material("Pane", gray(0.9), back=Material("Pane (back)", gray(np.nan)))
     with pytest.raises(ValueError, match=r"reflectance of material 'Pane \(back\)' is not finite"):
-        irradiance(floor_and_pane(Material("Floor", grey(0.5)), pane))
+        irradiance(floor_and_pane(Material("Floor", gray(0.5)), pane))

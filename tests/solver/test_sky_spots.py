@@ -67,8 +67,8 @@ def test_a_spot_throws_the_shadow_of_its_shape(rows, columns):
     pixels = spotted(rows, columns)
     floor = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
     wall = [[WALL, 0, 0], [WALL, 1, 0], [WALL, 1, TOP], [WALL, 0, TOP]]
-    grey, black = (Material(str(r), Constant(np.full(3, r))) for r in (0.5, 0.0))
-    plain = quads([floor, wall], (grey, black))
+    gray, black = (Material(str(r), Constant(np.full(3, r))) for r in (0.5, 0.0))
+    plain = quads([floor, wall], (gray, black))
     scene = replace(plain, sky=Sky(pixels))
     where, x = places_of(scene, [0, 1], 40)
     found = solve(scene, where, Settings(error=0.01, passes=("direct",)))

@@ -86,8 +86,8 @@ def test_the_error_is_what_is_said(waves, deviation):
 
 
 def test_an_edge_at_an_angle_is_smoothed_too():
-    """A triangle of texels whose slanted edge hardly any pair of neighbours runs along: with
-    neighbours on one side it keeps less than half of its noise's variance (kernels up to two texels
+    """A triangle of texels whose slanted edge hardly any pair of neighbors runs along: with
+    neighbors on one side it keeps less than half of its noise's variance (kernels up to two texels
     wide would leave 0.15 of it, and some texels are left alone), and dark texels take no light from
     others that they do not see."""
     inside = GRID[:, 1] + 3 * GRID[:, 2] < 2 * SIZE

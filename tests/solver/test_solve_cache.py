@@ -1,6 +1,6 @@
 """Baking again with kept solves: what is used again, when nothing is, and that the light is right.
 
-A room 3 x 2 x 2 m with a block in it, two lamps of different colour: direct light with shadow
+A room 3 x 2 x 2 m with a block in it, two lamps of different color: direct light with shadow
 edges, and more than half of the light by way of the walls (reflectance 0.7).
 """
 
@@ -113,7 +113,7 @@ def test_other_receivers_need_no_solve(no_rows, kept):
     assert relative_error(again, truth) < ASKED
 
 
-def test_other_strengths_and_colours_need_no_rows(no_rows, kept):
+def test_other_strengths_and_colors_need_no_rows(no_rows, kept):
     """The lamp that gave a sixth of the light now gives nine tenths of it."""
     truth = bake(room(10, 100), settings=Settings(error=TRUTH))
     no_rows()

@@ -1,4 +1,4 @@
-"""Parts of one colour: pictures of nearest texels cut along their texels' borders."""
+"""Parts of one color: pictures of nearest texels cut along their texels' borders."""
 
 from dataclasses import replace
 
@@ -25,7 +25,7 @@ def areas(parts: np.ndarray) -> np.ndarray:
     ("EXTEND", 0.0), ("CLIP", 0.0), ("REPEAT", -3.0), ("MIRROR", 2.0),
 ])  # fmt: skip
 def test_parts_tile_what_shines(extension, shift):
-    """A picture of two colours beside black, wherever its repetitions lie: each colour's area is
+    """A picture of two colors beside black, wherever its repetitions lie: each color's area is
     that of its texels, 2/25 and 6/25 of the quad, 2 and 2 times as much of a triangle in sum."""
     pixels = np.zeros((5, 5, 3), np.float32)
     pixels[1, 2:4] = 7

@@ -18,7 +18,7 @@ from radiosity_addon.solver.scene import Material, Scene, SunLamp
 def one_core():
     """Processes that the test starts may use the core it runs on: the solver's then starts no second
     one, which takes a second to import the libraries and changes nothing in the result, as
-    ``test_button_operator_and_command_line_give_identical_colours`` shows. Linux only. The test may
+    ``test_button_operator_and_command_line_give_identical_colors`` shows. Linux only. The test may
     call what it gets to use all cores from then on."""
     if not hasattr(os, "sched_setaffinity"):
         yield lambda: None
@@ -44,7 +44,7 @@ def make_job():
             triangles=halves,
             material=np.zeros(2, np.int32),
             object=np.zeros(2, np.int32),
-            materials=(Material("Grey", Constant(np.full(3, 0.5))),),
+            materials=(Material("Gray", Constant(np.full(3, 0.5))),),
             objects=("Square",),
             lamps=(SunLamp("Sun", np.array([0.0, 0, -1]), np.full(3, np.pi)),),
         )
@@ -61,7 +61,7 @@ def make_job():
 
 @pytest.fixture
 def addon(blender):
-    """The add-on registered in an empty file; taken away afterwards."""
+    """The add-on registered in an empty file; taken away afterward."""
     import radiosity_addon
 
     radiosity_addon.register()

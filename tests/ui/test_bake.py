@@ -117,7 +117,7 @@ def press(bpy) -> None:
     assert status == {"FINISHED"}
 
 
-def test_button_operator_and_command_line_give_identical_colours(file, room, one_core):
+def test_button_operator_and_command_line_give_identical_colors(file, room, one_core):
     """The button on one core, the operator and the command line on all."""
     from radiosity_addon.ui import session
 
@@ -167,7 +167,7 @@ def refusal(bpy) -> str:
     return why_not(bpy.context)
 
 
-def test_grey_button_says_why(file):
+def test_gray_button_says_why(file):
     properties = file.context.scene.radiosity
     assert refusal(file) == ""
     properties.passes = set()

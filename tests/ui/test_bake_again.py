@@ -40,7 +40,7 @@ def test_baking_twice_changes_nothing_but_the_report(file):
 
 @pytest.fixture
 def bake(file):
-    """A function: bake, and return the report and the colours (n, 4)."""
+    """A function: bake, and return the report and the colors (n, 4)."""
     from radiosity_addon.ui.report_store import load_report
 
     def run(**options):

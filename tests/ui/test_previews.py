@@ -12,7 +12,7 @@ OWN = (0.6, 0.3, 0.15)
 
 @pytest.fixture
 def file(addon, room, one_core):
-    """The room with a coloured material in its only slot."""
+    """The room with a colored material in its only slot."""
     addon.ops.wm.open_mainfile(filepath=str(room))
     addon.context.scene.radiosity.quality = "DRAFT"
     addon.context.scene.radiosity.resolution = 16

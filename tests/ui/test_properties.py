@@ -67,7 +67,7 @@ def test_files_are_for_images_only(properties, tmp_path):
 @pytest.mark.parametrize("error", [1e-4, 0.03, 0.1, 1.0])
 def test_error_is_the_number_that_was_typed(properties, error):
     """As the command line takes it, though Blender's property holds 24 bits of it: the two give
-    identical colours, and the least of the range is not below it."""
+    identical colors, and the least of the range is not below it."""
     properties.quality, properties.error = "CUSTOM", error
     assert settings(properties).target_error == error
 
@@ -129,7 +129,7 @@ def test_shipped_presets_run_and_are_found(addon, properties):
         settings(properties)
 
 
-def test_lightmap_preset_leaves_the_surface_colour_out(addon, properties):
+def test_lightmap_preset_leaves_the_surface_color_out(addon, properties):
     path = addon.utils.preset_find("Lightmap_for_a_Game_Engine", "radiosity")
     addon.ops.script.execute_preset(filepath=path, menu_idname="RADIOSITY_PT_presets")
     assert settings(properties).passes == ("direct", "indirect")

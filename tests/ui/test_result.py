@@ -9,7 +9,7 @@ import pytest
 
 @pytest.fixture
 def baked(addon, room):
-    """The open room with a colour attribute as a bake leaves it: red, with no bake run."""
+    """The open room with a color attribute as a bake leaves it: red, with no bake run."""
     addon.ops.wm.open_mainfile(filepath=str(room))
     write_attribute(addon)
     return addon

@@ -102,7 +102,7 @@ def test_point_sun_and_sky():
 
 
 def test_soft_lamps():
-    """A disc of radius 1 that faces from a distance 2 brings I / (d² + r²), a sphere I / d²."""
+    """A disk of radius 1 that faces from a distance 2 brings I / (d² + r²), a sphere I / d²."""
     for ball, expected in ((False, 0.2), (True, 0.25)):
         lamp = PointLamp("soft", np.array([0, -1.0, 2]), np.ones(3), 1.0, ball=ball)
         found = seen(above_floor(lamps=(lamp,)))
@@ -144,7 +144,7 @@ def test_area_lamp(spread):
 
 
 def test_ellipse():
-    """A disc of radius 1 at a distance 1 on the axis: π r² / (r² + d²)."""
+    """A disk of radius 1 at a distance 1 on the axis: π r² / (r² + d²)."""
     u, v = np.array([2.0, 0, 0]), np.array([0, 2.0, 0])
     lamp = AreaLamp("area", np.array([0, -1.0, 1]), u, v, DOWN, np.ones(3), True)
     found = seen(above_floor(lamps=(lamp,)))

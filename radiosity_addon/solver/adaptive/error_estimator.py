@@ -1,7 +1,7 @@
 """Error estimator: from two independent replicates to a result, its error, what to add.
 
 The error is the local relative RMS error of ``relative_error``, over the surface: a receiver counts
-by the area of its footprint, a colour by that of the faces it is fitted to.
+by the area of its footprint, a color by that of the faces it is fitted to.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ class ErrorEstimator:
         self, squares: tuple[np.ndarray, np.ndarray], samples: tuple[np.ndarray, np.ndarray],
         radiance: list[np.ndarray],
     ) -> tuple[float, np.ndarray]:
-        """Where colours end: the mean squared error, of ``squares`` (count,) and ``samples`` (count,
+        """Where colors end: the mean squared error, of ``squares`` (count,) and ``samples`` (count,
         channels) of the errors of explicit and of gathered light, or of the replicates' ``radiance``;
         and the bounds for MOST of the surface and for PARTS."""
         share = self.surface.share
@@ -163,7 +163,7 @@ class ErrorEstimator:
         return np.where(best > LEAST_MORE * number, best - number, 0.0)
 
     def _neighbors(self, *light: np.ndarray) -> Sequence[Neighborhood]:
-        """Who is whose neighbour, given all light (count, c) so far: what is dark, as a sealed room
+        """Who is whose neighbor, given all light (count, c) so far: what is dark, as a sealed room
         beside the sun, stays so behind a wall."""
         dark = np.ones(len(light[0]), bool)
         for part, channel in product(light, range(light[0].shape[1])):
@@ -173,7 +173,7 @@ class ErrorEstimator:
         return [lattice.separated(dark, self.sees) for lattice in self.lattices]
 
     def common(self, estimate: Estimate) -> float:
-        """Relative error that wide neighbourhoods share: that of the elements.
+        """Relative error that wide neighborhoods share: that of the elements.
 
         Averaged widely, the replicates' differences have lost nearly all of each receiver's own noise.
         What it leaves is measured by giving every difference a sign at random, several times: where
@@ -244,7 +244,7 @@ class ErrorEstimator:
         return max(irradiance, least) or 1.0
 
     def _projected(self, replicates: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-        """Where colours end: shares (m,) of the surface, and a sample (m, channels) of the relative
+        """Where colors end: shares (m,) of the surface, and a sample (m, channels) of the relative
         error of the replicates' mean."""
         a, b = (replicate.astype(float) for replicate in replicates)
         share = area_shares(self.project.area)

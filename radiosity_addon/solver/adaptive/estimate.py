@@ -53,12 +53,12 @@ class Estimate:
     @property
     def square(self) -> np.ndarray:
         """(count,) the squared relative error expected at each receiver, mean over channels; its
-        mean by ``share`` is ``error`` squared, but for colours fitted to the receivers."""
+        mean by ``share`` is ``error`` squared, but for colors fitted to the receivers."""
         return self.direct_square + self.gather_square
 
     def squares(self) -> tuple[float, float]:
         """The parts of the squared error that direct and gathered light have, as they count where
-        colours end."""
+        colors end."""
         direct, gather = (
             max(mean_over(self.share, part), 0.0)
             for part in (self.direct_square, self.gather_square)

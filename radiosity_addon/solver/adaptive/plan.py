@@ -46,7 +46,7 @@ class Plan:
 
 def make_plan(error: float, receivers: int, smoothing: bool, corners: bool = False) -> Plan:
     """The first round for a relative ``error`` at ``receivers``; ``smoothing``: texels share;
-    ``corners``: the error is that of colours fitted to them."""
+    ``corners``: the error is that of colors fitted to them."""
     elements = CORNER_ELEMENTS if corners else ELEMENTS
     if receivers > VERY_MANY_RECEIVERS:
         elements = max(elements, receivers / RECEIVERS_PER_ELEMENT)

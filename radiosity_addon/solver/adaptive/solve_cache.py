@@ -1,7 +1,7 @@
 """Solve cache: solves of one scene, for baking it again without repeating what has not changed.
 
 What a solve depends on falls into three parts, each known by its digest: the *shape* (surfaces,
-what they reflect, where lights are), the *light* (how bright and of what colour they are), and the
+what they reflect, where lights are), the *light* (how bright and of what color they are), and the
 receivers that were looked from. The same shape and light need no solve at all; other light needs
 shadow rays and the linear system, but no rays between surfaces.
 """
@@ -170,7 +170,7 @@ def scene_key(scene: Scene, receivers: Receivers, seed: int) -> SceneKey:
 
 
 def shape_digest(scene: Scene, receivers: Receivers, seed: int) -> str:
-    """Of everything that rays between surfaces depend on, whether anything is coloured, and
+    """Of everything that rays between surfaces depend on, whether anything is colored, and
     whether each light shines at all: elements are small where the shadows of those that do have
     their edges. The sky counts as shape: rows remember what their rays brought from it."""
     baked = np.unique(scene.object[receivers.triangle])
@@ -186,7 +186,7 @@ def shape_digest(scene: Scene, receivers: Receivers, seed: int) -> str:
 
 
 def light_digest(scene: Scene) -> str:
-    """Of the colours and strengths of lamps and of what emits."""
+    """Of the colors and strengths of lamps and of what emits."""
     lamps = [lamp_color(lamp) for lamp in scene.lamps]
     return digest(lamps, [material.emission for material in sides(scene.materials)])
 

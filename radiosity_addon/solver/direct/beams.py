@@ -12,7 +12,7 @@ import numpy as np
 
 from ..geometry.vectors import tangents
 from ..lights.context import Context
-from ..lights.facing_discs import FacingDiscs
+from ..lights.facing_disks import FacingDisks
 from ..lights.flat_shapes import ELLIPSE
 from ..lights.polygons import Polygons
 from ..sampling.sobol import sobol
@@ -65,11 +65,11 @@ def find_beams(context: Context) -> np.ndarray:
     used = sources.used()
     used = used[sources.block[used] == 0]
     found = [_beams_of(context, kind, used[sources.kind[used] == number])
-             for number, kind in enumerate(sources.kinds) if isinstance(kind, FacingDiscs)]  # fmt: skip
+             for number, kind in enumerate(sources.kinds) if isinstance(kind, FacingDisks)]  # fmt: skip
     return np.concatenate([np.zeros(0, int), *found])
 
 
-def _beams_of(context: Context, kind: FacingDiscs, lights: np.ndarray) -> np.ndarray:
+def _beams_of(context: Context, kind: FacingDisks, lights: np.ndarray) -> np.ndarray:
     """Those of the ``lights`` (n,) int of one kind."""
     place = context.sources.place
     spots = lights[kind.edge[place[lights]] > -1]
@@ -157,9 +157,9 @@ def _landed(context: Context, light: int):
     return tuple(np.concatenate(part) for part in zip(*parts))
 
 
-def _shot(context: Context, kind: FacingDiscs, which: np.ndarray, xi: np.ndarray):
+def _shot(context: Context, kind: FacingDisks, which: np.ndarray, xi: np.ndarray):
     """Particles of lamps ``which`` (n,): origins and directions (n, 3) float32, brightness (n,), and
-    what they hit. See ``FacingDiscs.leave``."""
+    what they hit. See ``FacingDisks.leave``."""
     origin, direction, beam = kind.leave(which, xi)
     origin, direction = (np.ascontiguousarray(a, np.float32) for a in (origin, direction))
     return origin, direction, beam, context.tracer.intersect(origin, direction)

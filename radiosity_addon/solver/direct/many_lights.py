@@ -90,7 +90,7 @@ def _choices(context: Context, points: Points, middles: Middles, key: tuple[int,
 def _samples(
     context: Context, light: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
 ):
-    """Yield (sample, colour, rows): of each kind at the points, (k,) or a slice of all, whose
+    """Yield (sample, color, rows): of each kind at the points, (k,) or a slice of all, whose
     ``light`` (n,) is of that kind."""
     sources = context.sources
     kinds = sources.kind[light]

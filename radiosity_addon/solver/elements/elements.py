@@ -41,7 +41,7 @@ class Elements:
     has_cuts: bool
 
     def areas(self, geometry: Geometry, cell: np.ndarray) -> np.ndarray:
-        """(k,) float64 normalised areas of cells (k,); of pieces, of what they were cut from."""
+        """(k,) float64 normalized areas of cells (k,); of pieces, of what they were cut from."""
         corners = self.corners[cell].astype(float)
         steps = corners[:, 1:] - corners[:, :1]
         return np.abs(np.linalg.det(steps)) * geometry.area[self.triangle[cell]]

@@ -1,8 +1,8 @@
-"""Border: texels at an island's edge, which have neighbours to one side only.
+"""Border: texels at an island's edge, which have neighbors to one side only.
 
-Opposite pairs of neighbours leave light that varies linearly as it is,
+Opposite pairs of neighbors leave light that varies linearly as it is,
 but along an edge that runs at an angle there are none, and its noise would stay as a dotted line.
-Near neighbours on one side stand in for them: over a texel or two light hardly varies.
+Near neighbors on one side stand in for them: over a texel or two light hardly varies.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Border:
         return cells, csr_matrix((values, (rows, columns)), shape=(len(cells), size))
 
     def take(self, kept: np.ndarray) -> Border:
-        """Some of the neighbours."""
+        """Some of the neighbors."""
         return Border(self.cell[kept], self.other[kept], self.weight[kept])
 
 
@@ -45,7 +45,7 @@ def find_border(
     cell: np.ndarray, number: np.ndarray, missing: list[Missing], position: np.ndarray,
     normal: np.ndarray, level: int,
 ) -> Border:
-    """Neighbours to one side of texels in ``cell`` (n,), whose ``position`` and ``normal`` are
+    """Neighbors to one side of texels in ``cell`` (n,), whose ``position`` and ``normal`` are
     (n, 3). ``number`` is the picture of the texels' places in these arrays, −1 where there is none;
     ``missing`` has for each direction its offset in the picture, its length, its weight, and (n,)
     bool where there is no pair along it."""
@@ -71,8 +71,8 @@ def _plane_neighbors(
     some: np.ndarray, cell: np.ndarray, number: np.ndarray, offset: int, position: np.ndarray,
     normal: np.ndarray,
 ):
-    """Of the texels ``some`` (k,) those with a neighbour at an ``offset`` in their plane, that
-    neighbour, and its distance."""
+    """Of the texels ``some`` (k,) those with a neighbor at an ``offset`` in their plane, that
+    neighbor, and its distance."""
     other = number[cell[some] + offset]
     some, other = some[other >= 0], other[other >= 0]
     step = position[other] - position[some]

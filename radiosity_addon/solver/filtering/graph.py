@@ -1,6 +1,6 @@
-"""Graph: receivers anywhere as neighbours of each other, for meshes without an image.
+"""Graph: receivers anywhere as neighbors of each other, for meshes without an image.
 
-A receiver's neighbours are the nearest that face the same way and lie
+A receiver's neighbors are the nearest that face the same way and lie
 in its plane, or nearly; a kernel averages over them by area, and kernels of growing width are that
 one applied 1, 2, 4, ... times.
 """
@@ -55,7 +55,7 @@ class Graph:
         return min(level + 2, 3)
 
     def beside(self, picture: np.ndarray) -> np.ndarray:
-        """Of (n,) >= 0, above 0 at the receivers that have a neighbour above 0."""
+        """Of (n,) >= 0, above 0 at the receivers that have a neighbor above 0."""
         return self.step(picture, level=0)[0]
 
     def step(
@@ -85,7 +85,7 @@ def build_graph(
     walls: Walls | None = None,
 ) -> list[Graph]:
     """One graph of all receivers: ``position``, ``normal`` (n, 3), ``area`` (n,); [] for a few.
-    ``walls`` part neighbours (see ``walls``)."""
+    ``walls`` part neighbors (see ``walls``)."""
     if len(position) < LEAST:
         return []
     from scipy.spatial import cKDTree

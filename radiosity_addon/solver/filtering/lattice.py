@@ -1,6 +1,6 @@
-"""Lattice: the texels of an image as neighbours of each other on the surface.
+"""Lattice: the texels of an image as neighbors of each other on the surface.
 
-An à-trous kernel (Holschneider et al. 1989) averages texels at distances 1, 2, 4, ...; neighbours
+An à-trous kernel (Holschneider et al. 1989) averages texels at distances 1, 2, 4, ...; neighbors
 are used in opposite pairs, f(x+d) + f(x−d) − 2 f(x), so that light that varies linearly stays as it
 is, at the edge of a wall too. Only the nearest are used where there is no pair.
 """
@@ -31,7 +31,7 @@ STRETCH = 2.0  # width [of what texels nearby have] of a pair: wider, it does no
 
 @dataclass(frozen=True)
 class Lattice:
-    """The texels of one image inside a padded rectangle, and which pairs are neighbours. A
+    """The texels of one image inside a padded rectangle, and which pairs are neighbors. A
     Neighborhood."""
 
     index: slice  # of its n receivers, which follow each other
@@ -151,7 +151,7 @@ def build_lattices(
     levels: int = LEVELS, walls: Walls | None = None, rounded: np.ndarray | None = None,
 ) -> list[Lattice]:
     """One lattice an image. ``grid`` (count, 3) image, row, column, image by image; ``position``
-    (count, 3); ``normal`` (count, 3) unit, by which light counts; ``walls`` that part neighbours
+    (count, 3); ``normal`` (count, 3) unit, by which light counts; ``walls`` that part neighbors
     (see ``walls``); ``rounded`` (count,) bool where the normal is not the surface's own, which may
     then bend more between texels; None: nowhere."""
     flat = np.full(len(grid), FLAT**2, np.float32)
@@ -179,7 +179,7 @@ def _blocked(lattice: Lattice, walls: Walls | None, levels: int) -> list[list] |
     """[level][direction]: (height · width,) bool, something stands between the texel and that one
     in the direction, 1, 2, 4, ... texels away; None where nothing stands anywhere.
 
-    A line between neighbours runs through one of them or through a neighbour of both.
+    A line between neighbors runs through one of them or through a neighbor of both.
     """
     if walls is None or not walls.near[lattice.index].any():
         return None
@@ -228,7 +228,7 @@ def _borders(
 
 
 def _is_blocked(border: Border, missing: list, blocked: list, level: int) -> np.ndarray:
-    """(k,) bool: something stands between a border's texels and their neighbours."""
+    """(k,) bool: something stands between a border's texels and their neighbors."""
     step, result = border.other - border.cell, np.zeros(len(border.cell), bool)
     for (offset, *_), found in zip(missing, blocked):
         for side, start in ((1, border.cell), (-1, border.other)):

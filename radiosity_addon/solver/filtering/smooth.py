@@ -1,6 +1,6 @@
-"""Smoothing: share sampled light among neighbours, as far as the light itself allows.
+"""Smoothing: share sampled light among neighbors, as far as the light itself allows.
 
-Light varies slowly over most of a surface, its sampling noise does not, so neighbours are averaged
+Light varies slowly over most of a surface, its sampling noise does not, so neighbors are averaged
 by kernels of growing width. How far to go is chosen at every receiver by cross-validation: two
 independent halves a, b of the samples give E[(f_a − b)²] = MSE(f_a) + var(b), bias included, so the
 level of least error shows, and so does the error that is left.
@@ -32,7 +32,7 @@ class Smoothed:
     a: np.ndarray
     b: np.ndarray
     square: np.ndarray
-    touched: np.ndarray  # (count,) bool: neighbours had a share
+    touched: np.ndarray  # (count,) bool: neighbors had a share
 
 
 def smooth(
@@ -73,7 +73,7 @@ def smooth(
 
 def smooth_map(lattices: Sequence[Neighborhood], values: np.ndarray, levels: int = 3) -> np.ndarray:
     """(count,) values averaged over the texels around, or, where there is no lattice, over
-    receivers of near numbers: those of a face and its neighbours."""
+    receivers of near numbers: those of a face and its neighbors."""
     if not lattices:
         return uniform_filter1d(values, min(WINDOW, len(values)), mode="nearest")
     result = values.copy()
@@ -95,7 +95,7 @@ def dilate(lattices: Sequence[Neighborhood], chosen: np.ndarray) -> np.ndarray:
 
 
 def widest(lattices: Sequence[Neighborhood], values: np.ndarray) -> np.ndarray:
-    """(count, c) values averaged as widely as the kernels reach; their mean without neighbours."""
+    """(count, c) values averaged as widely as the kernels reach; their mean without neighbors."""
     if not lattices:
         return np.broadcast_to(values.mean(axis=0), values.shape)
     result = np.empty_like(values)
@@ -112,7 +112,7 @@ def _smooth_picture(
     lattice: Neighborhood, raw_a: np.ndarray, raw_b: np.ndarray, square: np.ndarray
 ):
     """Pictures (c, ...) of the halves smoothed, how the squared relative error changed by that
-    (...), summed, and (...) bool where neighbours had a share. ``square`` (c, ...) makes errors
+    (...), summed, and (...) bool where neighbors had a share. ``square`` (c, ...) makes errors
     relative.
 
     Each level is weighed against the one chosen so far, the change of the squared error averaged

@@ -1,8 +1,8 @@
-"""Walls: neighbours on the two sides of something that stands on their surface share no light.
+"""Walls: neighbors on the two sides of something that stands on their surface share no light.
 
 Where triangles cross or stand on one another is known (``tracing.crossings``), so only receivers
 near such a line are looked at: one that a line divides holds the light of both sides and is a
-neighbour of its like only, and others are neighbours where there is a way above the surface.
+neighbor of its like only, and others are neighbors where there is a way above the surface.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ class CellShading:
     normal: np.ndarray  # (n, 3) float32 unit
     level: np.ndarray  # (n,) float32: length of the mean of a cell's normals, at most 1
     smooth: np.ndarray | None  # (n, 3) float32 unit: before bump and normal maps; None: no maps
-    height: np.ndarray  # (n,) float32 normalised: of the rounded surface over the cell
+    height: np.ndarray  # (n,) float32 normalized: of the rounded surface over the cell
     turned: np.ndarray  # (n,) bool
 
 

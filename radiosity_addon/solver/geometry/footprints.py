@@ -18,7 +18,7 @@ BAND = 1 << 15  # number [cells] that are placed together
 class Footprints:
     """Cells in space: origin + a·u + b·v. Cell ``start[i]:start[i+1]`` belong to footprint i."""
 
-    origin: np.ndarray  # (n_cells, 3) float32 normalised, lifted off the surface
+    origin: np.ndarray  # (n_cells, 3) float32 normalized, lifted off the surface
     u: np.ndarray  # (n_cells, 3)
     v: np.ndarray  # (n_cells, 3)
     normal: np.ndarray  # (n_cells, 3) float32 unit
@@ -35,7 +35,7 @@ class Footprints:
 
     @property
     def area(self) -> np.ndarray:
-        """(count,) float64 normalised."""
+        """(count,) float64 normalized."""
         return np.diff(self.cumulative[self.start])
 
     def mean_of_cells(self, values: np.ndarray) -> np.ndarray:

@@ -1,7 +1,7 @@
 """Nusselt's analog: directions to a polygon whose density is the cosine law itself.
 
 Directions above a point are projected onto its tangent plane: a cosine-weighted solid angle becomes
-an area in the unit disc (Nusselt 1928). A polygon's area there lies between arcs of ellipses. It is
+an area in the unit disk (Nusselt 1928). A polygon's area there lies between arcs of ellipses. It is
 cut into sectors at the azimuths of its corners. Within one, the area up to an azimuth has a closed
 form, which is inverted by Newton's method; along the radius it is a difference of squares (Peters
 2021, "BRDF Importance Sampling for Polygonal Lights", section 3). So every sampled direction stands
@@ -26,7 +26,7 @@ TURN = 2 * np.pi
 
 @dataclass(frozen=True)
 class Projected:
-    """n polygons above the horizons of n points, each cut into s sectors of the unit disc."""
+    """n polygons above the horizons of n points, each cut into s sectors of the unit disk."""
 
     axes: list  # of three (3, n): tangent, bitangent, normal
     start: np.ndarray  # (s, n) azimuth [rad]
@@ -87,7 +87,7 @@ def project(corners: np.ndarray, axes: list) -> Projected:
     sine = np.sqrt(np.stack([dot(plane, plane) for plane in planes]))
     planes /= np.maximum(sine, 1e-300)[:, None]
     along = np.arctan2(sine, np.stack([dot(a, b) for a, b in zip(corners, following)]))
-    side = np.sign((planes[:, 2] * along).sum(axis=0))  # 1: they run anticlockwise
+    side = np.sign((planes[:, 2] * along).sum(axis=0))  # 1: they run counterclockwise
     start, width, outer, inner = _sectors(corners, planes, side)
     cosine, sine = np.cos(start), np.sin(start)
     arcs = np.stack([_arcs(planes, edge, cosine, sine) for edge in (outer, inner)])

@@ -1,6 +1,6 @@
-"""Geometry: the triangles centred and scaled to a unit box, with normals and areas.
+"""Geometry: the triangles centered and scaled to a unit box, with normals and areas.
 
-Everything after this works in normalised lengths; radiosity does not depend on the unit of length,
+Everything after this works in normalized lengths; radiosity does not depend on the unit of length,
 and lamp intensities are rescaled where they enter (``lights``).
 """
 
@@ -31,13 +31,13 @@ class Geometry:
     e1: np.ndarray  # (n, 3)
     e2: np.ndarray  # (n, 3)
     normal: np.ndarray  # (n, 3) unit; zero where the area is
-    area: np.ndarray  # (n,) normalised
+    area: np.ndarray  # (n,) normalized
     shrink: np.ndarray  # (n,) share of it that points keep away from its edges
-    scale: float  # scene length of one normalised unit
-    center: np.ndarray  # (3,) scene position of the normalised origin
+    scale: float  # scene length of one normalized unit
+    center: np.ndarray  # (3,) scene position of the normalized origin
 
-    def normalised(self, positions: np.ndarray) -> np.ndarray:
-        """Scene positions (..., 3) in normalised coordinates."""
+    def normalized(self, positions: np.ndarray) -> np.ndarray:
+        """Scene positions (..., 3) in normalized coordinates."""
         return (np.asarray(positions, float) - self.center) / self.scale
 
     def at(self, triangle: np.ndarray, uv: np.ndarray) -> np.ndarray:
@@ -50,7 +50,7 @@ class Geometry:
 
 
 def build_geometry(vertices: np.ndarray, triangles: np.ndarray) -> Geometry:
-    """Normalise. Raises ValueError for vertices that are not finite or triangles out of range."""
+    """Normalize. Raises ValueError for vertices that are not finite or triangles out of range."""
     vertices = np.asarray(vertices, np.float64).reshape(-1, 3)
     triangles = np.asarray(triangles, np.int32).reshape(-1, 3)
     if len(triangles) and not (0 <= triangles.min() <= triangles.max() < len(vertices)):

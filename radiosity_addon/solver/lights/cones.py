@@ -1,7 +1,7 @@
 """Cones: round lights, sampled by the cosine law of the point that they light.
 
-A sphere is seen under a cone of directions, and so is a disc that faces the point. Projected along
-its axis the cone becomes a disc of radius sinσ: with (ρ cosφ, ρ sinφ) in there, dω = ρ dρ dφ / cosα,
+A sphere is seen under a cone of directions, and so is a disk that faces the point. Projected along
+its axis the cone becomes a disk of radius sinσ: with (ρ cosφ, ρ sinφ) in there, dω = ρ dρ dφ / cosα,
 ρ = sinα, and the receiver's cosine over cosα is cosθ + sinθ tanα cosφ. Over a circle its mean is cosθ.
 So ρ² is uniform, and φ has a density ∝ 1 + e cosφ, e = tanθ tanα: its distribution is inverted by
 solving Kepler's equation.
@@ -57,7 +57,7 @@ def eccentric_turn(eccentricity: np.ndarray, xi: np.ndarray) -> np.ndarray:
 
 def ball_form_factor(cosine: np.ndarray, sine_square: np.ndarray) -> np.ndarray:
     """(n,) share of the hemisphere's cosine-weighted directions that meet a sphere seen under a
-    half angle σ, sin²σ in (0, 1], whose centre lies at ``cosine`` from the normal; horizon clipped
+    half angle σ, sin²σ in (0, 1], whose center lies at ``cosine`` from the normal; horizon clipped
     (Snyder 1996, "Area light sources for real-time graphics", in the form of Lagarde & de
     Rousiers 2014, eq. 25)."""
     cut = cosine**2 < sine_square

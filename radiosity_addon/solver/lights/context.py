@@ -37,7 +37,7 @@ class Context:
     explicit: np.ndarray  # (n_triangles,) bool: emission is sampled, so rays must not count it
     sky: Skylight | None
     unit: float
-    channels: int  # of all light and reflectances: 1 where nothing is coloured, else 3
+    channels: int  # of all light and reflectances: 1 where nothing is colored, else 3
     seed: int
     threads: int
     progress: Progress
@@ -119,7 +119,7 @@ class Context:
 
 
 def build_context(scene: Scene, seed: int, threads: int, progress: Progress) -> Context:
-    """Normalise the scene, build Embree's tree, list the lights.
+    """Normalize the scene, build Embree's tree, list the lights.
 
     Raises ValueError where vertices are not finite or indices out of range.
     """
@@ -155,7 +155,7 @@ def _transmitting(scene: Scene) -> np.ndarray:
 
 
 def _brightest(scene: Scene, sources: Sources, sky: Skylight | None) -> float:
-    """A brightness to divide by: the largest colour of any source; 1 where nothing shines."""
+    """A brightness to divide by: the largest color of any source; 1 where nothing shines."""
     count = len(scene.triangles)
     middle = np.full((count, 2), 1 / 3)
     peaks = [sources.brightest()]

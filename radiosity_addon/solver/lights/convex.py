@@ -60,7 +60,7 @@ def _one_sided(
 
 
 def _lights(sources: Sources) -> tuple[np.ndarray, np.ndarray]:
-    """Corners of flat lights and centres of round ones (k, 3), and their radii (k,)."""
+    """Corners of flat lights and centers of round ones (k, 3), and their radii (k,)."""
     places, radii = [np.zeros((0, 3))], [np.zeros(0)]
     for kind in sources.kinds:
         if isinstance(kind, Polygons):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry.vectors import columns
-from .light_batch import in_disc
+from .light_batch import in_disk
 
 TRIANGLE, RECTANGLE, ELLIPSE = range(3)
 RIM = 48  # number [corners] of the polygon that stands for an ellipse
@@ -29,7 +29,7 @@ def places_in(
     fold = (shape == TRIANGLE) & (s + t > 1)
     round_ = shape == ELLIPSE
     if np.any(round_):
-        x, y = in_disc(s, t)
+        x, y = in_disk(s, t)
         s, t = np.where(round_, 0.5 + 0.5 * x, s), np.where(round_, 0.5 + 0.5 * y, t)
     return (np.where(fold, 1 - s, s), np.where(fold, 1 - t, t)) if np.any(fold) else (s, t)
 
@@ -40,11 +40,11 @@ def each(vectors: np.ndarray, which: int | np.ndarray) -> np.ndarray:
 
 
 def spread_falloff(cosine: np.ndarray, spread: np.ndarray) -> np.ndarray:
-    """Cycles' beam of an area lamp: linear in the tangent, zero at half the spread, normalised
+    """Cycles' beam of an area lamp: linear in the tangent, zero at half the spread, normalized
     so that the lamp's power does not depend on it."""
     half = np.maximum(spread, 1e-3) / 2
     tangent = np.tan(half)
     gap = tangent - half
-    normalise = np.where(gap > 1e-9, 1 / np.maximum(gap, 1e-30), 3 / tangent**3)
+    normalize = np.where(gap > 1e-9, 1 / np.maximum(gap, 1e-30), 3 / tangent**3)
     ray = np.sqrt(np.maximum(1 / np.maximum(cosine, 1e-9) ** 2 - 1, 0))
-    return np.where(spread < np.pi, np.maximum((tangent - ray) * normalise, 0), 1.0)
+    return np.where(spread < np.pi, np.maximum((tangent - ray) * normalize, 0), 1.0)

@@ -1,6 +1,6 @@
 """Light batch: what the kinds of explicitly sampled light have in common.
 
-The kinds are ``polygons``, ``facing_discs``, ``spheres``, ``suns`` and ``sky_spots``. A kind holds
+The kinds are ``polygons``, ``facing_disks``, ``spheres``, ``suns`` and ``sky_spots``. A kind holds
 arrays, one entry a light. It gives, at points: the irradiance that would arrive without obstacles,
 and rays that test whether it does. Where that irradiance is the same at all of an owner's points it
 is found once, and only the rays are made for each. A new kind of light is one more class that has
@@ -30,13 +30,13 @@ class Sample:
     and the samples differ; None where they do not, or nothing better is known.
     """
 
-    irradiance: np.ndarray  # (n,) float64, unoccluded, per unit of the light's colour
+    irradiance: np.ndarray  # (n,) float64, unoccluded, per unit of the light's color
     segment: np.ndarray
     length: float
     whole: np.ndarray | None = None  # (n,) float64
     surface: tuple | None = None  # (k,) which of the n, (k,) triangles, (k, 2) barycentric: places
-    # whose own emission takes the place of the light's colour
-    tint: np.ndarray | None = None  # (n, channels): multiplies the light's colour; None: 1
+    # whose own emission takes the place of the light's color
+    tint: np.ndarray | None = None  # (n, channels): multiplies the light's color; None: 1
 
     def darkened(self, dark: np.ndarray) -> Sample:
         """The same, but nothing arrives at the points that are ``dark`` (n,) bool."""
@@ -55,7 +55,7 @@ class Unoccluded:
     from numbers uniform in the unit square, where these themselves will not do.
     """
 
-    irradiance: np.ndarray  # (R,) float64, unoccluded, per unit of the light's colour
+    irradiance: np.ndarray  # (R,) float64, unoccluded, per unit of the light's color
     known: np.ndarray  # (R,) bool
     segments: Callable
     value: Callable
@@ -86,7 +86,7 @@ class LightBatch(Protocol):
         ``normal`` (3, ...) tells: above 0 wherever any may arrive within ``reach`` (...) of it."""
 
     def reaches(self, center: np.ndarray, half: np.ndarray) -> np.ndarray:
-        """(k,) bool: light may arrive in some box, of these centres and half edges (g, 3)."""
+        """(k,) bool: light may arrive in some box, of these centers and half edges (g, 3)."""
 
     def emitters(self) -> Emitters:
         """How they shine, roughly: a tree of lights is made of that."""
@@ -133,7 +133,7 @@ def chord(sine: np.ndarray) -> np.ndarray:
     return sine / np.sqrt(0.5 + 0.5 * np.sqrt(np.maximum(1 - sine * sine, 0)))
 
 
-def in_disc(s: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(x, y) uniform in the unit disc from (s, t) in the unit square."""
+def in_disk(s: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(x, y) uniform in the unit disk from (s, t) in the unit square."""
     radius, turn = np.sqrt(s), 2 * np.pi * t
     return radius * np.cos(turn), radius * np.sin(turn)

@@ -29,7 +29,7 @@ def lights_that_reach(
 
 
 def _boxes(geometry: Geometry) -> tuple[np.ndarray, np.ndarray]:
-    """Centres (g, 3) and half edges (g, 3) of boxes that hold all triangles."""
+    """Centers (g, 3) and half edges (g, 3) of boxes that hold all triangles."""
     corners = geometry.vertices[geometry.triangles]
     if len(corners) == 0:
         return np.zeros((0, 3)), np.zeros((0, 3))

@@ -49,7 +49,7 @@ class Nodes:
     power: np.ndarray  # (n,) Σ p, front and back together
     center: np.ndarray  # (n, 3) mean, weighted by power
     radius: np.ndarray  # (n,) of a sphere around all of them
-    square: np.ndarray  # (n,) mean squared distance from the centre
+    square: np.ndarray  # (n,) mean squared distance from the center
     first: np.ndarray  # (n, 3) Σ (front − back) normal
     second: np.ndarray  # (n, 3, 3) Σ p normal normalᵀ
 
@@ -126,7 +126,7 @@ def build_tree(emitters: Emitters, top: int, size: int) -> LightTree:
 
 
 def along_a_curve(center: np.ndarray) -> np.ndarray:
-    """(n,) the lights' order along Morton's curve, on which neighbours are near in space."""
+    """(n,) the lights' order along Morton's curve, on which neighbors are near in space."""
     low, high = center.min(axis=0), center.max(axis=0)
     extent = max(float((high - low).max()), 1e-300)
     cell = ((center - low) / extent * (2**BITS - 1)).astype(np.int64)

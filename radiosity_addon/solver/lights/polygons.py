@@ -23,7 +23,7 @@ class Polygons:
 
     color: np.ndarray  # (k, 3) radiance
     shape: np.ndarray  # (k,) TRIANGLE, RECTANGLE or ELLIPSE
-    origin: np.ndarray  # (k, 3) normalised; of an ellipse the corner of its parallelogram
+    origin: np.ndarray  # (k, 3) normalized; of an ellipse the corner of its parallelogram
     u: np.ndarray  # (k, 3)
     v: np.ndarray  # (k, 3)
     normal: np.ndarray  # (k, 3) unit
@@ -37,7 +37,7 @@ class Polygons:
 
     @property
     def area(self) -> np.ndarray:
-        """(k,) normalised."""
+        """(k,) normalized."""
         share = np.array([0.5, 1.0, np.pi / 4])[self.shape]
         return share * np.linalg.norm(np.cross(self.u, self.v), axis=1)
 
@@ -47,7 +47,7 @@ class Polygons:
         return self.color * (np.pi * self.area * (1 + self.two_sided))[:, None]
 
     def middle(self) -> tuple[np.ndarray, np.ndarray]:
-        """Centres (k, 3) and radii (k,) of spheres around the lights."""
+        """Centers (k, 3) and radii (k,) of spheres around the lights."""
         return self._spheres
 
     @cached_property
@@ -156,7 +156,7 @@ class Polygons:
         return power * facing * leaving / (square + kind.type(0.5) * radius**2)
 
     def reaches(self, center: np.ndarray, half: np.ndarray) -> np.ndarray:
-        """(k,) bool: some box, centre and half edges (g, 3), has a part on the side that shines."""
+        """(k,) bool: some box, center and half edges (g, 3), has a part on the side that shines."""
         reaches = self.two_sided.copy()
         some = np.flatnonzero(~self.two_sided)
         plane = np.einsum("ij,ij->i", self.origin[some], self.normal[some])

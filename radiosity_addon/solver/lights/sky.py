@@ -43,7 +43,7 @@ class Skylight:
 
 
 def pixel_directions(height: int, width: int) -> np.ndarray:
-    """(height, width, 3) unit directions of the pixels' centres (see ``scene.Sky``)."""
+    """(height, width, 3) unit directions of the pixels' centers (see ``scene.Sky``)."""
     v = (np.arange(height) + 0.5) / height
     u = (np.arange(width) + 0.5) / width
     theta, phi = np.pi * (v - 0.5)[:, None], 2 * np.pi * (0.5 - u)[None]

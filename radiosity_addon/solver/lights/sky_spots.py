@@ -33,7 +33,7 @@ class SkySpots(Suns):
     pixels: np.ndarray  # (n_rows + 1,) int
     row: np.ndarray  # (n_pixels,) int, in the panorama
     column: np.ndarray  # (n_pixels,) int
-    tint: np.ndarray | None  # (n_pixels, 3) colour over the light's, in proportion; None: all alike
+    tint: np.ndarray | None  # (n_pixels, 3) color over the light's, in proportion; None: all alike
     sums: np.ndarray  # (n_pixels + 1,) float64: flux of the pixels before, mean of the channels
 
     def sample(

@@ -11,7 +11,7 @@ from ..scene import Lamp, PointLamp, Scene, SunLamp, lamp_color
 from ..tracing.embree import Tracer
 from .distributions import make_distributions
 from .emissive_faces import emissive_faces
-from .facing_discs import FacingDiscs
+from .facing_disks import FacingDisks
 from .flat_shapes import ELLIPSE, RECTANGLE
 from .light_batch import LightBatch
 from .light_choice import FEW, LightSampler, make_light_sampler
@@ -27,7 +27,7 @@ from .suns import Suns
 class Sources:
     """All explicit lights, numbered through their kinds."""
 
-    kinds: tuple[LightBatch, ...]  # Polygons, FacingDiscs, SphereLights, Suns, SkySpots
+    kinds: tuple[LightBatch, ...]  # Polygons, FacingDisks, SphereLights, Suns, SkySpots
     kind: np.ndarray  # (n,) int: which kind a light belongs to
     place: np.ndarray  # (n,) int: its place in there
     link: np.ndarray  # (n,) int: which row of ``allowed`` tells what it lights
@@ -62,7 +62,7 @@ class Sources:
         return replace(self, kinds=tuple(replace(k, color=k.color * factor) for k in self.kinds))
 
     def narrowed(self, channels: int) -> Sources:
-        """The same lights with the first ``channels`` of their colours."""
+        """The same lights with the first ``channels`` of their colors."""
         return replace(
             self, kinds=tuple(replace(k, color=k.color[:, :channels]) for k in self.kinds)
         )
@@ -106,7 +106,7 @@ class Sources:
         return replace(sources, samplers=(*self.samplers, sampler))
 
     def brightest(self) -> float:
-        """The largest colour component of any light."""
+        """The largest color component of any light."""
         return max((float(kind.color.max()) for kind in self.kinds), default=0.0)
 
 
@@ -115,7 +115,7 @@ def build_sources(
 ) -> tuple[Sources, np.ndarray]:
     """Every light to sample, and (n_triangles,) bool: whose emission that covers."""
     faces, explicit = emissive_faces(scene, geometry, tracer)
-    rows = {Polygons: [], FacingDiscs: [], SphereLights: [], Suns: [], SkySpots: []}
+    rows = {Polygons: [], FacingDisks: [], SphereLights: [], Suns: [], SkySpots: []}
     linked, shaped = {kind: [] for kind in rows}, {kind: [] for kind in rows}
     glow = _pairs(scene.emission_objects, scene.emission_blockers, len(scene.objects))
     linked[Polygons] = [glow[owner] for owner in faces.object]
@@ -154,7 +154,7 @@ def _batches(
         kind: kind(*(np.array(column) for column in zip(*mine)))
         for kind, mine in rows.items() if mine
     }  # fmt: skip
-    for kind in (FacingDiscs, SphereLights):
+    for kind in (FacingDisks, SphereLights):
         if kind in made:
             shapes = make_distributions(shaped[kind])
             made[kind] = replace(made[kind], shapes=shapes)
@@ -208,7 +208,7 @@ def _shines(lamp: Lamp) -> bool:
 
 
 def _lamp_row(lamp: Lamp, geometry: Geometry):
-    """The kind of a lamp and its row in there, in normalised lengths."""
+    """The kind of a lamp and its row in there, in normalized lengths."""
     if isinstance(lamp, SunLamp):
         toward = -np.asarray(lamp.direction, float)
         toward = toward / np.linalg.norm(toward)
@@ -216,9 +216,9 @@ def _lamp_row(lamp: Lamp, geometry: Geometry):
     if isinstance(lamp, PointLamp):
         spot = lamp.axis is not None
         edge = np.cos(min(lamp.cone, 2 * np.pi) / 2) if spot else -2.0
-        return SphereLights if lamp.ball and lamp.radius > 0 else FacingDiscs, (
+        return SphereLights if lamp.ball and lamp.radius > 0 else FacingDisks, (
             np.asarray(lamp.intensity, float) / geometry.scale**2,
-            geometry.normalised(lamp.position),
+            geometry.normalized(lamp.position),
             lamp.radius / geometry.scale,
             np.asarray(lamp.axis if spot else (0, 0, -1), float),
             edge,
@@ -228,7 +228,7 @@ def _lamp_row(lamp: Lamp, geometry: Geometry):
     return Polygons, (
         np.asarray(lamp.radiance, float),
         ELLIPSE if lamp.ellipse else RECTANGLE,
-        geometry.normalised(lamp.center) - (u + v) / 2,
+        geometry.normalized(lamp.center) - (u + v) / 2,
         u,
         v,
         np.asarray(lamp.normal, float),

@@ -1,4 +1,4 @@
-"""Spheres: point and spot lamps whose soft falloff is off: glowing spheres, not facing discs.
+"""Spheres: point and spot lamps whose soft falloff is off: glowing spheres, not facing disks.
 
 Seen whole from a distance d such a lamp brings I cosθ / d², however large it is; partly below the
 horizon the part above; from inside the same everywhere.
@@ -14,12 +14,12 @@ from ..geometry.vectors import columns, dot, size, tangents
 from ..sampling.points import Middles
 from ..sampling.sobol import cosine_lifted
 from .cones import cone_directions
-from .facing_discs import FacingDiscs
+from .facing_disks import FacingDisks
 from .light_batch import Sample, Unoccluded, chord, partly_above, unknown
 
 
 @dataclass(frozen=True)
-class SphereLights(FacingDiscs):
+class SphereLights(FacingDisks):
     """Spheres of constant radiance I / πr² (a spot's: within its beam), radius above 0."""
 
     def sample(

@@ -1,4 +1,4 @@
-"""Suns: distant discs, that is sun lamps and the bright spots of a sky."""
+"""Suns: distant disks, that is sun lamps and the bright spots of a sky."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from ..geometry.vectors import columns, dot, size, tangents
 from ..sampling.points import Middles
-from .light_batch import Sample, Unoccluded, combined, in_disc
+from .light_batch import Sample, Unoccluded, combined, in_disk
 from .light_tree import Emitters
 
 FAR = 1e3  # distance [scenes] at which a tree of lights takes suns to be
@@ -16,7 +16,7 @@ FAR = 1e3  # distance [scenes] at which a tree of lights takes suns to be
 
 @dataclass(frozen=True)
 class Suns:
-    """Distant discs: ``color`` the irradiance on a surface that faces them."""
+    """Distant disks: ``color`` the irradiance on a surface that faces them."""
 
     color: np.ndarray  # (k, 3)
     toward: np.ndarray  # (k, 3) unit, to the sun
@@ -25,19 +25,19 @@ class Suns:
     def sample(
         self, which: int | np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
     ) -> Sample:
-        """Sample a direction in the disc."""
+        """Sample a direction in the disk."""
         toward = columns(np.broadcast_to(self.toward[which], position.shape))
         one, other = tangents(toward)
-        x, y = (self.radius[which] * place for place in in_disc(xi[:, 0], xi[:, 1]))
+        x, y = (self.radius[which] * place for place in in_disk(xi[:, 0], xi[:, 1]))
         direction = toward + x * one + y * other
         cosine = np.maximum(dot(direction, columns(normal)) / size(direction), 0)
         segment = np.ascontiguousarray(direction.T, np.float32)
         return Sample(cosine, segment, np.inf)
 
     def whole(self, which: int, middles: Middles) -> Unoccluded:
-        """One sun where all of its disc is above the horizon, or none.
+        """One sun where all of its disk is above the horizon, or none.
 
-        Its directions (w + r d) / √(1 + r²d²), d uniform in the disc across w, have the mean
+        Its directions (w + r d) / √(1 + r²d²), d uniform in the disk across w, have the mean
         2 (√(1 + r²) − 1) / r² w.
         """
         toward, radius = self.toward[which], self.radius[which]
@@ -49,7 +49,7 @@ class Suns:
         def segments(
             owners: np.ndarray | slice, position: np.ndarray, s: np.ndarray, t: np.ndarray
         ):
-            return combined(toward, axes, in_disc(s, t))
+            return combined(toward, axes, in_disk(s, t))
 
         def value(owners: np.ndarray | slice, segments: np.ndarray, s: np.ndarray, t: np.ndarray):
             along = np.einsum("pkj,jk->pk", segments, middles.normal[:, owners])

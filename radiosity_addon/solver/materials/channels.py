@@ -1,6 +1,6 @@
-"""Channels: one where nothing in a scene is coloured, else three.
+"""Channels: one where nothing in a scene is colored, else three.
 
-Grey lamps on grey walls need a third of the arithmetic: all that the solver
+Gray lamps on gray walls need a third of the arithmetic: all that the solver
 sums, solves and smooths is as wide as this says.
 """
 
@@ -16,24 +16,24 @@ SAMPLE = 4096  # number [values] that are looked at before all are
 
 
 def channels_of(scene: Scene) -> int:
-    """1 where the channels of every colour in use are alike, else 3."""
+    """1 where the channels of every color in use are alike, else 3."""
     used = used_sides(scene)
     fields = [f for m in used for f in (m.reflectance, m.emission, m.transmittance)]
     colors = [np.asarray(lamp_color(lamp)) for lamp in scene.lamps]
     colors += [] if scene.sky is None else [scene.sky.pixels]
-    grey = all(map(_grey, colors)) and all(map(_grey_field, fields))
-    return 1 if grey else 3
+    gray = all(map(_gray, colors)) and all(map(_gray_field, fields))
+    return 1 if gray else 3
 
 
-def _grey_field(field: Field) -> bool:
+def _gray_field(field: Field) -> bool:
     if isinstance(field, Constant):
-        return _grey(np.asarray(field.value))
+        return _gray(np.asarray(field.value))
     if isinstance(field, Texture):
-        return _grey(np.asarray(field.factor, float) * np.ones(3)) and _grey(field.pixels)
-    return _grey(field.values)
+        return _gray(np.asarray(field.factor, float) * np.ones(3)) and _gray(field.pixels)
+    return _gray(field.values)
 
 
-def _grey(colors: np.ndarray) -> bool:
+def _gray(colors: np.ndarray) -> bool:
     """Whether the three numbers of each of (..., 3) are alike."""
     colors = colors.reshape(-1, 3)
     some = colors[:: max(1, len(colors) // SAMPLE)]

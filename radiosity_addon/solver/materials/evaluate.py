@@ -45,7 +45,7 @@ def evaluate_field(field: Field, triangle: np.ndarray, uv: np.ndarray) -> np.nda
 
 
 def _lookup(texture: Texture, place: np.ndarray) -> np.ndarray:
-    """Nearest or bilinear texels at UV ``place`` (n, 2); texel centres lie at half integers."""
+    """Nearest or bilinear texels at UV ``place`` (n, 2); texel centers lie at half integers."""
     height, width = texture.pixels.shape[:2]
     x, y = place[:, 0] * width, place[:, 1] * height
     if texture.interpolation == "Closest":

@@ -1,4 +1,4 @@
-"""Texture blocks: the parts of a triangle on which a picture of nearest texels has one colour.
+"""Texture blocks: the parts of a triangle on which a picture of nearest texels has one color.
 
 Pixel art, screens and strips of lights have few: each becomes cells of constant radiance cut along
 the texels' borders, in place of many small ones cut without regard to them.
@@ -48,7 +48,7 @@ def one_colored_parts(field: Texture, triangle: int) -> tuple[np.ndarray, np.nda
 
 
 def _blocks(colors: np.ndarray) -> list[tuple[int, int, int, int]]:
-    """Rectangles (x0, x1, y0, y1) of equal colours in (height, width, 3), none of them black: runs
+    """Rectangles (x0, x1, y0, y1) of equal colors in (height, width, 3), none of them black: runs
     in rows, joined with those above that are alike; one more than MOST_BLOCKS at most."""
     height, width = colors.shape[:2]
     begins = np.ones((height, width), bool)

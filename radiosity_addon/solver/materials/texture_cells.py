@@ -103,7 +103,7 @@ def _leaves(means: FieldMeans, cells: Cells, area: np.ndarray, limit: float, roo
 
 
 def _one_colored(field: Texture, cells: Cells, area: np.ndarray, limit: float):
-    """Whole triangles, ``cells`` of ``area`` (k,), without those that show few parts of one colour;
+    """Whole triangles, ``cells`` of ``area`` (k,), without those that show few parts of one color;
     their area; and the cells of these."""
     varied = np.flatnonzero(area * cells.deviation > limit)
     left, parts = np.ones(len(area), bool), []

@@ -1,12 +1,12 @@
-"""Guide: where on the hemisphere light comes from, learnt from rays already traced.
+"""Guide: where on the hemisphere light comes from, learned from rays already traced.
 
 A ray's cosine-distributed direction is a place in the unit square (``sampling``:
 the squared sine of its polar angle, and its azimuth). The square is cut into cells; in each of many
-clusters of neighbouring receivers every cell gets the share of the later rays that is best for what
+clusters of neighboring receivers every cell gets the share of the later rays that is best for what
 the earlier ones brought back through it: in proportion to the root of the mean square (Vorba et al.
 2014, "On-line Learning of Parametric Mixture Models", for the idea; Owen 2013, "Monte Carlo theory,
 methods and examples", section 9.1, for the optimum). A share remains for all cells alike, and
-weights make up for the choice, so that means stay what they are whatever was learnt.
+weights make up for the choice, so that means stay what they are whatever was learned.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ class Learning:
 
 
 def joined(before: Learning | None, *more: Learning) -> Learning:
-    """What all have learnt about the same clusters."""
+    """What all have learned about the same clusters."""
     parts = [part for part in (before, *more) if part is not None]
     names = ("number", "light", "square")
     return Learning(
@@ -112,7 +112,7 @@ def joined(before: Learning | None, *more: Learning) -> Learning:
 
 
 def start_learning(cluster: np.ndarray) -> Learning:
-    """Nothing learnt yet about ``cluster`` (count,)."""
+    """Nothing learned yet about ``cluster`` (count,)."""
     size = (int(cluster.max(initial=-1)) + 1) * CELLS
     return Learning(cluster, np.zeros(size), np.zeros(size), np.zeros(size))
 
@@ -145,14 +145,14 @@ class Guide:
         return height, across, cell
 
 
-def make_guide(learnt: Learning) -> Guide | None:
-    """The guide for what was learnt; None where it would not pay."""
-    number = np.maximum(learnt.number, 1).reshape(-1, ROWS, COLUMNS)
-    square = learnt.square.reshape(number.shape) / number
-    light = learnt.light.reshape(number.shape) / number
+def make_guide(learned: Learning) -> Guide | None:
+    """The guide for what was learned; None where it would not pay."""
+    number = np.maximum(learned.number, 1).reshape(-1, ROWS, COLUMNS)
+    square = learned.square.reshape(number.shape) / number
+    light = learned.light.reshape(number.shape) / number
     slots = _slots(np.sqrt(square).reshape(-1, CELLS))
     gain = _gain(square, light, (slots / SLOTS).reshape(square.shape))
-    rays = learnt.number.reshape(-1, CELLS).sum(axis=1)
+    rays = learned.number.reshape(-1, CELLS).sum(axis=1)
     if rays.sum() == 0 or (rays @ gain) / rays.sum() < USEFUL:
         return None
     first = (np.cumsum(slots, axis=1) - slots).ravel()
@@ -160,7 +160,7 @@ def make_guide(learnt: Learning) -> Guide | None:
     scale = 1 / (ROWS * count)
     row, column = number % CELLS // COLUMNS, number % COLUMNS
     return Guide(
-        learnt.cluster,
+        learned.cluster,
         np.repeat(number, count).astype(np.int32),
         scale.astype(np.float32),
         (row / ROWS - first * scale).astype(np.float32),

@@ -205,7 +205,7 @@ def points_on(
 
 
 def grouped_chunks(count: int, size: int, groups: int = GROUPS) -> list[tuple[int, slice]]:
-    """(group, slice) pairs that cover ``range(count)``; neighbours fall into different groups.
+    """(group, slice) pairs that cover ``range(count)``; neighbors fall into different groups.
 
     Each group uses a Sobol set of its own, each chunk has at most ``size`` owners. The groups of
     one stretch of owners follow each other, so that what is read of its footprints is in the cache.

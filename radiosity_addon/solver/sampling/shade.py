@@ -4,7 +4,7 @@ Rays start at the true surface and are hidden by it; light counts by the cosine 
 normal. Two corrections go with that, both for a single direction, as in Cycles: the terminator of a
 coarse smooth mesh would show its faces, unless light that grazes them starts from the
 rounded surface (Hanika 2021, "Hacking the Shadow Terminator"); and where maps turn a normal
-towards light that grazes the surface, it fades out before it is hidden (Conty Estevez, Lecocq and
+toward light that grazes the surface, it fades out before it is hidden (Conty Estevez, Lecocq and
 Stein 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem").
 """
 

@@ -1,4 +1,4 @@
-"""Sobol: randomised quasi-Monte Carlo numbers, directions and tangent frames.
+"""Sobol: randomized quasi-Monte Carlo numbers, directions and tangent frames.
 
 Every number follows from (seed, stream), never from threads or the clock.
 """
@@ -54,7 +54,7 @@ def cosine_directions(xi: np.ndarray) -> np.ndarray:
 def cosine_lifted(u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(...) the coordinates x, y and z of such vectors, from (u, v) in [0, 1).
 
-    Malley's method on a polar map: an (x, y) uniform in the disc, lifted to the hemisphere.
+    Malley's method on a polar map: an (x, y) uniform in the disk, lifted to the hemisphere.
     """
     radius, angle = np.sqrt(u), v * u.dtype.type(2 * np.pi)
     z = np.sqrt(np.maximum(1 - u, u.dtype.type(1e-12)))

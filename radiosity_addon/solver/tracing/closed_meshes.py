@@ -13,7 +13,7 @@ from ..geometry.triangles import Geometry
 from ..scene import Scene
 from .embree import Tracer
 
-# Of rays from places. Any three will do that no modelled face or edge lies along.
+# Of rays from places. Any three will do that no modeled face or edge lies along.
 DIRECTIONS = np.array([[0.5377, 0.6139, 0.5782], [-0.7071, 0.1623, 0.6882], [0.2113, -0.8147, 0.54]])
 
 

@@ -1,6 +1,6 @@
 """Coincident lights: emissive faces that lie on one another shine once, not twice.
 
-A wall modelled twice, or a lamp with a reversed copy behind it, is one surface to any ray: the
+A wall modeled twice, or a lamp with a reversed copy behind it, is one surface to any ray: the
 first one met. Sampled explicitly each would add its light. Of exact copies the first one stays; of
 faces that overlap otherwise each keeps what no earlier one covers. Where very many do, none is
 sampled, so that rays decide.

@@ -117,7 +117,7 @@ def _on_edge(
     geometry: Geometry, triangle: np.ndarray, other: np.ndarray, height: np.ndarray
 ) -> np.ndarray:
     """(n,) bool: the others (n,) rise over triangles (n,) from an edge of theirs, and are no
-    neighbours there in a mesh that bends."""
+    neighbors there in a mesh that bends."""
     level = np.sort(np.abs(height), axis=1)
     rises = _heights(geometry, other, triangle).max(axis=1) > REACH
     mine, theirs = geometry.triangles[triangle], geometry.triangles[other]
@@ -154,8 +154,8 @@ def _extent(
     corners = geometry.vertices[geometry.triangles[other]]
     height, along = _heights(geometry, other, triangle), np.einsum("kic,kc->ki", corners, axis)
     mine, theirs = geometry.triangles[triangle], geometry.triangles[other]
-    neighbours = (mine[:, :, None] == theirs[:, None]).any(axis=(1, 2))
-    reach = np.where(neighbours, 0, 2 * REACH)[:, None]  # they touch where they are joined
+    neighbors = (mine[:, :, None] == theirs[:, None]).any(axis=(1, 2))
+    reach = np.where(neighbors, 0, 2 * REACH)[:, None]  # they touch where they are joined
     level = reach[:, None] * np.array([-1.0, 1.0])[:, None]
     rise = np.roll(height, -1, axis=1) - height
     share = (level - height[:, None]) / np.where(rise == 0, 1, rise)[:, None]  # (n, 2, 3)

@@ -1,7 +1,7 @@
 """Embree: the one file that knows embreex. Rays in, hits out, float32.
 
 Embreex checks no shapes and prints its device's errors to a log, so both are checked here.
-The vertices must already be centred and scaled to a unit box (``geometry``): float32 needs it.
+The vertices must already be centered and scaled to a unit box (``geometry``): float32 needs it.
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ def _checked_mesh(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarr
             f"triangles are {triangles.dtype} {triangles.shape}; they must be integers (m, 3)"
         )
     if not np.isfinite(vertices).all() or (len(vertices) and np.abs(vertices).max() > 1.001):
-        raise ValueError("vertices must be finite and within [-1, 1]; normalise them first")
+        raise ValueError("vertices must be finite and within [-1, 1]; normalize them first")
     if len(triangles) and not (0 <= triangles.min() <= triangles.max() < len(vertices)):
         raise ValueError("triangles name vertices that do not exist")
     return np.ascontiguousarray(vertices, np.float32), np.ascontiguousarray(triangles, np.int32)

@@ -1,6 +1,6 @@
 """Solids: closed meshes that are seen from outside; what lies inside them nobody sees.
 
-A mesh that holds light, as a room modelled as one box does, is no solid; neither is a room in a
+A mesh that holds light, as a room modeled as one box does, is no solid; neither is a room in a
 shell, as in a house whose walls have a thickness.
 """
 
@@ -108,7 +108,7 @@ def _glowing(scene: Scene) -> np.ndarray:
 
 def _lamps(scene: Scene, geometry: Geometry) -> np.ndarray:
     places = [getattr(lamp, "position", getattr(lamp, "center", None)) for lamp in scene.lamps]
-    places = [geometry.normalised(place) for place in places if place is not None]
+    places = [geometry.normalized(place) for place in places if place is not None]
     return np.reshape(places, (-1, 3))
 
 

@@ -2,7 +2,7 @@
 
 Galerkin's method turns the radiosity equation, and any other Fredholm equation of the second kind,
 into such a system. T is only ever applied. The plain iteration x ← s + T x needs about
-18 / (1 − ‖T‖) applications for eight digits; GMRES (Saad and Schultz 1986) minimises the residual
+18 / (1 − ‖T‖) applications for eight digits; GMRES (Saad and Schultz 1986) minimizes the residual
 over all polynomials in T of the same degree and needs tens, because transport smooths: only a few
 of its eigenvalues lie near 1.
 """

@@ -58,7 +58,7 @@ def progress(window):
 
 
 def baked(window) -> int:
-    """How many meshes carry the colour attribute."""
+    """How many meshes carry the color attribute."""
     return window.ask(
         "answer = sum('Radiosity' in i.data.color_attributes for i in bpy.data.objects if i.type "
         "== 'MESH')"

@@ -13,7 +13,7 @@ KILL = """
 import os, signal
 os.kill(session.current()._process._process.pid, signal.SIGKILL)
 """
-# What a bake to images may leave: images, UV maps of our name, colour attributes, the report.
+# What a bake to images may leave: images, UV maps of our name, color attributes, the report.
 TRACES = """
 meshes = [item.data for item in bpy.data.objects if item.type == "MESH"]
 answer = [len([i for i in bpy.data.images if i.name.startswith("Radiosity")]),

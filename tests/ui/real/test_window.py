@@ -105,7 +105,7 @@ answer = digest.hexdigest()
 """
 
 
-def test_script_and_command_line_give_the_colours_of_the_button(room, profile, tmp_path):
+def test_script_and_command_line_give_the_colors_of_the_button(room, profile, tmp_path):
     """What the click has baked is baked again, from scratch: by bpy.ops, and by ``--command`` in
     another Blender, from a copy of the file. What that saved is read here."""
     colors = "objects = bpy.data.objects" + COLORS

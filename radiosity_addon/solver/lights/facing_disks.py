@@ -1,4 +1,4 @@
-"""Facing discs: point and spot lamps, hard or soft."""
+"""Facing disks: point and spot lamps, hard or soft."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from ..sampling.points import Middles
 from ..sampling.sobol import tangent_frames
 from .cones import ball_form_factor, cone_directions
 from .distributions import FINE, Distributions
-from .light_batch import Sample, Unoccluded, chord, combined, in_disc, unknown
+from .light_batch import Sample, Unoccluded, chord, combined, in_disk, unknown
 from .light_tree import Emitters
 
 NODES = 24  # number [nodes] of the quadrature across a soft spot
 FAR = 32  # distance [radii of a footprint]: from it on, curvature across it is < 0.1 %
-EVEN = 0.2  # of a lamp's height above the horizon: where its radius is less, its disc's places
+EVEN = 0.2  # of a lamp's height above the horizon: where its radius is less, its disk's places
 # bring alike
 NEAR = 1e-3  # distance [of the scene]: from nearer, float32 does not tell directions well
 
 
 @dataclass(frozen=True)
-class FacingDiscs:
-    """Point and spot lamps: ``color`` radiant intensity [W/sr] in normalised lengths."""
+class FacingDisks:
+    """Point and spot lamps: ``color`` radiant intensity [W/sr] in normalized lengths."""
 
     color: np.ndarray  # (k, 3)
     position: np.ndarray  # (k, 3)
@@ -34,17 +34,17 @@ class FacingDiscs:
     shapes: Distributions | None = None  # how intensity varies with direction; None: it does not
 
     def middle(self) -> tuple[np.ndarray, np.ndarray]:
-        """Centres (k, 3) and radii (k,)."""
+        """Centers (k, 3) and radii (k,)."""
         return self.position, self.radius
 
     def sample(
         self, which: int | np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
     ) -> Sample:
-        """Sample the disc of the lamp's radius r that faces the point, as Cycles' soft lamps do.
+        """Sample the disk of the lamp's radius r that faces the point, as Cycles' soft lamps do.
 
         Of a distance d it is seen under a half angle σ, sin²σ = r² / (d² + r²), and above the
         horizon brings I cosθ / (d² + r²), cut by it less (``ball_form_factor``). A soft spot's
-        beam is that of the sampled place; its mean over the disc is known beforehand.
+        beam is that of the sampled place; its mean over the disk is known beforehand.
         """
         toward = -columns(position)
         toward += np.take(self.position, np.atleast_1d(which), axis=0).T
@@ -91,7 +91,7 @@ class FacingDiscs:
             if radius == 0:
                 return self.position[which].astype(np.float32) - position
             axes = [radius * axis for axis in tangents(unit[:, owners])]
-            return combined(self.position[which], axes, in_disc(s, t), position)
+            return combined(self.position[which], axes, in_disk(s, t), position)
 
         def value(owners: np.ndarray | slice, segments: np.ndarray, s: np.ndarray, t: np.ndarray):
             along = np.einsum("pkj,jk->pk", segments, middles.normal[:, owners])
@@ -116,7 +116,7 @@ class FacingDiscs:
     def leave(self, which: np.ndarray, xi: np.ndarray):
         """Where particles leave lamps ``which`` (n,), from ``xi`` (n, 2 or 4) in [0, 1): origins (n, 3),
         unit directions (n, 3), uniform in the lamps' cones, and the brightness (n,) there. With four
-        numbers they leave the disc across their way, with two its middle."""
+        numbers they leave the disk across their way, with two its middle."""
         edge = np.maximum(self.edge[which], -1)
         z = 1 - (1 - edge) * xi[:, 0]
         flat, turn = np.sqrt(np.maximum(1 - z**2, 0)), 2 * np.pi * xi[:, 1]
@@ -124,16 +124,16 @@ class FacingDiscs:
         direction = np.einsum("ni,nij->nj", local, tangent_frames(self.axis[which]))
         origin = self.position[which]
         if xi.shape[1] > 2:
-            x, y = self.radius[which] * np.stack(in_disc(xi[:, 2], xi[:, 3]))
+            x, y = self.radius[which] * np.stack(in_disk(xi[:, 2], xi[:, 3]))
             across = tangents(np.ascontiguousarray(direction.T))
             origin = origin + (x * across[0] + y * across[1]).T
         return origin, direction, self.leaving(which, -direction.T)
 
     def _mean_beam(self, which: int, toward: np.ndarray, normal: np.ndarray, distance: np.ndarray):
-        """(n,) a soft spot's beam averaged over its disc, all of it above the horizons of unit
-        ``normal`` (3, n); ``toward`` (3, n) runs to its centre.
+        """(n,) a soft spot's beam averaged over its disk, all of it above the horizons of unit
+        ``normal`` (3, n); ``toward`` (3, n) runs to its center.
 
-        Directions to it, sinα (cosφ, sinφ) about the centre's, are uniform in a disc of radius sinσ
+        Directions to it, sinα (cosφ, sinφ) about the center's, are uniform in a disk of radius sinσ
         times the receiver's cosine. The beam changes along one direction g across it only. Along
         that they are spread by 2/π √(1−x²): Gauss-Chebyshev quadrature of the second kind, nodes
         cos(kπ/(K+1)), weights ∝ sin². Across it cosα is even: Gauss's two points, y² = (1−x²)/3.
@@ -199,7 +199,7 @@ class FacingDiscs:
         return rough
 
     def reaches(self, center: np.ndarray, half: np.ndarray) -> np.ndarray:
-        """(k,) bool: some box, centre and half edges (g, 3), has a part in the lamp's cone."""
+        """(k,) bool: some box, center and half edges (g, 3), has a part in the lamp's cone."""
         toward = center[:, None] - self.position
         distance = np.linalg.norm(toward, axis=2)
         around = np.linalg.norm(half, axis=1)[:, None] + self.radius
