@@ -20,6 +20,12 @@ from .settings import (
 DEMO_NAMES = ("cornell",)
 DEFAULTS = Settings()
 SCALED = ("png", "png16", "rgbm")  # formats with a scale
+# Options that one target alone has a use for, and what that is for.
+ONLY_FOR = {
+    Target.IMAGE: ("resolution", "unwrap", "uv_map", "margin"),
+    Target.VERTEX: ("domain",),
+}
+KINDS = {Target.IMAGE: "images", Target.VERTEX: "vertex colors"}
 
 
 @dataclass(frozen=True)
@@ -35,6 +41,7 @@ class BakeRequest:
     more: tuple[str, ...] = ()  # further files to bake, each like the first
     single_user: bool = False  # meshes that several objects share are copied first
     label: str = ""  # the file, where it is one of several
+    warnings: tuple[str, ...] = ()  # of options that change nothing
 
     def each(self) -> list[BakeRequest]:
         """One request for each file."""
@@ -83,7 +90,7 @@ def parse(argv: list[str], opened: bool = False) -> BakeRequest:
     first, *more = found.scene or [None]
     return BakeRequest(
         settings, first, found.demo, found.output, found.report, found.export, tuple(more),
-        found.single_user,
+        found.single_user, warnings=_unused(found),
     )
 
 
@@ -95,6 +102,16 @@ def _check_several(parser, found) -> None:
                          "named; leave it out or call once for each")  # fmt: skip
     if len(set(found.scene)) < len(found.scene):
         parser.error("a SCENE.blend is named twice; name each once")
+
+
+def _unused(found) -> tuple[str, ...]:
+    """A warning for each option that was given and changes nothing."""
+    return tuple(
+        f"--{option.replace('_', '-')} is for {KINDS[target]} and changes nothing here; add "
+        f"--target {target}"
+        for target, options in ONLY_FOR.items() if found.target != target
+        for option in options if getattr(found, option) is not None
+    )  # fmt: skip
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -144,12 +161,11 @@ def _add_targets(group) -> None:
     add("--single-user", action="store_true",
         help="give each object that shares its mesh a copy, and so colors of its own")  # fmt: skip
     add("--target", choices=TARGETS, default=DEFAULTS.target, help="(%(default)s)")
-    add("--domain", choices=DOMAINS, default=DEFAULTS.domain, help="vertex target (%(default)s)")
+    add("--domain", choices=DOMAINS, help=f"vertex target ({DEFAULTS.domain})")
     add(
         "--resolution",
         type=_size,
         metavar="N|WxH",
-        default=(DEFAULTS.resolution, None),
         help=f"image target: texels along an edge, or width x height ({DEFAULTS.resolution})",
     )
 
@@ -173,22 +189,19 @@ def _add_uv_maps(group) -> None:
     add(
         "--unwrap",
         choices=UNWRAPS,
-        default=DEFAULTS.unwrap,
         help="charts of UV maps that are made: Smart UV Project, Lightmap Pack, or those of the "
-        "map that renders, laid out anew (%(default)s)",
+        f"map that renders, laid out anew ({DEFAULTS.unwrap})",
     )
     add(
         "--uv-map",
         metavar="NAME",
-        default=DEFAULTS.uv_map,
         help="image target: the UV map to bake to (Radiosity, made where missing)",
     )
     add(
         "--margin",
         type=int,
         metavar="N",
-        default=DEFAULTS.margin,
-        help="texels by which islands are extended (%(default)s)",
+        help=f"texels by which islands are extended ({DEFAULTS.margin})",
     )
 
 
@@ -282,18 +295,18 @@ def _scale(text: str) -> float:
 
 
 def _settings(found: argparse.Namespace) -> Settings:
+    given = {name: getattr(found, name) for name in ("domain", "unwrap", "margin")}
+    width, height = found.resolution or (DEFAULTS.resolution, None)
     return Settings(
+        **{name: value for name, value in given.items() if value is not None},
         objects=tuple(dict.fromkeys(found.objects)),
         target=found.target,
-        domain=found.domain,
-        resolution=found.resolution[0],
-        height=found.resolution[1],
+        resolution=width,
+        height=height,
         atlas=found.atlas,
         atlas_images=found.atlas_images,
         density=found.density,
-        unwrap=found.unwrap,
         uv_map=found.uv_map,
-        margin=found.margin,
         image_dir=found.image_dir,
         format=found.format,
         color_type=found.color_type,

@@ -6,7 +6,8 @@ another process. ``discard`` takes back what ``prepare`` changed when the bake i
 
 from .stages.apply import apply, find_encoding
 from .stages.job import Job, Result
+from .stages.leave_out import without_bare
 from .stages.prepare import discard, prepare
 from .stages.run import run
 
-__all__ = ("Job", "Result", "apply", "discard", "find_encoding", "prepare", "run")
+__all__ = ("Job", "Result", "apply", "discard", "find_encoding", "prepare", "run", "without_bare")

@@ -163,9 +163,10 @@ def _bake(bpy, request, progress, publication, second) -> str:
     prepared = time.perf_counter()
     result = work.run(job, Meter(progress.part("run")), beside=second)
     solved = time.perf_counter()
+    job, result = work.without_bare(job, result)
     encoding = work.find_encoding(job, result)
     told = work.apply(bpy.context, job, result, progress.part("apply"), publication, encoding)
-    result = replace(result, warnings=(*result.warnings, *told))
+    result = replace(result, warnings=(*request.warnings, *result.warnings, *told))
     if request.export:
         told = _export(job, publication.stage(request.export))
         result = replace(result, warnings=(*result.warnings, *told))

@@ -7,11 +7,12 @@ import math
 from pathlib import Path
 
 from . import __version__
+from .figures import figure, percent
 from .stages.encode import Encoding
 from .stages.job import Job, Result
 
 STAGES = ("elements", "transport", "solve", "gather")  # timed by the solver
-SHOWN = 5  # number of warnings on the terminal
+SHOWN = 5  # number of warnings, and of objects left out, on the terminal
 ENERGY = ("emitted", "absorbed", "escaped")  # [W]
 
 
@@ -53,22 +54,23 @@ def write_report(report: dict, path: str | Path) -> None:
 
 
 def summarize(report: dict, output: str) -> str:
-    """Five lines for people: what, how much work, how right, how long, what to look at; several
-    warnings have lines of their own."""
+    """Five lines for people: what, how much work, how right, how long, what to look at; objects
+    that were left out, and several warnings, have lines of their own."""
     baked = sum(entry["baked"] for entry in report["objects"])
-    skipped = len(report["objects"]) - baked
+    left_out = [(each["name"], each["reason"]) for each in report["objects"] if not each["baked"]]
     energy, seconds, warnings = report["energy"], report["seconds"], report["warnings"]
     return "\n".join(
         [
             f"Baked {_count(baked, 'object')} into {output}"
-            + (f", {_count(skipped, 'object')} left out" if skipped else ""),
+            + (f", {_count(len(left_out), 'object')} left out:" if left_out else ""),
+            *_shown([f"{name!r}: {reason}" for name, reason in left_out]),
             f"Work: {_count(report['triangles'], 'triangle')}, "
             f"{_count(report['elements'], 'element')}, "
             f"{_count(report['receivers'], 'receiver')}, {_count(report['rays'], 'ray')}",
-            f"Relative error: {_percent(report['estimated_error'])} estimated, "
-            f"{_percent(report['target_error'])} asked; "
-            f"95 % of the surface within {_percent(report['error_95'])}; energy {energy['emitted']:.4g} W emitted, "
-            f"{energy['absorbed']:.4g} W absorbed, {energy['escaped']:.4g} W escaped",
+            f"Relative error: {percent(report['estimated_error'])} estimated, "
+            f"{percent(report['target_error'])} asked; "
+            f"95 % of the surface within {percent(report['error_95'])}; energy "
+            + ", ".join(f"{figure(energy[name])} W {name}" for name in ENERGY),
             f"Time: {seconds['total']:.2f} s ({_stages(seconds)}); "
             f"memory {report['peak_memory'] / 2**20:.0f} MB",
             f"Warnings: {_warnings(warnings)}",
@@ -106,10 +108,6 @@ def _count(number: int, word: str) -> str:
     return f"{number:,} {word}{'' if number == 1 else 's'}"
 
 
-def _percent(error: float) -> str:
-    return f"{100 * error:.2g} %"
-
-
 def _stages(seconds: dict) -> str:
     return ", ".join(
         f"{name} {value:.2f}" for name, value in seconds.items() if name != "total"
@@ -121,6 +119,11 @@ def _warnings(warnings: list[str]) -> str:
         return "none"
     if len(warnings) == 1:
         return warnings[0]
-    more = len(warnings) - SHOWN
+    return "\n".join([str(len(warnings)), *_shown(warnings)])
+
+
+def _shown(texts: list[str]) -> list[str]:
+    """The first of them, each a line of its own, and how many more there are."""
+    more = len(texts) - SHOWN
     rest = [f"and {more} more (--report has all)"] if more > 0 else []
-    return "\n  ".join([str(len(warnings)), *warnings[:SHOWN], *rest])
+    return [f"  {text}" for text in (*texts[:SHOWN], *rest)]

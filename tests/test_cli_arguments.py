@@ -88,6 +88,22 @@ def test_wrong_usage_is_one_line_and_status_2(words, told, capsys):
     assert told in usage_error(words.split(), capsys)
 
 
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("--resolution 1024", ["--resolution is for images"]),  # the default, but asked for
+        ("--margin 8 --uv-map M", ["--uv-map is for images", "--margin is for images"]),
+        ("--unwrap smart --domain point", ["--unwrap is for images"]),
+        ("--target image --domain corner", ["--domain is for vertex colors"]),
+        ("--target image --resolution 64 --margin 2 --unwrap lightmap", []),
+        ("", []),
+    ],
+)
+def test_options_of_the_other_target_are_told(words, told):
+    warnings = parse(["a.blend", *words.split()]).warnings
+    assert [text.partition(" and changes nothing")[0] for text in warnings] == told
+
+
 def test_an_open_file_needs_no_name():
     assert parse([], opened=True).scene is None
 

@@ -1,4 +1,4 @@
-"""The examples in the docstrings of the three central calls."""
+"""The examples in the docstrings of the three central calls, and of how numbers are written."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ import doctest
 
 import pytest
 
+from radiosity_addon import figures
 from radiosity_addon.solver import sequence
 from radiosity_addon.solver.transport import form_factors
 from verification import second_kind_example
 
 
-@pytest.mark.parametrize("module", [sequence, form_factors, second_kind_example],
+@pytest.mark.parametrize("module", [figures, sequence, form_factors, second_kind_example],
                          ids=lambda module: module.__name__)  # fmt: skip
 def test_examples_are_true(module):
     found = doctest.testmod(module)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from radiosity_addon.bake.texels import texel_receivers
-from radiosity_addon.bake_job import Job, run
+from radiosity_addon.bake_job import Job, run, without_bare
 from radiosity_addon.export.exported import CornerMap, ExportedObject
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.fields import Constant
@@ -139,3 +139,16 @@ def test_a_map_half_outside_warns_with_the_share():
     job = square_job("image")
     half = replace(job, targets=(replace(job.targets[0], uv=UV + [0.5, 0]),))
     assert any("50 % of its surface has UVs outside" in text for text in run(half).warnings)
+
+
+def test_an_object_without_a_texel_is_not_baked():
+    """Its image goes with it, the others keep theirs, and the warning has the share."""
+    job = square_job("image")
+    away = replace(job.targets[0], name="Away", uv=UV + [2, 0])
+    pair = replace(job, targets=(away, *job.targets))
+    result = run(pair)
+    left, less = without_bare(pair, result)
+    assert [target.name for target in left.targets] == ["Square"]
+    assert left.skipped == (("Away", "its UV map covers no texel"),)
+    assert len(less.colors) == 1 and less.colors[0] is result.colors[1]
+    assert sum("'Away': 100 % of its surface" in text for text in less.warnings) == 1

@@ -70,19 +70,28 @@ def test_a_warning_is_told_once(report):
     assert report["warnings"] == ["first", "second", "third"]
 
 
-def test_summary_is_five_lines_and_one_for_each_warning(report):
+def test_summary_is_five_lines_and_one_for_each_warning_and_object_left_out(report):
     lines = summarize(report, "room_baked.blend").splitlines()
-    assert len(lines) == 8
-    assert lines[0] == "Baked 1 object into room_baked.blend, 1 object left out"
+    assert len(lines) == 9
+    assert lines[0] == "Baked 1 object into room_baked.blend, 1 object left out:"
+    assert lines.pop(1) == "  'Lamp': is not a mesh"
     assert "1,234,567 rays" in lines[1]
     assert "2.1 % estimated, 3 % asked; 95 % of the surface within 4.3 %" in lines[2]
     assert "1.25 s" in lines[3] and "512 MB" in lines[3]
     assert lines[4:] == ["Warnings: 3", "  first", "  second", "  third"]
-    report["warnings"] = [f"number {n}" for n in range(9)]
+    report["warnings"], report["objects"] = [f"number {n}" for n in range(9)], []
     lines = summarize(report, "room_baked.blend").splitlines()[4:]
     assert lines[0] == "Warnings: 9" and lines[5:] == ["  number 4", "  and 4 more (--report has all)"]
     report["warnings"] = ["alone"]
     assert summarize(report, "room_baked.blend").splitlines()[4:] == ["Warnings: alone"]
+
+
+def test_summary_has_no_exponents_and_no_idle_digits(report):
+    report["energy"] = {"emitted": 12345.678, "absorbed": 12300.0, "escaped": 45.678}
+    report["error_95"] = 0.9999
+    line = summarize(report, "room_baked.blend").splitlines()[3]
+    assert "energy 12,300 W emitted, 12,300 W absorbed, 45.7 W escaped" in line
+    assert "95 % of the surface within 100 %" in line
 
 
 def test_json_reads_back_and_keeps_letters(report, tmp_path):

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..figures import percent
 from ..solver.receivers import Receivers
 from .clip import doubled_areas
 from .shown import Sheets
@@ -104,9 +105,9 @@ def unfit_warning(name: str, texels: int, shared: float, thin: float) -> str:
         return ""
     causes = []
     if shared >= NOTABLE / 2:
-        causes.append(f"islands less than a texel apart ({100 * shared:.2g} % of the surface)")
+        causes.append(f"islands less than a texel apart ({percent(shared)} of the surface)")
     if thin >= NOTABLE / 2:
-        causes.append(f"islands thinner than a texel ({100 * thin:.2g} %)")
+        causes.append(f"islands thinner than a texel ({percent(thin)})")
     return (
         f"{name!r}: {texels} texels could not be fitted to the light beside seams: its UV map has "
         + " and ".join(causes)

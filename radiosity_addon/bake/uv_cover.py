@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..figures import percent
 from ..solver.receivers import Receivers
 from .clip import doubled_areas
 
@@ -36,17 +37,13 @@ def missed_warning(name: str, outside: float, flat: float, modifiers: tuple[str,
     told = []
     if outside > NOTABLE:
         told.append(
-            f"{_percent(outside)} of its surface has UVs outside the tile from 0 to 1 (or on other "
+            f"{percent(outside)} of its surface has UVs outside the tile from 0 to 1 (or on other "
             "UDIM tiles) and gets no texel: move them inside, or bake to a map made for it"
         )
     if flat > NOTABLE:
         cause = f" that its modifiers make ({', '.join(modifiers)})" if modifiers else ""
         told.append(
-            f"{_percent(flat)} of its surface are faces without area in the UV map{cause} and get "
+            f"{percent(flat)} of its surface are faces without area in the UV map{cause} and get "
             "no texel: give them UVs, apply the modifiers and bake again, or bake vertex colors"
         )
     return f"{name!r}: " + "; ".join(told) if told else ""
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.0f} %" if share >= 0.1 else f"{100 * share:.2g} %"

@@ -42,7 +42,7 @@ from .shading_normals import (
 )
 from .smooth_groups import smooth_groups
 from .sockets import Reader
-from .targets import NO_FACES, UNTRACED, choose_objects, sort_out, uv_map_name
+from .targets import NO_FACES, UNTRACED, choose_objects, sort_out, uv_map_name, why_none
 from .traceless import traceless
 from .tracing import Trace, add_copies, changes_faces, face_modifiers, read_trace
 from .world import read_world
@@ -274,8 +274,7 @@ def _exported(
     geometry: Assembly, palette, illumination: Illumination, objects, skipped, warnings
 ) -> Exported:
     if not objects:
-        reasons = "; ".join(f"{name} {reason}" for name, reason in skipped)
-        raise ValueError(f"no mesh to bake: {reasons or 'add one that renders and has faces'}")
+        raise ValueError("there is no mesh to bake; " + why_none(skipped))
     parts = [placed.part for placed in geometry.placed]
     uvs = functools.cache(lambda name: _uvs(geometry, name, palette.atlases))
     scene = Scene(

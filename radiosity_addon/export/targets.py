@@ -7,8 +7,14 @@ from .parts import Part
 
 NOT_RENDERED = "is not visible in renders"
 NOT_MESH = "is a {kind}, which cannot hold baked colors; convert it to a mesh"
-LINKED = "its mesh is linked from a library and cannot get a color attribute; make it local"
-LINKED_UV = "its mesh is linked from a library and has no UV map {name!r}; make it local"
+LINKED = (
+    "its mesh is linked from a library and cannot get a color attribute; make it local "
+    "(Object > Relations > Make Local > All)"
+)
+LINKED_UV = (
+    "its mesh is linked from a library and has no UV map {name!r}; make it local "
+    "(Object > Relations > Make Local > All)"
+)
 SHARED = "shares its mesh with {first!r}, whose colors it shows; make its mesh single-user"
 SHARED_UV = (
     "shares its mesh, and so its UVs, with {first!r}, whose part of the atlas it shows; make its mesh "
@@ -30,7 +36,7 @@ def choose_objects(view_layer, names: tuple[str, ...]) -> list:
     if not names:
         chosen = [thing for thing in view_layer.objects if thing.type == "MESH"]
         if not chosen:
-            raise ValueError("there is no mesh to bake in the view layer; add one")
+            raise ValueError("there is no mesh to bake; " + why_none(()))
         return sorted(chosen, key=lambda thing: thing.name)
     missing = [name for name in names if name not in view_layer.objects]
     if missing:
@@ -39,6 +45,18 @@ def choose_objects(view_layer, names: tuple[str, ...]) -> list:
             "check the spelling and that its collection is not excluded"
         )
     return [view_layer.objects[name] for name in sorted(set(names))]
+
+
+def why_none(skipped) -> str:
+    """What to do where nothing is left to be baked: the first (name, reason), and how many more."""
+    if not skipped:
+        return (
+            "add one to the view layer, enabled in renders; what a collection instance shows can be "
+            "baked once it is real (Object > Apply > Make Instances Real)"
+        )
+    name, reason = skipped[0]
+    more = f" (and {len(skipped) - 1} more are left out)" if len(skipped) > 1 else ""
+    return f"{name!r} is left out: {reason}{more}"
 
 
 def own_parts(parts: list[Part]) -> dict[str, int]:

@@ -12,6 +12,7 @@ from ..bake.encodings import coding_error, decode, encode, scale_of
 from ..bake.image import find_baked
 from ..bake.png import png_bytes
 from ..bake.uv_maps import find_uv_map
+from ..figures import percent
 from ..settings import Target
 from .blender_export import carried, export_glb
 from .dress import Dress, Lightmap, dress
@@ -103,7 +104,7 @@ def _lightmaps(baked: Baked, warnings: list[str]) -> dict[str, Lightmap]:
         images[image.name] = made[name]
     if worst[0] > NOTABLE:
         warnings.append(
-            f"8 bits in the exported lightmap of {worst[1]!r} are off by {100 * worst[0]:.2g} % "
+            f"8 bits in the exported lightmap of {worst[1]!r} are off by {percent(worst[0])} "
             "before filtering, as its brightest texel is far above the rest; bake without the "
             "emission pass, or to vertex colors, which are exported as floats"
         )

@@ -231,8 +231,8 @@ def _warnings(context: Context, reached: Reached, settings: SolverSettings):
     if reached.error > settings.target_error:
         reason = "within the time limit" if settings.time_limit else f"in {MAX_ROUNDS} rounds"
         yield (
-            f"the error asked for, {settings.target_error:.3g}, was not reached {reason}: "
-            f"estimated {reached.error:.3g}"
+            f"the error asked for, {100 * settings.target_error:.3g} %, was not reached {reason}: "
+            f"estimated {100 * reached.error:.3g} %"
         )
     residual = max(replicate.residual for replicate in reached.solved)
     if residual > 0.1 * settings.target_error:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bake.encodings import BITS, coding_error, decode, encode, scale_of, share_above
+from ..figures import figure, percent
 from ..settings import Target
 from ..solver.workers.parallel import ranges
 from .job import Job, Result
@@ -83,7 +84,7 @@ def _warn(job: Job, kind: str, scale: float, above: float, peak: float) -> tuple
     vertex = job.settings.target == Target.VERTEX
     where = "byte color attribute" if vertex else f"{kind} files"
     return (
-        f"{100 * above:.2g} % of the {'colors' if vertex else 'texels'} lie above {scale:.4g} "
-        f"(the brightest at {peak:.4g}) and are cut in the {where}; use "
+        f"{percent(above)} of the {'colors' if vertex else 'texels'} lie above {figure(scale)} "
+        f"(the brightest at {figure(peak)}) and are cut in the {where}; use "
         + REMEDY["byte" if vertex else "image"],
     )

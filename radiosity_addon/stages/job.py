@@ -51,3 +51,4 @@ class Result:
     warnings: tuple[str, ...]
     seconds: dict = field(default_factory=dict)  # "fit": from light to colors
     receivers: int = 0  # how many places got light
+    bare: tuple[int, ...] = ()  # numbers of the targets without a texel

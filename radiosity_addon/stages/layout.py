@@ -19,6 +19,7 @@ from ..solver.progress import Progress
 from ..solver.receivers import Receivers, concatenate, slice_receivers
 from ..solver.workers.parallel import map_chunks
 from .job import Job
+from .leave_out import NO_TEXEL
 
 STAGE = "receivers"
 
@@ -34,6 +35,7 @@ class Layout:
     warnings: tuple[str, ...]
     buried: Receivers | None = None
     cut: np.ndarray | None = None
+    bare: tuple[int, ...] = ()  # numbers of the targets without a texel
 
     def part(self, index: int) -> Receivers:
         """One target's receivers, numbered from 0."""
@@ -44,8 +46,9 @@ def lay_out(job: Job, progress: Progress) -> Layout:
     """The receivers of every target, on all threads, and warnings about UV maps. Raises ValueError
     where none has a texel."""
     layout = lay_out_part(job, progress)
-    if not layout.receivers.count and layout.warnings:
-        raise ValueError("there is no texel to bake: " + layout.warnings[-1])
+    if not layout.receivers.count and job.settings.target == Target.IMAGE:
+        told = layout.warnings or [f"{job.targets[0].name!r}: {NO_TEXEL}"]
+        raise ValueError("there is no texel to bake: " + told[-1])
     return layout
 
 
@@ -61,6 +64,7 @@ def lay_out_part(job: Job, progress: Progress) -> Layout:
         concatenate(list(receivers)),
         tuple(np.cumsum([0, *counts]).tolist()),
         tuple(text for texts in warnings for text in texts),
+        bare=tuple(index for index, count in enumerate(counts) if not count),
     )
 
 
@@ -92,8 +96,6 @@ def _texels(job: Job):
         missed = missed_shares(part, target.uv, target.start, areas[target.start : target.stop])
         told = [_overlap(target, shared)] if shared else []
         told += filter(None, [missed_warning(target.name, *missed, target.modifiers)])
-        if not part.count:
-            told.insert(0, f"{target.name!r}: its UV map covers no texel; the image is empty")
         return part, told
 
     return make

@@ -50,8 +50,6 @@ def prepare_steps(scene, view_layer, settings: Settings, tell=lambda fraction: N
         fraction = next(exporting)  # all that looks at UV maps
     yield fraction
     exported = yield from exporting
-    if not exported.objects:
-        raise ValueError("there is no mesh to bake; " + _reasons(exported.skipped))
     _check_triangles(exported, settings)
     held = _of_targets(held, exported.objects)
     job = Job(
@@ -187,14 +185,6 @@ def _check_triangles(exported: Exported, settings: Settings) -> None:
         f"baking {len(sizes)} objects in a scene of {triangles} triangles",
         "name fewer --objects or simplify their meshes",
     )
-
-
-def _reasons(skipped) -> str:
-    if not skipped:
-        return "add one to the view layer, enabled in renders"
-    name, reason = skipped[0]
-    more = f" (and {len(skipped) - 1} more are left out)" if len(skipped) > 1 else ""
-    return f"{name!r} is left out: {reason}{more}"
 
 
 def _of_targets(held: list[HeldMap], targets) -> list[HeldMap]:

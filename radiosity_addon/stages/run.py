@@ -66,6 +66,7 @@ def run(
         ),
         seconds={"fit": time.perf_counter() - started},
         receivers=receivers.count,
+        bare=layout.bare,
     )
 
 

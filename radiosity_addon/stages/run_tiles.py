@@ -69,14 +69,14 @@ def run_tiles(
             del solution
         drawing.add(part, layout, windows, light)
         solve.skip()
-    figures = solve.statistics()
-    dark = [] if lit else warn_of_darkness(job.settings.passes)
+    dark, figures = [] if lit else warn_of_darkness(job.settings.passes), solve.statistics()
     return Result(
         colors=drawing.images(),
         statistics=figures,
         warnings=(*survey.warnings, *drawing.told, *dark, *figures.warnings),
         seconds={"fit": drawing.seconds},
         receivers=drawing.texels,
+        bare=survey.bare,
     )
 
 

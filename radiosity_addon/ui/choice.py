@@ -67,9 +67,9 @@ def _left_out(item, properties, rendered: Rendered) -> str:
     if not item.data.polygons and not item.data.is_editmode:
         return tip_("it has no faces")
     if properties.target == "VERTEX" and (item.data.library or item.data.override_library):
-        return tip_("its mesh is linked from another file: make it local")
+        return tip_("its mesh is linked from another file: Object > Relations > Make Local > All")
     if properties.target == "IMAGE" and item.data.library and not uv_map_of(properties, item.data):
-        return tip_("its mesh is linked and lacks the UV map: make it local")
+        return tip_("its mesh is linked and lacks the UV map: Object > Relations > Make Local > All")
     return ""
 
 
@@ -106,6 +106,15 @@ def why_not(context) -> str:
             return text.format(item.name, name)
     if next(_baked(context), None) is not None:
         return ""
+    return _why_none(context, properties)
+
+
+def _why_none(context, properties) -> str:
+    """Why none of the chosen objects can be baked: the first mesh's reason, where there is one."""
+    item = next((item for item in _pointed_at(context) if item.type == "MESH"), None)
+    if item is not None:
+        reason = _left_out(item, properties, Rendered(context.view_layer))
+        return tip_("{} cannot be baked: {}").format(item.name, reason)
     if properties.objects_from == "SELECTED":
         return tip_("Select a mesh that is rendered")
     return tip_("Add a mesh: the view layer has none that can be baked")

@@ -18,20 +18,21 @@ class Followed:
 
 def follow(job, result) -> Followed:
     """Find today's objects. Raises RuntimeError when none of the targets is left."""
+    from ..stages.leave_out import leave_out, without_bare
+
     objects = {item.session_uid: item for item in bpy.data.objects}
-    kept, lost = [], []
-    for index, target in enumerate(job.targets):
-        item = objects.get(target.identity)
-        reason = _why_lost(item, target)
-        if reason:
-            lost.append((target.name, reason))
-        else:
-            kept.append((index, item))
-    if not kept:
-        name, reason = lost[0]
-        raise RuntimeError(f"nothing is left to write to: {name} {reason}; bake again")
-    busy = next((item.name for _, item in kept if item.data.is_editmode), "")
-    return Followed(_keep_targets(job, kept, lost), _keep_colors(job, result, kept, lost), busy)
+    job, result = without_bare(job, result)
+    items = [objects.get(target.identity) for target in job.targets]
+    why = enumerate(map(_why_lost, items, job.targets))
+    lost = {index: reason for index, reason in why if reason}
+    told = [f"{job.targets[index].name} {reason}" for index, reason in lost.items()]
+    if len(lost) == len(items):
+        raise RuntimeError(f"nothing is left to write to: {told[0]}; bake again")
+    kept = {job.targets[index].name: item for index, item in enumerate(items) if index not in lost}
+    job, result = leave_out(job, result, lost)
+    warnings = (*result.warnings, *(f"{text}; it was left out" for text in told))
+    busy = next((item.name for item in kept.values() if item.data.is_editmode), "")
+    return Followed(_renamed(job, kept), replace(result, warnings=warnings), busy)
 
 
 def _why_lost(item, target) -> str:
@@ -45,21 +46,8 @@ def _why_lost(item, target) -> str:
     return ""
 
 
-def _keep_targets(job, kept, lost):
-    targets = tuple(replace(job.targets[index], name=item.name) for index, item in kept)
-    today = {job.targets[index].name: item.name for index, item in kept}
-    maps = tuple((today[name], layer) for name, layer in job.made_uv_maps if name in today)
-    return replace(job, targets=targets, skipped=(*job.skipped, *lost), made_uv_maps=maps)
-
-
-def _keep_colors(job, result, kept, lost):
-    """The colors of targets that are left, or of images that hold some of them."""
-    numbers = [index for index, _ in kept]
-    if job.settings.target == "image":
-        from ..stages.sheets import sheets_of
-
-        sheet = {each: n for n, sheet in enumerate(sheets_of(job)) for each in sheet.targets}
-        numbers = list(dict.fromkeys(sheet[index] for index in numbers))
-    warnings = tuple(f"{name} {reason}; it was left out" for name, reason in lost)
-    colors = tuple(result.colors[index] for index in numbers)
-    return replace(result, colors=colors, warnings=(*result.warnings, *warnings))
+def _renamed(job, kept: dict):
+    """The job with the names that its targets, by the names they had, have today."""
+    targets = tuple(replace(each, name=kept[each.name].name) for each in job.targets)
+    maps = tuple((kept[name].name, layer) for name, layer in job.made_uv_maps if name in kept)
+    return replace(job, targets=targets, made_uv_maps=maps)

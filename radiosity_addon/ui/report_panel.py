@@ -3,6 +3,7 @@
 import bpy
 from bpy.app.translations import pgettext_iface as iface_
 
+from ..figures import figure
 from . import words
 from .lines import draw_note, pair
 from .panels import RadiosityPanel
@@ -54,7 +55,7 @@ def draw_error(layout, report: dict) -> None:
         pair(column, "95 % of the Surface", within)
     energy = report["energy"]
     for name, label in ENERGY.items():
-        pair(column, label, iface_("{:.4g} W").format(energy[name]))
+        pair(column, label, iface_("{} W").format(figure(energy[name])))
 
 
 def draw_work(layout, report: dict) -> None:

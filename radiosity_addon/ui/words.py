@@ -2,6 +2,8 @@
 
 from bpy.app.translations import pgettext_iface as iface_
 
+from .. import figures
+
 
 def duration(seconds: float) -> str:
     """``3 s``, ``2 min 5 s``, ``1 h 20 min``."""
@@ -25,7 +27,7 @@ def size(number: float) -> str:
 
 def percent(fraction: float) -> str:
     """``2.1 %``, with two digits that count."""
-    return iface_("{:.2g} %").format(100 * fraction)
+    return figures.percent(fraction)
 
 
 def count(number: int) -> str:

@@ -90,7 +90,7 @@ def test_preflight_agrees_with_the_export(file, tmp_path, target):
     assert set(found.baked) == {each.name for each in job.targets}
     reasons = dict(found.left_out)
     assert "renders" in reasons["In Shut"] and "In Out" not in reasons
-    assert "make it local" in reasons["Linked"] and "instances" in reasons["Carrier"]
+    assert "Make Local" in reasons["Linked"] and "instances" in reasons["Carrier"]
     assert ("shares its mesh with Box" in reasons.get("Twin", "")) == (target == "VERTEX")
     discard(file.context, job)
 
@@ -101,6 +101,18 @@ def test_missing_uv_map_is_named_by_the_button(file):
     properties = file.context.scene.radiosity
     properties.target, properties.uv_map = "IMAGE", "Atlas"
     assert "Box has no UV map Atlas" in why_not(file.context)
+
+
+@pytest.mark.parametrize("target", ["VERTEX", "IMAGE"])
+def test_the_button_says_why_the_one_selected_object_cannot_be_baked(file, tmp_path, target):
+    from radiosity_addon.ui.choice import why_not
+
+    file.ops.object.select_all(action="DESELECT")
+    linked(file, tmp_path).select_set(True)
+    properties = file.context.scene.radiosity
+    properties.objects_from, properties.target = "SELECTED", target
+    assert why_not(file.context).startswith("Linked cannot be baked: its mesh is linked")
+    assert "Make Local" in why_not(file.context)
 
 
 def test_the_button_asks_about_objects_that_lack_the_uv_map_alone(file, monkeypatch):

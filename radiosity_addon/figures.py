@@ -1,0 +1,30 @@
+"""Numbers as people read them: no exponents, and no digits that mean nothing."""
+
+from __future__ import annotations
+
+SMALLEST = 1e-3  # [%]: smaller shares are told as less than it
+LARGEST = 1e9  # smaller numbers have no exponent
+
+
+def percent(share: float) -> str:
+    """A share as ``2.1 %``: two digits that count, and all those before the point.
+
+    >>> [percent(share) for share in (0.0213, 0.996, 1.0, 1.234, 0.0, 2e-6)]
+    ['2.1 %', '100 %', '100 %', '123 %', '0 %', 'under 0.001 %']
+    """
+    value = 100 * share
+    if 0 < value < SMALLEST:
+        return f"under {SMALLEST:g} %"
+    return f"{value:.0f} %" if value >= 10 else f"{value:.2g} %"
+
+
+def figure(value: float, digits: int = 3) -> str:
+    """A number rounded to ``digits`` that count, thousands apart.
+
+    >>> [figure(value) for value in (12345.6, 297.34, 87.921, 0.5, 0.0, 2.5e12)]
+    ['12,300', '297', '87.9', '0.5', '0', '2.5e+12']
+    """
+    rounded = float(f"{value:.{digits}g}")
+    if 10**digits <= abs(rounded) < LARGEST:
+        return f"{rounded:,.0f}"
+    return f"{rounded:.{digits}g}"
