@@ -39,7 +39,7 @@ def square_job(target: str, strength: float = np.pi, **options) -> Job:
         objects=("Square",),
         lamps=(SunLamp("Sun", np.array([0.0, 0, -1]), np.full(3, strength)),) if strength else (),
     )
-    loops, one_hot = HALVES.ravel(), CornerMap(np.arange(6)[:, None], np.ones((6, 1)), 6)
+    loops, one_hot = HALVES.ravel(), CornerMap(np.arange(7), np.arange(6), np.ones(6), 6)
     exported = ExportedObject("Square", 0, 2, UV, one_hot, loops, loops)
     settings = Settings(target=target, resolution=8, quality="draft", **options)
     return Job(settings, scene, (exported,), (), (), ())

@@ -25,7 +25,7 @@ def job_of(parts, number: int, **options) -> Job:
     mine = np.flatnonzero(scene.object == number)
     loops = 3 * len(mine)
     vertex = np.unique(scene.triangles[mine], return_inverse=True)[1].reshape(-1).astype(np.int32)
-    one_hot = CornerMap(np.arange(loops)[:, None], np.ones((loops, 1)), loops)
+    one_hot = CornerMap(np.arange(loops + 1), np.arange(loops), np.ones(loops), loops)
     uv = UV if number == 0 else None
     target = ExportedObject("Part", int(mine[0]), int(mine[-1]) + 1, uv, one_hot, vertex,
                             np.arange(loops, dtype=np.int32) // 6, n_loops=loops)  # fmt: skip

@@ -1,8 +1,9 @@
 """Corner maps: colors at evaluated corners as weighted sums over the user's own loops.
 
-Without modifiers that change faces the weights are one-hot. Otherwise
-a corner has the bilinear weights of its place in the quad it came from, as Blender's own
-interpolation has, or barycentric weights in the nearest triangle of a face that is no quad.
+Without modifiers that change faces the weights are one-hot. Otherwise they are those by which Blender
+itself mixed the corners of the face that a corner came from (see ``tracing``). Where it came from
+several faces, or from one of more corners than are told apart, they are barycentric ones of its
+place before the modifiers, in the nearest triangle of the face that its own face came from.
 """
 
 from __future__ import annotations
@@ -13,12 +14,13 @@ from .exported import CornerMap
 from .meshes import bulk, read_loop_vertices
 from .tracing import Trace
 
-QUAD_TOLERANCE = 0.02  # of the face's size: how far bilinear weights may miss the corner's place
+NEGLIGIBLE = 1e-6  # weight [of 1]: smaller ones are rounding
+HALF = 0.5  # weight [of 1]: a corner that has less of the user's corners has no source
 
 
 def one_hot(loops: np.ndarray, n_loops: int) -> CornerMap:
     """The map of a mesh without modifiers, from the loop at each triangle corner, (n, 3)."""
-    return CornerMap(loops.reshape(-1, 1), np.ones((loops.size, 1)), n_loops)
+    return CornerMap(np.arange(loops.size + 1), loops.reshape(-1), np.ones(loops.size), n_loops)
 
 
 def traced(loops: np.ndarray, polygon: np.ndarray, trace: Trace, mesh) -> CornerMap | None:
@@ -28,20 +30,34 @@ def traced(loops: np.ndarray, polygon: np.ndarray, trace: Trace, mesh) -> Corner
     Corners without a source have no weight. None when the modifiers dropped the attributes or no
     corner has a source.
     """
-    if trace.face is None or trace.place is None or trace.square is None:
+    if trace.face is None or trace.place is None:
         return None
     corner = loops.reshape(-1)
     face = np.repeat(trace.face[polygon], 3) - 1
-    rows = np.flatnonzero((face >= 0) & (face < len(mesh.polygons)))
-    if not len(rows):
+    face[face >= len(mesh.polygons)] = -1
+    if not (face >= 0).any():
         return None
-    face, corner = face[rows], corner[rows]
-    base, weights = barycentric(mesh, face, trace.place[corner])
-    quad = bilinear(mesh, face, trace.place[corner], trace.square[corner])
-    base[quad[0]], weights[quad[0]] = quad[1], quad[2]
-    found = CornerMap(np.zeros((loops.size, 4), int), np.zeros((loops.size, 4)), len(mesh.loops))
-    found.loops[rows], found.weights[rows] = base, weights
-    return found
+    told, mixed = _mixed(mesh, trace, corner)
+    rest = np.flatnonzero((face >= 0) & ~told)
+    nearest = barycentric(mesh, face[rest], trace.place[corner[rest]])
+    entries = zip(mixed, (np.repeat(rest, 3), *(x.ravel() for x in nearest)))
+    row, loop, weight = (np.concatenate(pair) for pair in entries)
+    order = np.argsort(row, kind="stable")
+    start = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=len(corner)))])
+    return CornerMap(start, loop[order], weight[order], len(mesh.loops))
+
+
+def _mixed(mesh, trace: Trace, corner: np.ndarray):
+    """(m,) bool: which evaluated corners (m,) came from one face by known weights; and these as
+    (rows, loops, weights) with ``rows`` counted among the m."""
+    if trace.source is None or trace.shares is None:
+        return np.zeros(len(corner), bool), (np.zeros(0, int), np.zeros(0, int), np.zeros(0))
+    shares = trace.shares[corner].astype(np.float64)
+    face, total = trace.source[corner] - 1, shares.sum(axis=1)
+    told = (face >= 0) & (face < len(mesh.polygons)) & (total > HALF)
+    row, number = np.nonzero((np.abs(shares) > NEGLIGIBLE) & told[:, None])
+    start = bulk(mesh.polygons, "loop_start", np.int32)
+    return told, (row, start[face[row]] + number, shares[row, number] / total[row])
 
 
 def _loop_places(mesh) -> np.ndarray:
@@ -49,23 +65,8 @@ def _loop_places(mesh) -> np.ndarray:
     return places[read_loop_vertices(mesh)]
 
 
-def bilinear(mesh, face: np.ndarray, place: np.ndarray, square: np.ndarray):
-    """(mask, loops (k, 4), weights (k, 4)) for corners whose place in a quad is trustworthy."""
-    start = bulk(mesh.polygons, "loop_start", np.int32)[face]
-    quad = bulk(mesh.polygons, "loop_total", np.int32)[face] == 4
-    loops = start[:, None] + np.where(quad[:, None], np.arange(4), 0)
-    s, t = np.clip(square, 0.0, 1.0).T
-    weights = np.stack([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t], axis=1)
-    points = _loop_places(mesh)[loops]
-    miss = np.linalg.norm(np.einsum("ni,nij->nj", weights, points) - place, axis=1)
-    size = np.linalg.norm(np.ptp(points, axis=1), axis=1)
-    good = quad & (np.abs(square - np.clip(square, 0, 1)).max(axis=1) < 1e-3)
-    good &= miss <= QUAD_TOLERANCE * size
-    return good, loops[good], weights[good]
-
-
 def barycentric(mesh, face: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Loops (m, 4) and weights (m, 4, last 0) in the triangle of the face nearest to the place."""
+    """Loops (m, 3) and weights (m, 3) in the triangle of the face nearest to the place."""
     mesh.calc_loop_triangles()
     owner = bulk(mesh.loop_triangles, "polygon_index", np.int32)
     loops = bulk(mesh.loop_triangles, "loops", np.int32, 3)
@@ -74,15 +75,15 @@ def barycentric(mesh, face: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, 
     order = np.argsort(owner, kind="stable")
     places = _loop_places(mesh)
     best = np.full(len(face), np.inf)
-    chosen, weights = np.zeros((len(face), 4), np.int64), np.zeros((len(face), 4))
+    chosen, weights = np.zeros((len(face), 3), np.int64), np.zeros((len(face), 3))
     for step in range(int(count[face].max(initial=0))):
         have = np.flatnonzero(count[face] > step)
         three = loops[order[first[face[have]] + step]]
         weight, distance = nearest_in_triangle(places[three], place[have])
         closer = distance < best[have]
         have = have[closer]
-        best[have], chosen[have, :3] = distance[closer], three[closer]
-        weights[have, :3] = weight[closer]
+        best[have], chosen[have] = distance[closer], three[closer]
+        weights[have] = weight[closer]
     return chosen, weights
 
 

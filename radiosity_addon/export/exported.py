@@ -18,18 +18,17 @@ class CornerMap:
     """The color at each evaluated triangle corner as a weighted sum of the user's loops' colors;
     a corner that came from nowhere has no weight."""
 
-    loops: np.ndarray  # (3 n, k) int: loops of the user's mesh
-    weights: np.ndarray  # (3 n, k) float64
+    start: np.ndarray  # (3 n + 1,) int: corner i has the entries from start[i] to start[i + 1]
+    loops: np.ndarray  # (m,) int: loops of the user's mesh
+    weights: np.ndarray  # (m,) float64
     n_loops: int  # of the user's mesh
 
     def matrix(self):
         """(3 n, n_loops) scipy.sparse.csr_matrix."""
         from scipy.sparse import csr_matrix
 
-        count, each = self.loops.shape
-        start = np.arange(0, count * each + 1, each)
-        entries = self.weights.ravel(), self.loops.ravel(), start
-        matrix = csr_matrix(entries, shape=(count, self.n_loops), copy=True)
+        shape = len(self.start) - 1, self.n_loops
+        matrix = csr_matrix((self.weights, self.loops, self.start), shape=shape, copy=True)
         matrix.sum_duplicates()
         matrix.eliminate_zeros()
         return matrix

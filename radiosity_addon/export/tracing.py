@@ -1,8 +1,9 @@
-"""Tracing: which of the user's faces an evaluated face came from.
+"""Tracing: which of the user's faces, and which of their corners, an evaluated corner came from.
 
-A temporary copy of an object carries three attributes through its modifiers: the face a face came
-from (plus one, so that 0 means none), the place of a corner before them, and the corner's place
-in the unit square when its face is a quad. The user's mesh is not touched.
+A temporary copy of an object carries attributes through its modifiers: the face a face came from (plus
+one, so that 0 means none); and of each corner its place before them, its face, and a 1 at its number
+within the face. Blender mixes these as it mixes colors of corners, so that what arrives are the
+weights of the corners that a color came from. The user's mesh is not touched.
 """
 
 from __future__ import annotations
@@ -13,8 +14,12 @@ import numpy as np
 
 from .meshes import bulk, read_loop_vertices
 
-FACE, PLACE, SQUARE = "radiosity_face", "radiosity_place", "radiosity_square"
-UNIT_SQUARE = np.array(((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)), np.float32)
+FACE, PLACE = "radiosity_face", "radiosity_place"
+SOURCE, SHARE = "radiosity_source", "radiosity_share_{}"
+MOST_CORNERS = 64  # of a face: those of larger ones are not told apart
+MOST_SHARES = 1 << 26  # of all corners of a mesh: of larger meshes only small faces' corners are
+DIGIT = 1 << 12  # faces are numbered in two digits, which 32-bit floats hold, and their means as well
+OFF = 0.02  # digits that are whole numbers to within this are of one face, and no mean of several
 KEEPS_FACES = {
     "ARMATURE", "CAST", "CLOTH", "CORRECTIVE_SMOOTH", "CURVE", "DATA_TRANSFER", "DISPLACE", "HOOK",
     "LAPLACIANDEFORM", "LAPLACIANSMOOTH", "LATTICE", "MESH_CACHE", "MESH_DEFORM",
@@ -31,7 +36,8 @@ class Trace:
 
     face: np.ndarray | None  # (n_polygons,) int32, the source face plus one
     place: np.ndarray | None  # (n_loops, 3) float64
-    square: np.ndarray | None  # (n_loops, 2) float64
+    source: np.ndarray | None  # (n_loops,) int32, the corner's one source face plus one; 0: not known
+    shares: np.ndarray | None  # (n_loops, k) float32: weights of the source face's first corners
     n_loops: int
 
 
@@ -60,21 +66,45 @@ def add_copies(scene, things) -> dict[str, str]:
 
 
 def _attach(mesh) -> None:
-    n_loops = len(mesh.loops)
     count = bulk(mesh.polygons, "loop_total", np.int32)
     start = bulk(mesh.polygons, "loop_start", np.int32)
     place = bulk(mesh.vertices, "co", np.float32, 3)[read_loop_vertices(mesh)]
-    square = np.full((n_loops, 3), -1.0, np.float32)
-    quads = start[count == 4]
-    square[quads[:, None] + np.arange(4)] = UNIT_SQUARE
     face = np.arange(1, len(count) + 1, dtype=np.int32)
-    for name, kind, domain, key, values in (
-        (FACE, "INT", "FACE", "value", face),
-        (PLACE, "FLOAT_VECTOR", "CORNER", "vector", place),
-        (SQUARE, "FLOAT_VECTOR", "CORNER", "vector", square),
-    ):
-        attribute = mesh.attributes.new(name, kind, domain)
-        attribute.data.foreach_set(key, np.ascontiguousarray(values).reshape(-1))
+    _add(mesh, FACE, "INT", "FACE", "value", face)
+    _add(mesh, PLACE, "FLOAT_VECTOR", "CORNER", "vector", place)
+    _add(mesh, SOURCE, "FLOAT_VECTOR", "CORNER", "vector", np.repeat(_digits(face), count, axis=0))
+    most = _told_apart(count)
+    number = np.where(np.repeat(count > most, count), -1, np.arange(len(place)) - np.repeat(start, count))
+    for first in range(0, most, 4):
+        share = number[:, None] == first + np.arange(4)
+        _add(mesh, SHARE.format(first), "FLOAT_COLOR", "CORNER", "color", share.astype(np.float32))
+
+
+def _add(mesh, name: str, kind: str, domain: str, key: str, values: np.ndarray) -> None:
+    attribute = mesh.attributes.new(name, kind, domain)
+    attribute.data.foreach_set(key, np.ascontiguousarray(values).reshape(-1))
+
+
+def _told_apart(count: np.ndarray) -> int:
+    """How many corners of faces with ``count`` (n,) corners get attributes of their own."""
+    return min(int(count.max(initial=0)), MOST_CORNERS, MOST_SHARES // max(int(count.sum()), 1))
+
+
+def _digits(face: np.ndarray) -> np.ndarray:
+    """(n, 3) float32: two digits of faces' numbers, and a third without order, so that means of
+    several faces' digits are no face's (mixed as in MurmurHash3, Appleby 2011)."""
+    mixed = face.astype(np.uint32) * np.uint32(0x85EBCA6B)
+    mixed = (mixed ^ (mixed >> np.uint32(13))) * np.uint32(0xC2B2AE35)
+    return np.stack([*np.divmod(face, DIGIT), mixed >> np.uint32(20)], 1).astype(np.float32)
+
+
+def _number(digits: np.ndarray) -> np.ndarray:
+    """(n,) int32: faces from their ``_digits`` (n, 3), 0 where these are of no one face."""
+    with np.errstate(invalid="ignore"):
+        whole = np.where(np.isfinite(digits), np.rint(digits), 0)
+        face = (whole[:, 0] * DIGIT + whole[:, 1]).astype(np.int32)
+        same = (np.abs(_digits(face) - digits) < OFF).all(1)
+    return np.where(same, face, 0)
 
 
 def read_trace(mesh) -> Trace:
@@ -87,10 +117,14 @@ def read_trace(mesh) -> Trace:
         return bulk(attribute.data, key, dtype, width)
 
     place = fetch(PLACE, "CORNER", "vector", np.float32, 3)
-    square = fetch(SQUARE, "CORNER", "vector", np.float32, 3)
+    digits = fetch(SOURCE, "CORNER", "vector", np.float32, 3)
+    shares = []
+    while (share := fetch(SHARE.format(4 * len(shares)), "CORNER", "color", np.float32, 4)) is not None:
+        shares.append(share)
     return Trace(
         fetch(FACE, "FACE", "value", np.int32, 1),
         None if place is None else place.astype(np.float64),
-        None if square is None else square[:, :2].astype(np.float64),
+        None if digits is None else _number(digits),
+        np.concatenate(shares, 1) if shares else None,
         len(mesh.loops),
     )

@@ -75,11 +75,12 @@ def _at_corners(targets, domain: str) -> tuple[np.ndarray, np.ndarray]:
     each target's begin."""
     unknown, start = [], [0]
     for target in targets:
-        own = unknowns_of(target, domain)
-        weights, loops = target.corner_map.weights, target.corner_map.loops
-        most = weights.argmax(1)[:, None] if len(weights) else np.zeros((0, 1), int)
-        weight, loop = (np.take_along_axis(x, most, 1)[:, 0] for x in (weights, loops))
-        unknown.append(np.where(weight > ALONE, start[-1] + own[loop], -1).reshape(-1, 3))
+        own, corners = unknowns_of(target, domain), target.corner_map
+        alone = np.flatnonzero(corners.weights > ALONE)
+        found = np.full(len(corners.start) - 1, -1)
+        row = np.searchsorted(corners.start, alone, "right") - 1
+        found[row] = start[-1] + own[corners.loops[alone]]
+        unknown.append(found.reshape(-1, 3))
         start.append(start[-1] + int(own.max(initial=-1)) + 1)
     return np.concatenate(unknown), np.array(start)
 
@@ -144,18 +145,18 @@ def _fit(
 
 def _as_one(targets: list[ExportedObject]) -> ExportedObject:
     """Several targets as one mesh, with triangles, loops and vertices one after the other."""
-    widest = max(target.corner_map.loops.shape[1] for target in targets)
-    loops, weights, vertex, group = [], [], [], []
+    size, loops, vertex, group = [], [], [], []
     at = np.zeros(3, int)  # loops, vertices and groups so far
     for target in targets:
-        fill = (0, 0), (0, widest - target.corner_map.loops.shape[1])
-        loops.append(np.pad(target.corner_map.loops, fill) + at[0])
-        weights.append(np.pad(target.corner_map.weights, fill))
+        size.append(np.diff(target.corner_map.start))
+        loops.append(target.corner_map.loops + at[0])
         vertex.append(target.loop_vertex + at[1])
         group.append(target.loop_smooth_group + at[2])
         groups = int(target.loop_smooth_group.max(initial=-1)) + 1
         at += len(target.loop_vertex), _vertices(target), groups
-    corner_map = CornerMap(np.concatenate(loops), np.concatenate(weights), int(at[0]))
+    start = np.concatenate([[0], np.cumsum(np.concatenate(size))])
+    weights = np.concatenate([target.corner_map.weights for target in targets])
+    corner_map = CornerMap(start, np.concatenate(loops), weights, int(at[0]))
     name = targets[0].name + (f" and {len(targets) - 1} more" if len(targets) > 1 else "")
     triangles = sum(target.stop - target.start for target in targets)
     return ExportedObject(

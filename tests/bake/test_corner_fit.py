@@ -24,7 +24,7 @@ class Plane:
         corner = np.concatenate([loop[:, [0, 1, 2]], loop[:, [0, 2, 3]]])
         triangles = self.loops[corner]
         n = len(triangles)
-        one_hot = CornerMap(corner.reshape(-1, 1), np.ones((3 * n, 1)), len(self.loops))
+        one_hot = CornerMap(np.arange(3 * n + 1), corner.reshape(-1), np.ones(3 * n), len(self.loops))
         group = self.loops if smooth else np.arange(len(self.loops))
         self.target = ExportedObject(
             "Plane", start, start + n, None, one_hot, self.loops.astype(np.int32),
@@ -182,11 +182,13 @@ def test_subdivided_surface_keeps_linear_light():
     """Corners that are weighted sums of the user's loops, as modifiers make them: a quad whose
     evaluated mesh is 2 × 2 quads with bilinear weights."""
     fine = Plane(2)
-    where = fine.vertices[fine.loops[fine.target.corner_map.loops[:, 0]]]
+    where = fine.vertices[fine.loops[fine.target.corner_map.loops]]
     x, y = where[:, 0], where[:, 1]
     weights = np.stack([(1 - x) * (1 - y), x * (1 - y), x * y, (1 - x) * y], 1)
     loops = np.arange(4, dtype=np.int32)
-    corner_map = CornerMap(np.tile(loops, (len(weights), 1)), weights, 4)
+    corner_map = CornerMap(
+        4 * np.arange(len(weights) + 1), np.tile(loops, len(weights)), weights.ravel(), 4
+    )
     target = ExportedObject("Quad", 0, 8, None, corner_map, loops, loops)
     colors = fit_corners(target, fine.receivers, linear(fine.points), fine.area)
     corners = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)

@@ -87,7 +87,8 @@ def level(parts, baked, groups=np.array, **options):
         own = np.flatnonzero(scene.object == number)
         loops = scene.triangles[own].ravel()
         vertex = np.unique(loops, return_inverse=True)[1].reshape(-1).astype(np.int32)
-        one_hot = CornerMap(np.arange(len(loops))[:, None], np.ones((len(loops), 1)), len(loops))
+        count = len(loops)
+        one_hot = CornerMap(np.arange(count + 1), np.arange(count), np.ones(count), count)
         targets.append(ExportedObject(
             f"Part{number}", int(own[0]), int(own[-1]) + 1, None, one_hot, vertex,
             np.unique(groups(vertex.reshape(-1, 3)), return_inverse=True)[1].reshape(-1),

@@ -50,7 +50,7 @@ def make_job():
         )
         loops = halves.ravel()
         uv = (vertices[halves][..., :2] + 1) / 2  # the square fills the image
-        one_hot = CornerMap(np.arange(6)[:, None], np.ones((6, 1)), 6)
+        one_hot = CornerMap(np.arange(7), np.arange(6), np.ones(6), 6)
         target = ExportedObject("Square", 0, 2, uv, one_hot, loops, loops)
         if resolution:
             options = {"target": "image", "resolution": resolution, **options}
