@@ -68,28 +68,28 @@ def test_colors_are_those_blender_shows(blender, export, name):
     np.testing.assert_allclose(ours, shown, atol=1e-5)
 
 
-def add_disc(bpy, corners):
+def add_polygon(bpy, corners):
     """A polygon of so many corners, which is not regular."""
     angles = np.arange(corners) * 2 * np.pi / corners
-    mesh = bpy.data.meshes.new("Disc")
+    mesh = bpy.data.meshes.new("Polygon")
     mesh.from_pydata([(2 * np.cos(a), np.sin(a), 0) for a in angles], [], [tuple(range(corners))])
-    return add_object(bpy, "Disc", mesh)
+    return add_object(bpy, "Polygon", mesh)
 
 
 @pytest.mark.parametrize("corners", [5, MOST_CORNERS])
 def test_polygons_are_divided_as_blender_does(blender, export, corners):
-    disc = add_disc(blender, corners)
-    add_modifiers(disc, MODIFIERS["simple subdivision"])
-    shown, ours = shown_and_ours(blender, export, disc)
+    polygon = add_polygon(blender, corners)
+    add_modifiers(polygon, MODIFIERS["simple subdivision"])
+    shown, ours = shown_and_ours(blender, export, polygon)
     np.testing.assert_allclose(ours, shown, atol=1e-5)
 
 
 def test_larger_polygons_have_barycentric_weights(blender, export):
     """They reproduce linear functions, of which the mean of any weights is that of the mean place."""
-    disc = add_disc(blender, MOST_CORNERS + 1)
-    add_modifiers(disc, MODIFIERS["simple subdivision"])
-    places = np.array([(*disc.data.vertices[loop.vertex_index].co, 1) for loop in disc.data.loops])
-    shown, ours = shown_and_ours(blender, export, disc, places.astype(np.float32))
+    polygon = add_polygon(blender, MOST_CORNERS + 1)
+    add_modifiers(polygon, MODIFIERS["simple subdivision"])
+    places = np.array([(*polygon.data.vertices[loop.vertex_index].co, 1) for loop in polygon.data.loops])
+    shown, ours = shown_and_ours(blender, export, polygon, places.astype(np.float32))
     np.testing.assert_allclose(ours, shown, atol=1e-5)
 
 
