@@ -11,10 +11,11 @@ import numpy as np
 
 from ..bake.cell_normals import shading_of
 from ..bake.faces import face_receivers, receiver_budget, triangle_areas
+from ..bake.sources import sourceless_share, sourceless_warning
 from ..bake.texels import overlapping_texels, texel_receivers
 from ..bake.uv_cover import missed_shares, missed_warning
 from ..bake.windows import whole
-from ..settings import Target
+from ..settings import Domain, Target
 from ..solver.progress import Progress
 from ..solver.receivers import Receivers, concatenate, slice_receivers
 from ..solver.workers.parallel import map_chunks
@@ -69,7 +70,7 @@ def lay_out_part(job: Job, progress: Progress) -> Layout:
 
 
 def _faces(job: Job):
-    """A function of a target's number: its receivers, and no warning."""
+    """A function of a target's number: its receivers, and a warning of faces that get no color."""
     scene = job.scene
     areas = triangle_areas(scene.vertices, scene.triangles)
     baked = [areas[target.start : target.stop] for target in job.targets]
@@ -78,9 +79,18 @@ def _faces(job: Job):
     def make(index: int):
         target = job.targets[index]
         own = scene.triangles[target.start : target.stop]
-        return face_receivers(scene.vertices, own, _numbers(target), budget), []
+        part = face_receivers(scene.vertices, own, _numbers(target), budget)
+        return part, list(filter(None, [_sourceless(job, target, baked[index])]))
 
     return make
+
+
+def _sourceless(job: Job, target, area: np.ndarray) -> str:
+    """On the point domain faces have the colors of their vertices, whatever face they came from."""
+    if target.corner_map is None or job.settings.domain == Domain.POINT:
+        return ""
+    share = sourceless_share(target.corner_map, area)
+    return sourceless_warning(target.name, share, target.modifiers)
 
 
 def _texels(job: Job):
