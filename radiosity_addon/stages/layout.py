@@ -11,7 +11,7 @@ import numpy as np
 
 from ..bake.cell_normals import shading_of
 from ..bake.faces import face_receivers, receiver_budget, triangle_areas
-from ..bake.sources import sourceless_share, sourceless_warning
+from ..bake.sourceless import sourceless_share, sourceless_warning
 from ..bake.texels import overlapping_texels, texel_receivers
 from ..bake.uv_cover import missed_shares, missed_warning
 from ..bake.windows import whole

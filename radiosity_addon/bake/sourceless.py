@@ -1,4 +1,4 @@
-"""Sources: how much of a surface shows colors of the user's corners: faces that modifiers make of
+"""Sourceless: how much of a surface shows colors of the user's corners: faces that modifiers make of
 nothing show none. NumPy only."""
 
 from __future__ import annotations

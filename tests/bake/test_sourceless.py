@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from radiosity_addon.bake.sources import sourceless_share, sourceless_warning
+from radiosity_addon.bake.sourceless import sourceless_share, sourceless_warning
 from radiosity_addon.bake_job import run
 from radiosity_addon.export.exported import CornerMap
 from tests.test_job import square_job
