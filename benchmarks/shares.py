@@ -36,7 +36,7 @@ WORKS = {  # (file, function) that do it, Embree and all
     ],
     "smoothing and judging, and who is whose neighbor": [
         ("error_estimator.py", "weigh"), ("error_estimator.py", "common"), ("error_estimator.py", "lacking"),
-        ("sequence.py", "judge_of"),
+        ("sequence.py", "estimator_of"),
     ],
     "texels and footprints": [("layout.py", "lay_out"), ("footprints.py", "build_footprints")],
 }  # fmt: skip

@@ -13,14 +13,14 @@ import numpy as np
 
 from .geometry.triangles import OFFSET
 from .lights.context import Context
-from .lights.emissive_faces import as_polygons, emits_apart
+from .lights.emissive_faces import as_polygons, emits_by_side
 from .lights.facing_disks import FacingDisks
 from .lights.flat_shapes import spread_falloff
 from .lights.polygons import Polygons
 from .lights.sky import pixel_directions, solid_angles
 from .lights.suns import Suns
+from .materials.emissive_parts import UNIT_TRIANGLE, join_parts, undivided
 from .materials.region_means import triangle_regions
-from .materials.texture_cells import WHOLE, join_cells, whole_triangles
 from .sampling.points import points_on
 from .sampling.sobol import cosine_directions, sobol, tangent_frames, uniform
 from .sampling.streams import Stream
@@ -29,7 +29,7 @@ from .tracing.embree import Hits
 PARTICLES = 2048
 MAX_BOUNCES = 64
 FAINT = 0.01  # share [of all light] under way: less is shared out as the rest was
-AROUND = 0.9  # radius [unit box] of a sphere around everything
+RADIUS = 0.9  # radius [unit box] of a sphere around everything
 
 
 @dataclass(frozen=True)
@@ -105,18 +105,18 @@ def _go_on(context: Context, particles: Particles, hits: Hits, met: np.ndarray, 
 
 def _from_lights(context: Context) -> Particles:
     """Particles of lamps and emissive faces; their weights add up to the lights' power."""
-    kinds = [kind for kind in context.sources.kinds if not isinstance(kind, Suns)]
-    kinds.append(_unsampled_faces(context))
-    powers = [kind.power for kind in kinds]
-    chosen, share, xi = _choose(np.concatenate(powers), context.seed, Stream.PARTICLES_OF_LIGHTS)
+    batches = [batch for batch in context.sources.batches if not isinstance(batch, Suns)]
+    batches.append(_unsampled_faces(context))
+    powers = [batch.power for batch in batches]
+    chosen, share, xi = _sample_lights(np.concatenate(powers), context.seed, Stream.PARTICLES_OF_LIGHTS)
     first, parts = 0, []
-    for kind, power in zip(kinds, powers):
+    for batch, power in zip(batches, powers):
         mine = (chosen >= first) & (chosen < first + len(power))
         which = chosen[mine] - first
-        if isinstance(kind, FacingDisks):
-            origin, direction, beam = kind.leave(which, xi[mine, 3:])
+        if isinstance(batch, FacingDisks):
+            origin, direction, beam = batch.leave(which, xi[mine, 3:])
         else:
-            origin, direction, beam = _leave_polygon(kind, which, xi[mine])
+            origin, direction, beam = _leave_polygon(batch, which, xi[mine])
         parts.append(_particles(origin, direction, power[which] * (beam / share[mine])[:, None]))
         first += len(power)
     particles = _join(parts, context.channels)
@@ -128,9 +128,9 @@ def _from_lights(context: Context) -> Particles:
 
 def _from_afar(context: Context) -> Particles:
     """Particles of suns and sky, spread over a disk that covers the scene."""
-    suns = [kind for kind in context.sources.kinds if isinstance(kind, Suns)]
-    toward = [kind.toward for kind in suns]
-    light = [kind.color for kind in suns]
+    suns = [batch for batch in context.sources.batches if isinstance(batch, Suns)]
+    toward = [batch.toward for batch in suns]
+    light = [batch.color for batch in suns]
     if context.sky is not None:
         pixels = context.sky.pixels
         height, width = pixels.shape[:2]
@@ -140,21 +140,21 @@ def _from_afar(context: Context) -> Particles:
         )
     if not light:
         return _join([], context.channels)
-    power = np.pi * AROUND**2 * np.concatenate(light)
-    chosen, share, xi = _choose(power, context.seed, Stream.PARTICLES_FROM_AFAR)
+    power = np.pi * RADIUS**2 * np.concatenate(light)
+    chosen, share, xi = _sample_lights(power, context.seed, Stream.PARTICLES_FROM_AFAR)
     toward = np.concatenate(toward)[chosen]
     if context.sky is not None and context.sky.constant:
         z = 2 * xi[:, 3] - 1
-        turn, flat = 2 * np.pi * xi[:, 4], np.sqrt(1 - z**2)
-        anywhere = np.stack([flat * np.cos(turn), flat * np.sin(turn), z], 1)
+        azimuth, flat = 2 * np.pi * xi[:, 4], np.sqrt(1 - z**2)
+        anywhere = np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), z], 1)
         toward = np.where((chosen == len(power) - 1)[:, None], anywhere, toward)
-    radius, turn = AROUND * np.sqrt(xi[:, 1]), 2 * np.pi * xi[:, 2]
-    disk = np.stack([radius * np.cos(turn), radius * np.sin(turn), 0 * turn + AROUND], 1)
+    radius, azimuth = RADIUS * np.sqrt(xi[:, 1]), 2 * np.pi * xi[:, 2]
+    disk = np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), 0 * azimuth + RADIUS], 1)
     origin = np.einsum("ni,nij->nj", disk, tangent_frames(toward))
     return _particles(origin, -toward, power[chosen] / share[:, None])
 
 
-def _choose(power: np.ndarray, *key: int):
+def _sample_lights(power: np.ndarray, *key: int):
     """Lights (n,) int in proportion to the mean of their ``power`` (k, channels), how many
     particles each may expect, and numbers (n, 5) in [0, 1) of which the first is used up."""
     level = np.cumsum(power.mean(axis=1))
@@ -166,16 +166,16 @@ def _choose(power: np.ndarray, *key: int):
     return chosen, PARTICLES * power.mean(axis=1)[chosen] / level[-1], xi
 
 
-def _leave_polygon(kind: Polygons, which: np.ndarray, xi: np.ndarray):
+def _leave_polygon(batch: Polygons, which: np.ndarray, xi: np.ndarray):
     """Origins, directions and relative brightness of particles that leave flat lights."""
-    s, t = kind.place(which, xi[:, 1], xi[:, 2])
-    side = np.where(kind.two_sided[which] & (xi[:, 3] < 0.5), -1.0, 1.0)
-    level = np.where(kind.two_sided[which], 2 * xi[:, 3] % 1, xi[:, 3])
-    widest = np.sin(np.minimum(kind.spread[which], np.pi) / 2) ** 2
+    s, t = batch.coordinates(which, xi[:, 1], xi[:, 2])
+    side = np.where(batch.two_sided[which] & (xi[:, 3] < 0.5), -1.0, 1.0)
+    level = np.where(batch.two_sided[which], 2 * xi[:, 3] % 1, xi[:, 3])
+    widest = np.sin(np.minimum(batch.spread[which], np.pi) / 2) ** 2
     local = cosine_directions(np.stack([widest * level, xi[:, 4]], 1))
-    beam = widest * spread_falloff(local[:, 2], kind.spread[which])
-    normal = side[:, None] * kind.normal[which]
-    origin = kind.origin[which] + s[:, None] * kind.u[which] + t[:, None] * kind.v[which]
+    beam = widest * spread_falloff(local[:, 2], batch.spread[which])
+    normal = side[:, None] * batch.normal[which]
+    origin = batch.origin[which] + s[:, None] * batch.u[which] + t[:, None] * batch.v[which]
     direction = np.einsum("ni,nij->nj", local, tangent_frames(normal))
     return origin + 2 * OFFSET * normal, direction, beam
 
@@ -186,14 +186,14 @@ def _unsampled_faces(context: Context) -> Polygons:
     shows = ~context.explicit & context.glows
     if scene.visible is not None:
         shows &= scene.visible[scene.object]
-    apart, parts = emits_apart(scene), []
-    for side, triangles in ((1, np.flatnonzero(shows)), (-1, np.flatnonzero(shows & apart))):
-        whole = triangle_regions(triangles, np.repeat(WHOLE, len(triangles), axis=0))
+    by_side, parts = emits_by_side(scene), []
+    for side, triangles in ((1, np.flatnonzero(shows)), (-1, np.flatnonzero(shows & by_side))):
+        whole = triangle_regions(triangles, np.repeat(UNIT_TRIANGLE, len(triangles), axis=0))
         radiance, _ = context.mean_emission(whole, side > 0)
         glowing = radiance.any(axis=1)
-        cells = whole_triangles(triangles[glowing], radiance[glowing])
-        parts.append(replace(cells, side=np.where(apart[cells.triangle], side, 0)))
-    return as_polygons(geometry, join_cells(parts), scene.object)
+        cells = undivided(triangles[glowing], radiance[glowing])
+        parts.append(replace(cells, side=np.where(by_side[cells.triangle], side, 0)))
+    return as_polygons(geometry, join_parts(parts), scene.object)
 
 
 def _particles(origin: np.ndarray, direction: np.ndarray, weight: np.ndarray) -> Particles:

@@ -85,14 +85,14 @@ def solve_opened(
 ) -> Solution:
     """The same of a scene that ``open_scene`` has opened. ``clock`` started before that; None: now."""
     opened = begin(context, receivers, settings, project, cache, beside, clock or Clock())
-    verdict, solved = opened.rounds.run(opened.plan)
-    reached = Reached(verdict.error, verdict.error_95, solved)
+    estimate, figures = opened.rounds.run(opened.plan)
+    reached = Outcome(estimate.error, estimate.error_95, figures)
     statistics = statistics_of(opened, reached, settings)
-    return solution_of(context, opened.rounds.estimator, verdict, statistics)
+    return solution_of(context, opened.rounds.estimator, estimate, statistics)
 
 
 @dataclass(frozen=True)
-class Opened:
+class OpenSolve:
     """All that is ready for the first round, its plan, and warnings."""
 
     rounds: Rounds
@@ -101,18 +101,18 @@ class Opened:
 
 
 @dataclass(frozen=True)
-class Reached:
+class Outcome:
     """The relative error that was reached, as estimated, and what each replicate solved."""
 
     error: float
     error_95: float
-    solved: list[SolveFigures]
+    figures: list[SolveFigures]
 
 
 def begin(
     context: Context, receivers: Receivers, settings: SolverSettings, project: Projection | None,
     cache: SolveCache | None, beside: RemoteReplicate | None, clock: Clock,
-) -> Opened:
+) -> OpenSolve:
     """Both replicates opened. Arguments as in ``solve_opened``."""
     scene = context.scene
     threads = thread_count(settings.threads)
@@ -125,42 +125,42 @@ def begin(
     first = Replicate(
         0, context, split_beams(context), receivers, footprints, requirements, settings.target_error
     )
-    judge = judge_of(first, settings.passes, project, threads)
+    estimator = estimator_of(first, settings.passes, project, threads)
     corners = project is not None
-    plan = make_plan(settings.target_error, receivers.count, bool(judge.lattices), corners)
+    plan = make_plan(settings.target_error, receivers.count, bool(estimator.lattices), corners)
     if cache is not None:
         cache.begin(scene_key(scene, receivers, settings.seed))
     clock.lap("elements")
     deadline = None if settings.time_limit is None else clock.start + settings.time_limit
-    second, lost = _opened(beside, first)
-    return Opened(Rounds(first, second, judge, deadline, clock, cache), plan, lost)
+    second, lost = _second_replicate(beside, first)
+    return OpenSolve(Rounds(first, second, estimator, deadline, clock, cache), plan, lost)
 
 
 def solution_of(
-    context: Context, judge: ErrorEstimator, verdict: Estimate, statistics: Statistics
+    context: Context, estimator: ErrorEstimator, estimate: Estimate, statistics: Statistics
 ) -> Solution:
     """The light at the receivers that were judged, in the scene's units."""
-    unit = context.unit * verdict.unit
+    unit = context.unit * estimate.unit
     return Solution(
-        emission=_three(judge.surface.emission * context.unit),
-        direct=_three(verdict.direct.astype(float) * unit),
-        indirect=_three(verdict.indirect.astype(float) * unit),
-        reflectance=_three(judge.surface.reflectance),
+        emission=_three(estimator.surface.emission * context.unit),
+        direct=_three(estimate.direct.astype(float) * unit),
+        indirect=_three(estimate.indirect.astype(float) * unit),
+        reflectance=_three(estimator.surface.reflectance),
         statistics=statistics,
     )
 
 
-def statistics_of(opened: Opened, reached: Reached, settings: SolverSettings) -> Statistics:
+def statistics_of(opened: OpenSolve, reached: Outcome, settings: SolverSettings) -> Statistics:
     """The figures of the report, at the end."""
-    rounds, solved = opened.rounds, reached.solved
+    rounds, figures = opened.rounds, reached.figures
     context, second = rounds.first.context, rounds.second
     energy = energy_balance(context)
     rounds.clock.lap("solve")
     return Statistics(
-        elements=sum(replicate.unknowns for replicate in solved) // 2,
+        elements=sum(replicate.unknowns for replicate in figures) // 2,
         rays=context.rays + second.rays,
-        iterations=max(replicate.iterations for replicate in solved),
-        residual=max(replicate.residual for replicate in solved),
+        iterations=max(replicate.iterations for replicate in figures),
+        residual=max(replicate.residual for replicate in figures),
         target_error=settings.target_error,
         estimated_error=reached.error,
         error_95=reached.error_95,
@@ -183,7 +183,7 @@ def open_scene(
     return build_context(scene, settings.seed, threads, progress or silent)
 
 
-def _opened(
+def _second_replicate(
     beside: RemoteReplicate | None, first: Replicate
 ) -> tuple[SecondReplicate, tuple[str, ...]]:
     """The second replicate, and warnings: this process where the other is not there."""
@@ -202,7 +202,7 @@ def _three(values: np.ndarray) -> np.ndarray:
     return np.repeat(values, 3 // values.shape[1], axis=1)
 
 
-def judge_of(
+def estimator_of(
     first: Replicate, passes: tuple[str, ...], project: Projection | None, threads: int,
     brightness: float | None = None,
 ) -> ErrorEstimator:
@@ -217,13 +217,13 @@ def judge_of(
         )
     else:
         lattices = build_graph(position, normal, footprints.area, threads, walls)
-    sees = LineOfSight(context, footprints, position, normal).sees_whole
+    sees = LineOfSight(context, footprints, position, normal).sees_all_of
     emission = footprint_means(lambda regions: context.mean_emission(regions)[0], footprints)
     surface = Surface(first.reflectance, emission, footprints.area)
     return ErrorEstimator(surface, lattices, passes, threads, sees, project, brightness)
 
 
-def _warnings(context: Context, reached: Reached, settings: SolverSettings):
+def _warnings(context: Context, reached: Outcome, settings: SolverSettings):
     """What the user should know of the numbers."""
     rounded = rounding_warning(context.scene.vertices, context.geometry)
     if rounded:
@@ -234,7 +234,7 @@ def _warnings(context: Context, reached: Reached, settings: SolverSettings):
             f"the error asked for, {100 * settings.target_error:.3g} %, was not reached {reason}: "
             f"estimated {100 * reached.error:.3g} %"
         )
-    residual = max(replicate.residual for replicate in reached.solved)
+    residual = max(replicate.residual for replicate in reached.figures)
     if residual > 0.1 * settings.target_error:
         yield (
             f"the linear system was solved to a residual of {residual:.2g} only; "

@@ -23,7 +23,7 @@ from .adaptive.second_replicate import RemoteReplicate
 from .adaptive.solve_cache import SolveCache
 from .lights.context import Context
 from .receivers import Receivers
-from .sequence import Reached, begin, judge_of, solution_of, statistics_of
+from .sequence import Outcome, begin, estimator_of, solution_of, statistics_of
 from .solution import Solution, Statistics
 from .workers.parallel import thread_count
 
@@ -40,11 +40,11 @@ class TiledSolve:
     ):
         """Solve the ``survey``; the arguments are as in ``sequence.solve_opened``."""
         self._settings, self._context, clock = settings, context, Clock()
-        self._opened = begin(context, survey, settings, None, cache, beside, clock)
+        self._second_replicate = begin(context, survey, settings, None, cache, beside, clock)
         limit = settings.time_limit
         deadline = None if limit is None else clock.start + SURVEY * limit
-        rounds = replace(self._opened.rounds, deadline=deadline)
-        estimate, self._solved = rounds.run(self._opened.plan)
+        rounds = replace(self._second_replicate.rounds, deadline=deadline)
+        estimate, self._figures = rounds.run(self._second_replicate.plan)
         self._brightness = estimate.brightness
         self._tiles: list[tuple[float, float, np.ndarray]] = []  # area, squared error, bounds
 
@@ -52,46 +52,46 @@ class TiledSolve:
     def light_of(self, tile: Receivers, share: float, smaller: int) -> Solution:
         """Light at one tile of receivers, whose part of those that are left is ``share``, in (0, 1];
         all tiles have about ``smaller`` receivers. The statistics are empty."""
-        rounds, settings = self._opened.rounds, self._settings
+        rounds, settings = self._second_replicate.rounds, self._settings
         first, second = rounds.first, rounds.second
         request = MoveTo(tile, len(self._tiles) + 1)
         second.ask(request)
         request.answer(first)
         threads = thread_count(settings.threads)
-        judge = judge_of(first, settings.passes, None, threads, self._brightness)
+        estimator = estimator_of(first, settings.passes, None, threads, self._brightness)
         second.answers()
         rounds.clock.lap("elements")
-        plan = make_plan(settings.target_error, smaller, bool(judge.lattices))
+        plan = make_plan(settings.target_error, smaller, bool(estimator.lattices))
         mine = replace(
-            rounds, estimator=judge, deadline=self._deadline(share), cache=None, solved=True
+            rounds, estimator=estimator, deadline=self._deadline(share), cache=None, radiosity_given=True
         )
-        estimate, solved = mine.run(plan)
-        self._note(estimate, solved)
-        return solution_of(self._context, judge, estimate, Statistics())
+        estimate, figures = mine.run(plan)
+        self._note(estimate, figures)
+        return solution_of(self._context, estimator, estimate, Statistics())
 
     def skip(self) -> None:
         """The time since the last light is none of the solver's."""
-        self._opened.rounds.clock.skip()
+        self._second_replicate.rounds.clock.skip()
 
     def _deadline(self, share: float) -> float | None:
         """When a tile that is such a ``share`` of the rest must be done."""
-        last = self._opened.rounds.deadline
+        last = self._second_replicate.rounds.deadline
         now = time.perf_counter()
         return None if last is None else now + share * max(last - now, 0.0)
 
-    def _note(self, estimate: Estimate, solved: list[SolveFigures]) -> None:
-        area = float(self._opened.rounds.first.footprints.area.sum())
+    def _note(self, estimate: Estimate, figures: list[SolveFigures]) -> None:
+        area = float(self._second_replicate.rounds.first.footprints.area.sum())
         self._tiles.append((area, estimate.error**2, estimate.bounds))
-        self._solved = solved
+        self._figures = figures
 
     def statistics(self) -> Statistics:
         """The figures of all tiles so far: the squared error is their mean by area."""
         area, square, bounds = (np.array(column) for column in zip(*self._tiles))
         share = area / (area.sum() or 1.0)
         each = bounds.shape[1]
-        reached = Reached(
+        reached = Outcome(
             error=float(np.sqrt(share @ square)),
             error_95=bound_of_most(np.repeat(share / each, each), bounds.reshape(-1, 1)),
-            solved=self._solved,
+            figures=self._figures,
         )
-        return statistics_of(self._opened, reached, self._settings)
+        return statistics_of(self._second_replicate, reached, self._settings)

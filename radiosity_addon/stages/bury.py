@@ -10,7 +10,7 @@ from ..bake.faces import receiver_areas
 from ..solver.lights.context import Context
 from ..solver.receivers import Receivers
 from ..solver.scene import Scene
-from ..solver.tracing.buried import WHOLE, Surroundings, find_surroundings, without_buried
+from ..solver.tracing.buried import FULLY_OPEN, Surroundings, find_surroundings, without_buried
 from .layout import Layout
 
 
@@ -39,7 +39,7 @@ def open_part(layout: Layout, context: Context, surroundings: Surroundings | Non
     if surroundings is None or receivers.count == 0:
         return layout
     kept, buried = without_buried(surroundings, context.crossings, receivers)
-    less = _areas(context.scene, kept) < WHOLE * _areas(context.scene, receivers)
+    less = _areas(context.scene, kept) < FULLY_OPEN * _areas(context.scene, receivers)
     spans = np.concatenate([[0], np.cumsum(~buried)])[list(layout.spans)]
     return replace(
         layout, receivers=_some(kept, ~buried), spans=tuple(spans.tolist()),

@@ -21,7 +21,7 @@ from ..bake.texel_parts import (
     unfit_shares,
     unfit_warning,
 )
-from ..solver.direct.line_of_sight import is_way_free
+from ..solver.direct.line_of_sight import is_path_clear
 from ..solver.lights.context import Context
 from ..solver.passes import Pass
 from ..solver.solution import Solution
@@ -169,7 +169,7 @@ def _is_free(seams: SeamSamples, context: Context) -> np.ndarray:
     if context.blockers[0].shadow is None or not len(seams.weight):
         return np.ones(len(seams.weight), bool)
     starts, ends = (context.geometry.normalized(each) for each in (seams.starts, seams.ends))
-    return is_way_free(context, starts, seams.start_up, ends, seams.end_up)
+    return is_path_clear(context, starts, seams.start_up, ends, seams.end_up)
 
 
 def _warn_of_unfit(job: Job, charts: _Charts, part: np.ndarray, island: np.ndarray) -> list[str]:

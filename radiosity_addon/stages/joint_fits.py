@@ -16,7 +16,7 @@ from ..bake.pieces import Ways, joined_unknowns
 from ..components import connected_components
 from ..export.exported import CornerMap, ExportedObject
 from ..settings import Domain
-from ..solver.direct.line_of_sight import is_way_free
+from ..solver.direct.line_of_sight import is_path_clear
 from ..solver.fields import Constant
 from ..solver.lights.context import Context
 from ..solver.receivers import concatenate
@@ -105,7 +105,7 @@ def _is_free(ways: Ways, context: Context) -> np.ndarray:
     if context.blockers[0].shadow is None or not len(ways.starts):
         return np.ones(len(ways.starts), bool)
     starts, ends = (context.geometry.normalized(each) for each in (ways.starts, ways.ends))
-    return is_way_free(context, starts, ways.start_up, ends, ways.end_up)
+    return is_path_clear(context, starts, ways.start_up, ends, ways.end_up)
 
 
 def _clusters(label: np.ndarray, start: np.ndarray) -> list[np.ndarray]:

@@ -70,7 +70,7 @@ def test_a_spot_on_each_plane_with_all_of_the_power():
     """Where the floor meets a wall: two ellipses, whose power π · radiance · area adds up to ρ Φ. Of
     4096 particles in a Sobol set each carries the beam there: their sum is off by some 1e-3 at most."""
     context = build_context(room(spot(0.02, TO_THE_EDGE)), 0, 1, lambda *_: None)
-    spots = split_beams(context).spots.sources.kinds[-1]
+    spots = split_beams(context).spots.sources.batches[-1]
     assert len(spots.color) == 2
     normals = sorted(np.abs(np.round(spots.normal, 6)).tolist())
     assert normals == [[0, 0, 1], [1, 0, 0]]

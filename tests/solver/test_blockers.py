@@ -6,7 +6,7 @@ import pytest
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.lights.context import build_context
-from radiosity_addon.solver.lights.light_choice import FEW
+from radiosity_addon.solver.lights.light_sampler import FEW
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import Material, Scene, SunLamp
 from radiosity_addon.solver.sequence import solve

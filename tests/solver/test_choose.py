@@ -6,9 +6,14 @@ import numpy as np
 import pytest
 
 from radiosity_addon.solver.lights.context import build_context
-from radiosity_addon.solver.lights.light_choice import BLOCK, TOP, choose_lights, make_light_sampler
+from radiosity_addon.solver.lights.light_sampler import (
+    BLOCK,
+    TOP,
+    make_light_sampler,
+    sample_lights,
+)
 from radiosity_addon.solver.lights.light_tree import Emitters, build_tree, sample_discrete
-from radiosity_addon.solver.materials.texture_cells import whole_triangles
+from radiosity_addon.solver.materials.emissive_parts import undivided
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import AreaLamp, PointLamp
 from radiosity_addon.solver.tracing.coincident import uncovered
@@ -42,7 +47,7 @@ def all_together(sources, position, normal) -> np.ndarray:
     many = np.repeat(position, 128, axis=0), np.repeat(normal, 128, axis=0)
     total = np.zeros(n)
     for light in range(sources.count):
-        kind, place = sources.kinds[sources.kind[light]], sources.place[light]
+        kind, place = sources.batches[sources.batch[light]], sources.index[light]
         sample = kind.sample(np.full(128 * n, place), *many, xi)
         total += sample.irradiance.reshape(n, 128).mean(axis=1) * kind.color[place].mean()
     return total
@@ -67,11 +72,11 @@ def test_choices_bring_the_sum(count, reach, uneven):
     for x, direction, expected in zip(position, normal, truth):
         many = np.tile(x, (n, 1)), np.tile(direction, (n, 1))
         level = ((np.arange(n) + 0.5) / n)[None]
-        (light,), (factor,) = choose_lights(sources, sampler, *many, np.full(n, reach), level)
+        (light,), (factor,) = sample_lights(sources, sampler, *many, np.full(n, reach), level)
         values = np.zeros(n)
-        for number, kind in enumerate(sources.kinds):
-            rows = np.flatnonzero((sources.kind[light] == number) & (factor > 0))
-            place = sources.place[light[rows]]
+        for number, kind in enumerate(sources.batches):
+            rows = np.flatnonzero((sources.batch[light] == number) & (factor > 0))
+            place = sources.index[light[rows]]
             sample = kind.sample(place, many[0][rows], many[1][rows], random.random((len(rows), 2)))
             values[rows] = sample.irradiance * kind.color[place].mean(axis=1) * factor[rows]
         assert values.mean() == pytest.approx(expected, abs=4 * values.std() / np.sqrt(n))
@@ -132,7 +137,7 @@ def test_choices_for_all_points_of_a_receiver_reach_each():
     place, normal = np.array([0.1, -0.2, 0.05]), np.array([0.0, 0.6, 0.8])
     level = ((np.arange(n) + 0.5) / n)[None]
     many = np.tile(place, (n, 1)), np.tile(normal, (n, 1))
-    (light,), (factor,) = choose_lights(sources, sampler, *many, np.full(n, reach), level)
+    (light,), (factor,) = sample_lights(sources, sampler, *many, np.full(n, reach), level)
     chance = np.zeros(sources.count)
     np.maximum.at(chance, light, factor > 0)
     inside = random.uniform(-1, 1, (200, 3)) * reach / np.sqrt(3)
@@ -157,7 +162,7 @@ def test_overlapping_faces_cover_their_union_once(size, offset):
     context = build_context(scene, 0, 1, silent)
     lit = np.flatnonzero(scene.object >= 6)
     cells, left = uncovered(
-        context.geometry, context.tracer, whole_triangles(lit, np.ones((len(lit), 3)))
+        context.geometry, context.tracer, undivided(lit, np.ones((len(lit), 3)))
     )
     assert not left.any()
     across = max(min(0.125, offset + size / 2) - max(-0.125, offset - size / 2), 0)

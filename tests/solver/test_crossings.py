@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from radiosity_addon.solver.elements.discontinuities import set_apart
+from radiosity_addon.solver.elements.discontinuities import split_at_discontinuities
 from radiosity_addon.solver.elements.elements import build_elements
 from radiosity_addon.solver.geometry.triangles import build_geometry
 from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.tracing.coincident import COPIES, copied_often
-from radiosity_addon.solver.tracing.crossings import REACH, find_crossings
+from radiosity_addon.solver.tracing.crossings import TOUCHING, find_crossings
 from radiosity_addon.solver.tracing.embree import Tracer
 from verification import meshes
 
@@ -37,7 +37,7 @@ def test_triangles_through_each_other_are_both_cut():
     assert sorted(found.triangle) == [0, 1]
     floor = found.ends[list(found.triangle).index(0)]
     # At z = 0, half way up, the other one is half as wide: y from −¼ to ¼, the floor's from 0.
-    np.testing.assert_allclose(sorted(floor.tolist()), [[0.25, 0], [0.25, 0.25]], atol=8 * REACH)
+    np.testing.assert_allclose(sorted(floor.tolist()), [[0.25, 0], [0.25, 0.25]], atol=8 * TOUCHING)
 
 
 def test_what_stands_on_a_triangle_cuts_it_alone():
@@ -72,7 +72,7 @@ def test_no_element_lies_on_both_sides_of_what_cuts_it():
     context = build_context(meshes.scene([floor, wall]), 0, 1, silent)
     geometry = context.geometry
     elements = build_elements(geometry, np.zeros(4, int), 50)
-    elements = set_apart(context, elements, 50, 0.1)
+    elements = split_at_discontinuities(context, elements, 50, 0.1)
     random = np.random.default_rng(0)
     uv = random.random((20_000, 2))
     uv = np.where(uv.sum(axis=1, keepdims=True) > 1, 1 - uv, uv).astype(np.float32)

@@ -13,7 +13,7 @@ import pytest
 
 from radiosity_addon.solver.direct.irradiance import direct_light
 from radiosity_addon.solver.fields import Constant
-from radiosity_addon.solver.gather.lighting import place_on
+from radiosity_addon.solver.gather.lighting import points_on_footprints
 from radiosity_addon.solver.geometry.footprints import build_footprints
 from radiosity_addon.solver.geometry.lambert import polygon_form_factor
 from radiosity_addon.solver.lights.context import build_context
@@ -52,7 +52,7 @@ def sampled(context, footprints, per: int) -> tuple[float, float]:
     """Mean irradiance of the patch and its standard error, each of SAMPLES estimates from ``per``
     points of one of its two triangles."""
     owners = np.arange(SAMPLES) % 2
-    place = place_on(footprints, owners, per, 7, per)
+    place = points_on_footprints(footprints, owners, per, 7, per)
     found, _ = direct_light(context, SAMPLES, per, place, (3, per), "gather")
     level = found.mean(axis=1) * context.unit
     return level.mean(), level.std() / np.sqrt(SAMPLES)
@@ -179,11 +179,11 @@ def by_direction(places, areas, facing, x, y, toward, radius, ball) -> float:
 
 def free_light(context, place, count: int) -> np.ndarray:
     """(count,) Lambert's irradiance of the context's one window at points' middles."""
-    (window,) = context.sources.kinds
+    (window,) = context.sources.batches
     middles = place(np.arange(count), 0).middles()
     corners = [window.origin[0] + s * window.u[0] + t * window.v[0]
                for s, t in ((0, 0), (1, 0), (1, 1), (0, 1))]  # fmt: skip
-    return np.pi * polygon_form_factor(middles.place.T, middles.normal.T, corners)
+    return np.pi * polygon_form_factor(middles.position.T, middles.normal.T, corners)
 
 
 def seen_whole(distance, per, owners):
@@ -191,9 +191,9 @@ def seen_whole(distance, per, owners):
     Lambert's formula gives. For the closest it looks 14 times as large as it is far."""
     lamp = AreaLamp("Window", 0.5 * Z, Y, Z, X, np.ones(3))
     context, footprints = staged(lamp, distance, 1.5)
-    place = place_on(footprints, np.zeros(owners, int), per, 1)
+    place = points_on_footprints(footprints, np.zeros(owners, int), per, 1)
     found, _ = direct_light(context, owners, per, place, (1,), "gather")
-    color = context.sources.kinds[0].color[0, 0]
+    color = context.sources.batches[0].color[0, 0]
     single = lambda some, _: place(some, 0)  # noqa: E731
     return found[:, 0], color * free_light(context, single, owners)
 
@@ -221,7 +221,7 @@ def test_a_window_all_hidden_brings_exactly_nothing(distance):
     lamp = AreaLamp("Window", 0.5 * Z, Y, Z, X, np.ones(3))
     context, footprints = staged(lamp, distance, -0.1)
     for per in (1, 4):
-        place = place_on(footprints, np.zeros(64, int), per, 1)
+        place = points_on_footprints(footprints, np.zeros(64, int), per, 1)
         found, _ = direct_light(context, 64, per, place, (1,), "gather")
         assert found.max() == 0
 

@@ -38,11 +38,11 @@ def lamp(shape, radius=0.0, **more) -> PointLamp:
 def sampled(light: PointLamp, places, normals):
     """(n,) unoccluded irradiance of one sample at each place, in the scene's own lengths."""
     context = build_context(replace(scenes.lamp_room(), lamps=(light,)), 0, 1, silent)
-    kind, geometry = context.sources.kinds[0], context.geometry
+    kind, geometry = context.sources.batches[0], context.geometry
     xi = np.random.default_rng(2).random((len(places), 2))
     here = np.array([geometry.normalized(place) for place in places])
     found = kind.sample(0, here, normals, xi)
-    assert found.whole is None or light.distribution is None
+    assert found.exact is None or light.distribution is None
     return found.irradiance * kind.color[0, 0] * context.unit
 
 

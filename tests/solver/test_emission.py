@@ -10,7 +10,7 @@ from radiosity_addon.solver.elements.elements import build_elements
 from radiosity_addon.solver.fields import Constant, CornerColors, Texture
 from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.lights.emissive_faces import as_polygons
-from radiosity_addon.solver.materials import texture_cells as cells
+from radiosity_addon.solver.materials import emissive_parts as cells
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.sampling.sobol import sobol
 from radiosity_addon.solver.scene import Material, Scene
@@ -143,7 +143,7 @@ def test_one_cell_of_a_varying_picture(height):
     values[-2:, 1] = 2.0
     scene = panel_over_floor(CornerColors(values))
     context = build_context(scene, 0, 1, silent)
-    whole = cells.whole_triangles(np.array([129]), np.full((1, 3), 2 / 3))
+    whole = cells.undivided(np.array([129]), np.full((1, 3), 2 / 3))
     light = as_polygons(context.geometry, replace(whole, deviation=np.ones(1)), scene.object)
     corners = scene.vertices[scene.triangles[129]]
     x = corners.mean(axis=0) + [0.1, 0.05, -height]

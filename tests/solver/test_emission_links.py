@@ -9,7 +9,7 @@ from radiosity_addon.settings import Settings
 from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.lights import emissive_faces
 from radiosity_addon.solver.lights.context import build_context
-from radiosity_addon.solver.lights.light_choice import FEW
+from radiosity_addon.solver.lights.light_sampler import FEW
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import Material, Scene
 from radiosity_addon.solver.sequence import solve

@@ -73,4 +73,4 @@ def test_sides_that_emit_alike_are_one_light():
     """A back that only reflects otherwise leaves the light two-sided, in one rectangle."""
     for back, count in ((3.0, 1), (2.0, 2)):
         sources = build_context(sided(gray(3.0), gray(back)), 0, 1, silent).sources
-        assert sources.count == count and sources.kinds[0].two_sided.all() == (count == 1)
+        assert sources.count == count and sources.batches[0].two_sided.all() == (count == 1)

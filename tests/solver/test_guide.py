@@ -6,14 +6,14 @@ import pytest
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.sampling import guide as guides
 from radiosity_addon.solver.sampling.guide import (
-    CELLS,
+    BINS,
     COLUMNS,
     ROWS,
     SLOTS,
     clusters_of,
     make_guide,
     start_learning,
-    sums_by_cell,
+    sums_by_bin,
 )
 from radiosity_addon.solver.sequence import solve
 from verification import exact, meshes
@@ -24,7 +24,7 @@ def learned_from(light):
     learning = start_learning(np.zeros(1, int))
     x, y = np.random.default_rng(0).random((2, 200_000))
     row, column = (x * ROWS).astype(int), (y * COLUMNS).astype(int)
-    learning.add(sums_by_cell((row * COLUMNS + column)[:, None], light(x, y)))
+    learning.add(sums_by_bin((row * COLUMNS + column)[:, None], light(x, y)))
     return make_guide(learning)
 
 
@@ -40,7 +40,7 @@ def aimed(guide, count=4096):
 
 
 def test_slots_add_up_and_leave_none_out():
-    slots = guides._slots(np.random.default_rng(2).random((5, CELLS)) ** 8)
+    slots = guides._slots(np.random.default_rng(2).random((5, BINS)) ** 8)
     assert (slots.sum(axis=1) == SLOTS).all() and slots.min() >= 1
 
 
@@ -50,16 +50,16 @@ def test_a_chunk_of_receivers_keeps_sums_of_its_own_clusters_only():
     random = np.random.default_rng(3)
     cluster = np.array([700, 20, 700, 20])
     learning = start_learning(np.arange(1000))
-    cells = cluster * CELLS + random.integers(0, CELLS, (64, 4))
+    cells = cluster * BINS + random.integers(0, BINS, (64, 4))
     light = random.random(cells.size)
-    found = sums_by_cell(cells, light)
+    found = sums_by_bin(cells, light)
     assert found.clusters.tolist() == [20, 700]
-    assert all(each.shape == (2, CELLS) for each in found.sums)
+    assert all(each.shape == (2, BINS) for each in found.sums)
     learning.add(found)
     learning.add(found)
     for found, weight in zip((learning.number, learning.light, learning.square),
                              (None, light, light**2)):  # fmt: skip
-        expected = 2 * np.bincount(cells.ravel(), weight, 1000 * CELLS)
+        expected = 2 * np.bincount(cells.ravel(), weight, 1000 * BINS)
         np.testing.assert_allclose(found, expected, rtol=1e-12)
 
 

@@ -28,7 +28,7 @@ from radiosity_addon.solver.lights.polygons import Polygons
 from radiosity_addon.solver.lights.sky_spots import SkySpots
 from radiosity_addon.solver.lights.spheres import SphereLights
 from radiosity_addon.solver.lights.suns import Suns
-from radiosity_addon.solver.sampling.guide import PlainRays, start_learning, sums_by_cell
+from radiosity_addon.solver.sampling.guide import PlainRays, start_learning, sums_by_bin
 from radiosity_addon.solver.transport.solve_patches import SolvePlan
 
 KINDS = [
@@ -86,7 +86,7 @@ def test_rays_that_nobody_aimed_teach_what_their_cells_do():
     rays = PlainRays(xi, turn, owners, light.astype(np.float32))
     late, early = (start_learning(np.array([0, 1, 1])) for _ in range(2))
     late.add(pickle.loads(pickle.dumps(rays)))
-    early.add(sums_by_cell(early.cells(xi, turn, owners), rays.light))
+    early.add(sums_by_bin(early.bins(xi, turn, owners), rays.light))
     for name in ("number", "light", "square"):
         assert np.array_equal(getattr(late, name), getattr(early, name))
     assert late.number.sum() == light.size

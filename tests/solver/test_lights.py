@@ -9,7 +9,7 @@ from radiosity_addon.solver.geometry.lambert import polygon_form_factor
 from radiosity_addon.solver.geometry.nusselt import cosine_toward
 from radiosity_addon.solver.geometry.spherical_triangles import uniform_toward
 from radiosity_addon.solver.lights import sources as sources_module
-from radiosity_addon.solver.lights.cones import ball_form_factor, cone_directions
+from radiosity_addon.solver.lights.cones import cone_directions, sphere_form_factor
 from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.lights.spheres import SphereLights
 from radiosity_addon.solver.progress import silent
@@ -158,7 +158,7 @@ def test_ball_cut_by_the_horizon(slope):
     half's projection onto the horizon plane, by symmetry (σ − sinσ cosσ) / π of the hemisphere for
     a half angle σ, here 30°."""
     normal = np.array([np.sqrt(1 - slope**2), 0, slope])
-    exact = float(ball_form_factor(np.full(1, slope), np.full(1, 0.25))[0])
+    exact = float(sphere_form_factor(np.full(1, slope), np.full(1, 0.25))[0])
     single = ball_samples((0, 0, -2.0), normal, 1.0).irradiance
     assert single.mean() == pytest.approx(exact, abs=4 * single.std() / np.sqrt(len(single)))
     if slope == 0:

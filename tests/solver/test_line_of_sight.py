@@ -51,10 +51,10 @@ def test_what_a_receiver_sees():
     sight = LineOfSight(context, footprints, *footprints.middle())
     column = np.repeat(np.tile([-2, 0, 2], 3), 2)  # the squares' middles, along x
     one, other = np.stack(np.meshgrid(np.arange(18), np.arange(18))).reshape(2, -1)
-    sees = sight.sees_whole(one, other)
+    sees = sight.sees_all_of(one, other)
     left = column[one] == -2
     assert (sees[left] == (column[other[left]] == -2)).all()
     edges = np.sort(np.concatenate([small[:, [0, 1]], small[:, [1, 2]], small[:, [2, 0]]]), axis=1)
     face = np.tile(np.arange(len(small)), 3)[np.lexsort(edges.T)].reshape(-1, 2)
     face = face + len(scene.triangles) - len(small)
-    assert sight.sees_whole(face[:, 0], face[:, 1]).all()
+    assert sight.sees_all_of(face[:, 0], face[:, 1]).all()

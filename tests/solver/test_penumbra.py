@@ -4,7 +4,7 @@ import numpy as np
 
 from radiosity_addon.solver.direct.irradiance import direct_light
 from radiosity_addon.solver.fields import Constant
-from radiosity_addon.solver.gather.lighting import place_on
+from radiosity_addon.solver.gather.lighting import points_on_footprints
 from radiosity_addon.solver.geometry.footprints import build_footprints
 from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.progress import silent
@@ -40,7 +40,7 @@ def test_half_of_a_penumbra_is_half_the_light():
     for seed in range(SEEDS):
         context = build_context(scene, seed, 1, silent)
         footprints = build_footprints(context.geometry, receivers)
-        place = place_on(footprints, np.arange(2), POINTS, seed, 20)
+        place = points_on_footprints(footprints, np.arange(2), POINTS, seed, 20)
         found, _ = direct_light(context, 2, POINTS, place, (seed, 20), "gather")
         errors.append(found[:2].mean() / truth - 1)
     assert np.sqrt(np.mean(np.square(errors))) < 0.01

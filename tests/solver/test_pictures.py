@@ -5,8 +5,8 @@ import pytest
 
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.fields import Constant, Texture
+from radiosity_addon.solver.materials.emissive_parts import cut
 from radiosity_addon.solver.materials.evaluate import evaluate_field
-from radiosity_addon.solver.materials.texture_cells import cut
 from radiosity_addon.solver.receivers import Receivers
 from radiosity_addon.solver.scene import Material, Scene
 from radiosity_addon.solver.sequence import solve

@@ -19,7 +19,7 @@ from radiosity_addon.solver.receivers import Projection
 
 def estimate(radiance: np.ndarray, apart: np.ndarray, area, project=None) -> Estimate:
     """Of receivers without neighbors, white, from two halves whose radiances (n, c) are
-    ``radiance`` ± ``apart`` (n, c): their mean is taken to be off by as much."""
+    ``radiance`` ± ``difference`` (n, c): their mean is taken to be off by as much."""
 
     def half(sign: float) -> Lighting:
         light = no_light(*radiance.shape)
@@ -126,7 +126,7 @@ def test_slivers_get_no_more_rays():
     found = Estimate(
         unit=1.0, direct=None, indirect=None, error=error, sampled=error, error_95=0.0,
         bounds=np.zeros(64), brightness=1.0,
-        share=share, direct_square=local, gather_square=local, apart=None,
+        share=share, direct_square=local, gather_square=local, difference=None,
     )  # fmt: skip
     surface = Surface(np.ones((200, 1)), np.zeros((200, 1)), area)
     judge = ErrorEstimator(surface, [], ("direct", "indirect"), 1, None)

@@ -81,7 +81,7 @@ def test_a_bias_of_one_side_is_corrected_there():
     found = correction.lack[correction.region, 0]
     assert np.sqrt(((found - true) ** 2).mean()) < 0.02
     assert correction.found == pytest.approx(0.2 / np.sqrt(2), rel=0.15)
-    assert np.sqrt(correction.left.max()) < 0.04
+    assert np.sqrt(correction.uncorrected.max()) < 0.04
 
 
 def test_noise_alone_is_not_corrected_and_what_it_hides_is_told():
@@ -93,7 +93,7 @@ def test_noise_alone_is_not_corrected_and_what_it_hides_is_told():
         paths(2 * random.normal(size=2000), owner), regions_of(footprints, 2000)
     )
     assert np.abs(correction.lack).max() < 0.05
-    assert np.sqrt(correction.left.mean()) == pytest.approx(2 / np.sqrt(2000), rel=0.5)
+    assert np.sqrt(correction.uncorrected.mean()) == pytest.approx(2 / np.sqrt(2000), rel=0.5)
 
 
 def test_a_bias_that_all_places_share_is_corrected():

@@ -43,7 +43,7 @@ def test_share_of_noise_that_is_left(level):
             pictures = LATTICE.step(*pictures, level=step)
         variance.append((LATTICE.read(pictures[0])[INSIDE] ** 2).mean())
     error = 4 * np.std(variance) / np.sqrt(repeats)
-    assert np.mean(variance) == pytest.approx(LATTICE.variance_left(level), abs=error)
+    assert np.mean(variance) == pytest.approx(LATTICE.variance_kept(level), abs=error)
 
 
 def test_even_light_loses_nearly_all_noise():
@@ -105,8 +105,8 @@ def test_an_edge_at_an_angle_is_smoothed_too():
     parted = lattice.separated(dark, lambda one, other: np.zeros(len(one), bool))
     for border in parted.borders:
         number = np.full(parted.shape[0] * parted.shape[1], -1)
-        number[parted.cell] = np.arange(len(dark))
-        assert not (dark[number[border.cell]] & ~dark[number[border.other]]).any()
+        number[parted.pixel] = np.arange(len(dark))
+        assert not (dark[number[border.pixel]] & ~dark[number[border.other]]).any()
 
 
 def test_nothing_to_share():

@@ -7,8 +7,8 @@ import pytest
 
 from radiosity_addon.solver.fields import Texture
 from radiosity_addon.solver.lights.context import build_context
+from radiosity_addon.solver.materials.emissive_parts import cut
 from radiosity_addon.solver.materials.texture_blocks import MOST_BLOCKS, one_colored_parts
-from radiosity_addon.solver.materials.texture_cells import cut
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import Material
 from tests.solver.test_pictures import BLACK, sign
@@ -56,7 +56,7 @@ def test_a_lit_texel_is_one_rectangle():
         pixels = np.zeros((5, 5, 3))
         pixels[row, column] = 10
         context = build_context(sign(pixels), 0, 1, silent)
-        (lights,) = context.sources.kinds
+        (lights,) = context.sources.batches
         area = lights.area * context.geometry.scale**2
         assert len(lights.color) == 1 and len(context.sources.always) == 1
         assert area.sum() == pytest.approx(0.09 / 25, rel=1e-5)

@@ -32,13 +32,13 @@ LARGEST = 3.0  # factor [gathered light]: a larger correction is reported, not a
 class Correction:
     """What receivers' gathered light lacks, by region, for n regions and R receivers.
 
-    ``lack`` (n, channels) float64 irradiance; ``left`` (n,) its expected square, relative, that
+    ``lack`` (n, channels) float64 irradiance; ``uncorrected`` (n,) its expected square, relative, that
     noise kept from being found.
     """
 
     region: np.ndarray  # (R,) int
     lack: np.ndarray
-    left: np.ndarray
+    uncorrected: np.ndarray
     found: float  # root mean square over the surface of what is lacked, relative, noise taken off
 
     def share(self, gathered: np.ndarray, area: np.ndarray) -> np.ndarray:
@@ -84,7 +84,7 @@ def find_correction(residuals: Residuals, levels: list[np.ndarray]) -> Correctio
     relative = lack.mean(axis=1) / scale
     parent = np.zeros((1, lack.shape[1]))  # what all regions are drawn toward first: nothing
     outer = np.zeros(len(levels[0]), np.int64)
-    found, left = 0.0, np.zeros(1)
+    found, uncorrected = 0.0, np.zeros(1)
     for region in levels:
         count = int(region.max(initial=0)) + 1
         inside = np.zeros(count, np.int64)
@@ -97,10 +97,10 @@ def find_correction(residuals: Residuals, levels: list[np.ndarray]) -> Correctio
         mean = sums / np.maximum(number, 1)[:, None]
         base = parent[inside]
         parent = base + np.where(number > 0, shrink, 0.0)[:, None] * (mean - base)
-        unseen = np.maximum(spread, error) if region is levels[0] else spread
-        found, left = found + spread, left[inside] + unseen * (1 - shrink) ** 2
+        unfound = np.maximum(spread, error) if region is levels[0] else spread
+        found, uncorrected = found + spread, uncorrected[inside] + unfound * (1 - shrink) ** 2
         outer = region
-    return Correction(outer, parent, left, float(np.sqrt(found)))
+    return Correction(outer, parent, uncorrected, float(np.sqrt(found)))
 
 
 def irradiance_scale(residuals: Residuals, levels: list[np.ndarray]) -> np.ndarray:
@@ -122,13 +122,13 @@ def _level(
     """Mean squared distance of the true means of regions from those around them, and the squared
     standard error (count,) of each measured mean; relative."""
     mean = np.bincount(mine, relative, count) / np.maximum(number, 1)
-    around = parent.mean(axis=1)[inside[mine]] / scale
+    outer_mean = parent.mean(axis=1)[inside[mine]] / scale
     square = np.bincount(mine, (relative - mean[mine]) ** 2, count)
     pooled = square.sum() / max(len(relative) - count, 1)
     some = number > 0
     weight = number / max(number.sum(), 1)
     halves = [
-        np.bincount(mine[half::2], (relative - around)[half::2], count)
+        np.bincount(mine[half::2], (relative - outer_mean)[half::2], count)
         / np.maximum(np.bincount(mine[half::2], minlength=count), 1)
         for half in (0, 1)
     ]

@@ -57,9 +57,9 @@ class ErrorEstimator:
     brightness: float | None = None  # mean radiance of all, where these are a part; None: all
 
     def weigh(
-        self, replicates: list[Lighting], left: Sequence[np.ndarray | None] = (None, None)
+        self, replicates: list[Lighting], uncorrected: Sequence[np.ndarray | None] = (None, None)
     ) -> Estimate:
-        """Combine the replicates. ``left`` are the squared relative biases (count,) that each replicate
+        """Combine the replicates. ``uncorrected`` are the squared relative biases (count,) that each replicate
         knows of and could not correct; None: of none."""
         unit = self._typical(replicates)
         one, two = (replicate.means(unit) for replicate in replicates)
@@ -81,13 +81,13 @@ class ErrorEstimator:
             lambda fraction: None,
         )  # fmt: skip
         sampled, (error_95, *bounds) = self._judged((shadow_square, gather_square), samples, radiance)
-        lacking = sum(mean_over(self.surface.share, each) for each in left if each is not None)
+        lacking = sum(mean_over(self.surface.share, each) for each in uncorrected if each is not None)
         (one_direct, one_indirect), (two_direct, two_indirect) = light
         return Estimate(
             unit=unit,
             direct=(one_direct + two_direct) / 2,
             indirect=(one_indirect + two_indirect) / 2,
-            error=float(np.sqrt(max(sampled + lacking / len(left), 0.0))),
+            error=float(np.sqrt(max(sampled + lacking / len(uncorrected), 0.0))),
             sampled=float(np.sqrt(max(sampled, 0.0))),
             error_95=float(error_95),
             bounds=np.array(bounds),
@@ -95,7 +95,7 @@ class ErrorEstimator:
             share=self.surface.share,
             direct_square=shadow_square,
             gather_square=gather_square,
-            apart=weights[1] * (bounced_a - bounced_b) / 2,
+            difference=weights[1] * (bounced_a - bounced_b) / 2,
         )
 
     def _smoothed_parts(
@@ -179,10 +179,10 @@ class ErrorEstimator:
         What it leaves is measured by giving every difference a sign at random, several times: where
         one of these leaves as much, nothing is shared (a sign test); else their mean is taken off.
         """
-        apart = estimate.apart
+        difference = estimate.difference
         shared, *own = (
-            mean_over(estimate.share, widest(self.lattices, signs * apart) ** 2)
-            for signs in (np.float32(1), *(_signs(len(apart), draw) for draw in range(SIGN_DRAWS)))
+            mean_over(estimate.share, widest(self.lattices, signs * difference) ** 2)
+            for signs in (np.float32(1), *(_signs(len(difference), draw) for draw in range(SIGN_DRAWS)))
         )
         return float(np.sqrt(max(shared - 2 * np.mean(own), 0.0))) if shared > max(own) else 0.0
 
@@ -192,10 +192,10 @@ class ErrorEstimator:
         """Replicates (count, k · channels) of k parts smoothed alike. ``weight`` (count, k · channels):
         from light to relative error."""
         smoothed = smooth(lattices, a, b, weight, self.threads)
-        apart = weight * (smoothed.a - smoothed.b) / 2
-        bias = smoothed.square - 2 * row_squares(apart)  # error less noise
+        difference = weight * (smoothed.a - smoothed.b) / 2
+        bias = smoothed.square - 2 * row_squares(difference)  # error less noise
         channels = self.surface.reflectance.shape[1]
-        both = sum(apart[:, k : k + channels] for k in range(0, apart.shape[1], channels))
+        both = sum(difference[:, k : k + channels] for k in range(0, difference.shape[1], channels))
         return SmoothedLight(smoothed.a, smoothed.b, both, bias, smoothed.touched)  # parts share rays
 
     def _pooled(self, lattices: Sequence[Neighborhood], square: np.ndarray) -> np.ndarray:

@@ -48,7 +48,7 @@ class Estimate:
     share: np.ndarray  # (count,) float64 of the surface; they add up to 1
     direct_square: np.ndarray  # (count,) relative, mean over channels
     gather_square: np.ndarray  # (count,)
-    apart: np.ndarray  # (count, channels) relative: half the replicates' difference, as gathered
+    difference: np.ndarray  # (count, channels) relative: half the replicates' difference, as gathered
 
     @property
     def square(self) -> np.ndarray:
@@ -76,7 +76,7 @@ class SmoothedLight:
 
     a: np.ndarray
     b: np.ndarray
-    apart: np.ndarray
+    difference: np.ndarray
     bias: np.ndarray
     touched: np.ndarray
 
@@ -84,7 +84,7 @@ class SmoothedLight:
         """A sample (count, channels) of the error, and its square (count,), mean over channels, relative
         to what ``level`` (count, 1) times it was. What the replicates' difference does not show is taken
         to be spread over the surface as what it does, and to be no less."""
-        sample, channels = level * self.apart, self.apart.shape[1]
+        sample, channels = level * self.difference, self.difference.shape[1]
         noise, bias = row_squares(sample), level[:, 0] ** 2 * self.bias
         least = BALANCE * noise * self.touched
         if mean_over(share, bias) < mean_over(share, least):

@@ -13,7 +13,14 @@ import numpy as np
 
 from ..direct.beams import Split, split_beams
 from ..filtering.walls import Walls, find_walls
-from ..gather.lighting import Lighting, Samples, add_direct, add_gathered, no_light, place_on
+from ..gather.lighting import (
+    Lighting,
+    Samples,
+    add_direct,
+    add_gathered,
+    no_light,
+    points_on_footprints,
+)
 from ..gather.residual import Residuals, follow_residual, join_residuals
 from ..geometry.footprints import Footprints, build_footprints
 from ..lights.context import Context, build_context
@@ -66,8 +73,8 @@ class RoundResult:
     """What a replicate knows after a round: all its light so far."""
 
     light: Lighting
-    solved: SolveFigures
-    left: np.ndarray | None  # (count,) float32: squared relative bias that is not corrected
+    figures: SolveFigures
+    uncorrected: np.ndarray | None  # (count,) float32: squared relative bias that is not corrected
 
 
 @dataclass
@@ -82,7 +89,7 @@ class Replicate:
     requirements: Requirements
     error: float  # relative, that the bake is for
     radiosity: Radiosity | None = None  # that rays look up
-    solved: np.ndarray | None = None  # (n, channels) what the patches of receivers reflect by it
+    row_radiosity: np.ndarray | None = None  # (n, channels) of receivers' patches, by their rows
     light: Lighting = field(init=False)
     residuals: Residuals | None = None  # of paths with these radiosities
     correction: Correction | None = None
@@ -119,7 +126,7 @@ class Replicate:
             return self.take(without_reflection(context, size))
         key = (context.seed, Stream.SOLVE, self.number, plan.elements)
         everyone = np.arange(self.footprints.count)
-        place = place_on(self.footprints, everyone, plan.row_points, *key)
+        place = points_on_footprints(self.footprints, everyone, plan.row_points, *key)
         own = replace(plan, elements=size, row_rays=rays)
         radiosity = solve_radiosity(
             context, len(everyone), place, self._patches(plan.elements), own, self.error, key
@@ -176,17 +183,17 @@ class Replicate:
     def take(self, radiosity: Radiosity) -> SolveFigures:
         """Gather with these radiosities from now on."""
         self.radiosity = radiosity
-        self.solved = radiosity.reflected[: radiosity.patches.first].copy()
+        self.row_radiosity = radiosity.reflected[: radiosity.patches.first].copy()
         self.light.forget_gathered()
         self.residuals = self.correction = None
-        return self._solved()
+        return self._figures()
 
     def move_to(self, receivers: Receivers, tile: int) -> None:
         """Find the light of other receivers from now on, with the radiosities of now and what has been
         gathered where those before are patches. ``tile`` > 0 numbers the receivers: each has random
         numbers of its own."""
         if self.residuals is not None:
-            self._look_at_receivers()
+            self._use_gathered()
         for name in ("walls", "clusters", "reflectance"):
             vars(self).pop(name, None)
         self.receivers, self.tile, self.lessons = receivers, tile, []
@@ -198,7 +205,7 @@ class Replicate:
         """Of random numbers: of this replicate and tile."""
         return (*key, self.number, *([self.tile] if self.tile else []))
 
-    def audit(self, factor: float) -> None:
+    def follow_more_paths(self, factor: float) -> None:
         """Follow ``factor`` times as many paths as so far."""
         paths = len(self.residuals.owner)
         more = int(min(paths * (factor - 1), MOST_PATHS))
@@ -221,7 +228,7 @@ class Replicate:
         [(owners, rays of each)], aimed by ``guide``."""
         self.lessons = []
         if self.residuals is not None:
-            self._look_at_receivers()
+            self._use_gathered()
         if self.requirements.explicit:
             for part in direct:
                 add_direct(self.split, self.footprints, self.light, *part, *self._key(step))
@@ -231,12 +238,12 @@ class Replicate:
                 *self._key(step), guide=guide, learns=learn,
             )
         if self.requirements.reflected and self.residuals is None:
-            self._look_at_receivers()
+            self._use_gathered()
             self.residuals = self._followed(self.radiosity, MOST_PATHS)
             self._correct()
         return self.now()
 
-    def _look_at_receivers(self) -> None:
+    def _use_gathered(self) -> None:
         """Rays read from now on what has been gathered at the receivers that they end on, beside what
         rows have brought: more rays, one reflection later."""
         own = self.radiosity.patches.receivers
@@ -250,7 +257,7 @@ class Replicate:
         arriving = (light.direct[some] - light.beams[some]) / np.maximum(light.points[some], 1)
         arriving += (light.bounced[some] + light.first[some]) / light.rays[some]
         self.radiosity = self.radiosity.with_gathered(
-            self.solved, some, self.reflectance[some] * arriving, light.rays[some, 0]
+            self.row_radiosity, some, self.reflectance[some] * arriving, light.rays[some, 0]
         )
 
     @cached_property
@@ -265,12 +272,12 @@ class Replicate:
 
     def now(self) -> RoundResult:
         """All light so far, with what corrects its bias."""
-        left = None
+        uncorrected = None
         if self.correction is not None:
             gathered = self.light.bounced / np.maximum(self.light.rays, 1)
             self.light.correction[:] = self.correction.share(gathered, self.footprints.area)
-            left = self.correction.left[self.correction.region].astype(np.float32)
-        return RoundResult(self.light, self._solved(), left)
+            uncorrected = self.correction.uncorrected[self.correction.region].astype(np.float32)
+        return RoundResult(self.light, self._figures(), uncorrected)
 
     def learn(self) -> Learning:
         """What the rays of the last round teach."""
@@ -279,7 +286,7 @@ class Replicate:
             learning.add(lesson)
         return learning
 
-    def _solved(self) -> SolveFigures:
+    def _figures(self) -> SolveFigures:
         found = self.radiosity
         return SolveFigures(len(found.solution), found.iterations, found.residual, found.seconds)
 

@@ -107,8 +107,8 @@ class FollowMorePaths:
     factor: float
 
     def answer(self, replicate: Replicate) -> None:
-        """See ``Replicate.audit``."""
-        replicate.audit(self.factor)
+        """See ``Replicate.follow_more_paths``."""
+        replicate.follow_more_paths(self.factor)
 
 
 @dataclass(frozen=True)

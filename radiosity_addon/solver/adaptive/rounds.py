@@ -28,7 +28,7 @@ from .requests import (
     TakeRadiosity,
 )
 from .second_replicate import SecondReplicate
-from .solve_cache import Solve, SolveCache, solved_before
+from .solve_cache import Solve, SolveCache, cached_solve
 
 MAX_ROUNDS = 20
 MAX_SAMPLES = 1 << 14  # number [rays or points of a receiver] in one round, at most
@@ -39,7 +39,7 @@ GROWTH = 8  # factor [samples so far]: the most in one round
 # Number [rays] of a large round, and its GROWTH: elements may be too coarse.
 LARGE_ROUND, LARGE_GROWTH = 1.5e7, 3
 # Error [of the goal] known of elements: above it more paths along the residual are followed.
-AUDIT_SHARE = 0.7
+BIAS_SHARE = 0.7
 MOST_MORE_PATHS = 8  # factor [paths along the residual]: the most in one round
 CLOSE = 0.95  # error [of what is enough] that rays do not lower: above it elements get finer
 NEAR = 1.1  # factor [of the error that rays do not lower]: below it no more rays are traced
@@ -79,18 +79,18 @@ class Rounds:
     deadline: float | None  # perf_counter seconds after which no round may end
     clock: Clock
     cache: SolveCache | None
-    solved: bool = False  # the radiosities are there, and stay as they are
+    radiosity_given: bool = False  # the radiosities are there, and stay as they are
 
     def run(self, plan: Plan) -> tuple[Estimate, list[SolveFigures]]:
         """A first round for all receivers, then more where the error is, with rays aimed by what
         the first brought; finer elements first where the error is theirs."""
         everyone = np.arange(self.first.footprints.count)
-        if not self.solved:
+        if not self.radiosity_given:
             plan = self._solve(plan)
         direct, gathered = [(everyone, plan.points)], [(everyone, plan.rays)]
         learning = guide = None
         learns = True
-        told = []  # since the last solve: rays of a receiver, and what is squared error of theirs
+        history = []  # since the last solve: rays of a receiver, and what is squared error of theirs
         for step in range(MAX_ROUNDS):
             began, work = time.perf_counter(), _samples(direct, gathered)
             replicates, estimate = self._gathered(AddLight(direct, gathered, step, guide, learns))
@@ -101,33 +101,33 @@ class Rounds:
                 learning = joined(learning, *self._both(Learn()))
                 guide = make_guide(learning)
                 learns = guide is not None  # the first rays tell well enough whether one pays
-            floor = _least_error(told, estimate, light, plan)
+            floor = _least_error(history, estimate, light, plan)
             excess = max(self.estimator.common(estimate), floor) / (ELEMENTS_SHARE * plan.goal)
             coarse = excess > 1 and plan.elements < MOST_ELEMENTS
-            if coarse and step < LAST_RESTART and not self.solved:
-                plan, told = plan.refined(excess), []
+            if coarse and step < LAST_RESTART and not self.radiosity_given:
+                plan, history = plan.refined(excess), []
                 if not self._time_for(self._seconds_of_restart()):
                     break
                 plan = self._solve(plan)
                 rays = round_up(np.median(light.rays), 4, MAX_SAMPLES)
                 direct, gathered = [], [(everyone, rays)]
                 continue
-            audited = self._audited(estimate, plan)
-            if not audited and (estimate.error < NEAR * floor or estimate.sampled <= plan.enough):
+            followed = self._followed_more_paths(estimate, plan)
+            if not followed and (estimate.error < NEAR * floor or estimate.sampled <= plan.enough):
                 break
             direct, gathered = self._more(estimate, plan, light, guide)
             ahead = _samples(direct, gathered)
-            if ahead == 0 and not audited:
+            if ahead == 0 and not followed:
                 break
             if not self._time_for((time.perf_counter() - began) * ahead / max(work, 1)):
                 break
-        return estimate, [replicate.solved for replicate in replicates]
+        return estimate, [replicate.figures for replicate in replicates]
 
     def _gathered(self, request: AddLight) -> tuple[tuple[RoundResult, RoundResult], Estimate]:
         """What both replicates have after one more round, and the estimate by it."""
         replicates = self._both(request)
         light = [replicate.light for replicate in replicates]
-        estimate = self.estimator.weigh(light, [replicate.left for replicate in replicates])
+        estimate = self.estimator.weigh(light, [replicate.uncorrected for replicate in replicates])
         self.clock.lap("gather")
         return replicates, estimate
 
@@ -149,7 +149,7 @@ class Rounds:
         made for is finer than ``plan`` where such solves were kept."""
         keeps = self.cache is not None and self.first.requirements.reflected
         context, error = self.first.split.reflected, self.first.error
-        found = solved_before(self.cache, plan, context, error) if keeps else None
+        found = cached_solve(self.cache, plan, context, error) if keeps else None
         if found:
             one, other = found.replicates
             self.second.ask(TakeRadiosity(other))
@@ -166,13 +166,13 @@ class Rounds:
             self.cache.put(self.cache.key(plan), solved)
         return plan
 
-    def _audited(self, estimate: Estimate, plan: Plan) -> bool:
+    def _followed_more_paths(self, estimate: Estimate, plan: Plan) -> bool:
         """Whether both replicates have followed more paths along the residual, as they know of a
         bias that is too large and not corrected."""
         if not self.first.requirements.reflected or self.first.paths >= MOST_PATHS:
             return False
         known = np.sqrt(max(estimate.error**2 - estimate.sampled**2, 0.0))
-        excess = known / (AUDIT_SHARE * plan.goal)
+        excess = known / (BIAS_SHARE * plan.goal)
         if excess <= 1:
             return False
         self._both(FollowMorePaths(float(np.clip(excess**2, 2, MOST_MORE_PATHS))))
@@ -204,22 +204,22 @@ def _alike(samples: np.ndarray, least: int) -> list[tuple[np.ndarray, int]]:
 
 
 def _least_error(
-    told: list[tuple[float, float]], estimate: Estimate, light: Lighting, plan: Plan
+    history: list[tuple[float, float]], estimate: Estimate, light: Lighting, plan: Plan
 ) -> float:
-    """The error that stays however many rays there are. This round is added to ``told``."""
+    """The error that stays however many rays there are. This round is added to ``history``."""
     shadows, dim = estimate.squares()
-    told.append((light.rays.mean(), dim))
-    return _floor(told, min(shadows, DIRECT_SHARE * plan.goal**2), plan.enough)
+    history.append((light.rays.mean(), dim))
+    return _floor(history, min(shadows, DIRECT_SHARE * plan.goal**2), plan.enough)
 
 
-def _floor(told: list[tuple[float, float]], shadows: float, enough: float) -> float:
+def _floor(history: list[tuple[float, float]], shadows: float, enough: float) -> float:
     """The error that stays however many rays there are, if the rest of its square falls as
     1 / rays, from (rays, squared error) of the last two rounds, and ``shadows``, the square that
     is left to direct light; 0 where it is well below ``enough``, or they cannot tell: the first
     round's rays are not aimed yet."""
-    if len(told) < 3 or told[-1][0] < TELLING * told[-2][0]:
+    if len(history) < 3 or history[-1][0] < TELLING * history[-2][0]:
         return 0.0
-    (few, high), (many, low) = told[-2:]
+    (few, high), (many, low) = history[-2:]
     floor = np.sqrt(max(many * low - few * high, 0.0) / (many - few) + shadows)
     return floor if floor > CLOSE * enough else 0.0
 

@@ -57,7 +57,7 @@ class SolveCache:
     """The solves of the last bake, coarse to fine. Can be pickled.
 
     Call ``begin`` for the scene to be baked, then ``get`` before each solve and ``put`` after it
-    (``solved_before`` also lights anew what it gets). ``reused`` then tells what was got:
+    (``cached_solve`` also lights anew what it gets). ``reused`` then tells what was got:
     "", SOLUTION or TRANSPORT.
     """
 
@@ -103,7 +103,7 @@ class SolveCache:
         return replace(self, solves=solves)
 
 
-def solved_before(
+def cached_solve(
     cache: SolveCache, plan: Plan, context: Context, tolerance: float
 ) -> Solve | None:
     """A kept solve of what is baked now that is at least as fine as ``plan``, under the context's
@@ -113,22 +113,22 @@ def solved_before(
         return None
     key, solve = found
     if key.scene.light != cache.scene.light:
-        solve = _lit_anew(context, solve, tolerance)
+        solve = _relit(context, solve, tolerance)
         cache.put(replace(key, scene=replace(key.scene, light=cache.scene.light)), solve)
         cache.reused = TRANSPORT
     cache.reused = cache.reused or SOLUTION
     return solve
 
 
-def _lit_anew(context: Context, solve: Solve, tolerance: float) -> Solve:
+def _relit(context: Context, solve: Solve, tolerance: float) -> Solve:
     replicates = tuple(
-        lit_anew(context, each, solve.unit, tolerance, (context.seed, Stream.RELIGHT, number))
+        relit(context, each, solve.unit, tolerance, (context.seed, Stream.RELIGHT, number))
         for number, each in enumerate(solve.replicates)
     )
     return replace(solve, replicates=replicates, unit=context.unit)
 
 
-def lit_anew(
+def relit(
     context: Context, radiosity: Radiosity, unit: float, tolerance: float, key: tuple[int, ...]
 ) -> Radiosity:
     """The same elements and rows under the context's lamps: direct light at the points that the

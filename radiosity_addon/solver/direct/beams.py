@@ -50,8 +50,8 @@ def split_beams(context: Context) -> Split:
     rest, alone = context.under(sources.without(beams)), context.under(sources.only(beams))
     if polygons is None:
         return Split(rest, alone, None, rest)
-    spots = sources.only(beams[:0]).and_polygons(polygons)
-    both = rest.sources.and_polygons(polygons)
+    spots = sources.only(beams[:0]).with_polygons(polygons)
+    both = rest.sources.with_polygons(polygons)
     return Split(rest, alone, context.under(spots), context.under(both))
 
 
@@ -64,35 +64,35 @@ def find_beams(context: Context) -> np.ndarray:
             return np.zeros(0, int)
     used = sources.used()
     used = used[sources.block[used] == 0]
-    found = [_beams_of(context, kind, used[sources.kind[used] == number])
-             for number, kind in enumerate(sources.kinds) if isinstance(kind, FacingDisks)]  # fmt: skip
+    found = [_beams_of(context, batch, used[sources.batch[used] == number])
+             for number, batch in enumerate(sources.batches) if isinstance(batch, FacingDisks)]  # fmt: skip
     return np.concatenate([np.zeros(0, int), *found])
 
 
-def _beams_of(context: Context, kind: FacingDisks, lights: np.ndarray) -> np.ndarray:
+def _beams_of(context: Context, batch: FacingDisks, lights: np.ndarray) -> np.ndarray:
     """Those of the ``lights`` (n,) int of one kind."""
-    place = context.sources.place
-    spots = lights[kind.edge[place[lights]] > -1]
+    index = context.sources.index
+    spots = lights[batch.edge[index[lights]] > -1]
     if len(spots) == 0:
         return spots
-    which = np.repeat(place[spots], TRIAL)
+    which = np.repeat(index[spots], TRIAL)
     xi = np.tile(sobol(TRIAL, 2, Stream.BEAM_TRIALS), (len(spots), 1))
-    _, direction, _, hits = _shot(context, kind, which, xi)
+    _, direction, _, hits = _shot(context, batch, which, xi)
     met = hits.triangle >= 0
     normal = context.geometry.normal[hits.triangle[met]]
     cosine = np.abs(np.einsum("ij,ij->i", normal, direction[met]))
     across = np.zeros(len(which))
     across[met] = hits.distance[met] ** 2 / np.maximum(cosine, STEEPEST)
-    angle = 2 * np.pi * (1 - kind.edge[place[spots]])
+    angle = 2 * np.pi * (1 - batch.edge[index[spots]])
     lit = angle * across.reshape(len(spots), TRIAL).mean(axis=1)
-    lit += np.pi * kind.radius[place[spots]] ** 2
+    lit += np.pi * batch.radius[index[spots]] ** 2
     landed = met.reshape(len(spots), TRIAL).mean(axis=1)
     return spots[(landed > LANDED) & (lit < NARROW * context.geometry.area.sum())]
 
 
 def beam_spots(context: Context, beams: np.ndarray) -> Polygons | None:
     """The first reflection of ``beams`` (k,) int as flat lights: an ellipse on each plane that a beam
-    lights, with the mean place and the spread of the particles that land there, and their power.
+    lights, with the mean position and the spread of the particles that land there, and their power.
     None where nothing is reflected."""
     found = [spot for light in beams for spot in _spots_of(context, light)]
     if not found:
@@ -102,30 +102,30 @@ def beam_spots(context: Context, beams: np.ndarray) -> Polygons | None:
 
 def _spots_of(context: Context, light: int):
     """Rows of Polygons: what a beam makes."""
-    place, normal, power = _landed(context, light)
+    position, normal, power = _landed(context, light)
     level = power.mean(axis=1)
     if level.sum() <= 0:
         return
-    facing = np.rint(ALIKE * np.column_stack([normal, (place * normal).sum(axis=1)])).astype(int)
+    facing = np.rint(ALIKE * np.column_stack([normal, (position * normal).sum(axis=1)])).astype(int)
     plane = np.unique(facing, axis=0, return_inverse=True)[1].reshape(-1)
     share = np.bincount(plane, level) / level.sum()
     kept = share > FAINT
     for number in np.flatnonzero(kept):
         mine = plane == number
         total = power[mine].sum(axis=0) / share[kept].sum()
-        yield _ellipse(place[mine], normal[mine][0], level[mine], total)
+        yield _ellipse(position[mine], normal[mine][0], level[mine], total)
 
 
-def _ellipse(place: np.ndarray, normal: np.ndarray, level: np.ndarray, power: np.ndarray):
+def _ellipse(position: np.ndarray, normal: np.ndarray, level: np.ndarray, power: np.ndarray):
     """A row of Polygons of ``power`` (channels,): an even ellipse whose second moments are those of
-    places (n, 3) with weights ``level`` (n,) on one plane. Along a half axis a they are a² / 4."""
+    positions (n, 3) with weights ``level`` (n,) on one plane. Along a half axis a they are a² / 4."""
     weight = level / level.sum()
-    middle = weight @ place
+    middle = weight @ position
     axes = np.stack(tangents(normal[:, None]))[:, :, 0]
-    flat = (place - middle) @ axes.T
-    moments, turn = np.linalg.eigh((weight[:, None] * flat).T @ flat)
+    flat = (position - middle) @ axes.T
+    moments, directions = np.linalg.eigh((weight[:, None] * flat).T @ flat)
     half = np.maximum(2 * np.sqrt(np.maximum(moments, 0)), SMALLEST)
-    u, v = (2 * h * (t @ axes) for h, t in zip(half, turn.T))
+    u, v = (2 * h * (t @ axes) for h, t in zip(half, directions.T))
     area = np.pi * half.prod()
     return (
         power / (np.pi * area), ELLIPSE, middle - (u + v) / 2, u, v, normal, False, np.pi, 1.0, 0.0,
@@ -134,12 +134,12 @@ def _ellipse(place: np.ndarray, normal: np.ndarray, level: np.ndarray, power: np
 
 
 def _landed(context: Context, light: int):
-    """Places (n, 3) where particles of a beam landed, normals of the sides (n, 3), and the power
+    """Positions (n, 3) where particles of a beam landed, normals of the sides (n, 3), and the power
     (n, channels) that is reflected there."""
-    kind, place = context.sources.named(light)
+    batch, index = context.sources.named(light)
     xi = sobol(PARTICLES, 4, context.seed, Stream.BEAMS, light)
-    origin, direction, beam, first = _shot(context, kind, np.full(PARTICLES, place), xi)
-    power = kind.color[place] * (2 * np.pi * (1 - kind.edge[place]) / PARTICLES * beam)[:, None]
+    origin, direction, beam, first = _shot(context, batch, np.full(PARTICLES, index), xi)
+    power = batch.color[index] * (2 * np.pi * (1 - batch.edge[index]) / PARTICLES * beam)[:, None]
     met = [(np.arange(PARTICLES), first, np.ones(power.shape))]
     if context.transmits.any():
         met += followed(context, origin, direction, first)
@@ -157,9 +157,9 @@ def _landed(context: Context, light: int):
     return tuple(np.concatenate(part) for part in zip(*parts))
 
 
-def _shot(context: Context, kind: FacingDisks, which: np.ndarray, xi: np.ndarray):
+def _shot(context: Context, batch: FacingDisks, which: np.ndarray, xi: np.ndarray):
     """Particles of lamps ``which`` (n,): origins and directions (n, 3) float32, brightness (n,), and
     what they hit. See ``FacingDisks.leave``."""
-    origin, direction, beam = kind.leave(which, xi)
+    origin, direction, beam = batch.leave(which, xi)
     origin, direction = (np.ascontiguousarray(a, np.float32) for a in (origin, direction))
     return origin, direction, beam, context.tracer.intersect(origin, direction)

@@ -15,10 +15,10 @@ from ..lights.context import Context
 from ..lights.light_batch import Sample, Unoccluded
 from ..sampling.points import (
     Middles,
-    PlacePoints,
     Points,
+    PointSampler,
     grouped_chunks,
-    light_places,
+    light_coordinates,
     masked,
     owned,
 )
@@ -26,17 +26,17 @@ from ..sampling.shade import Shade
 from ..sampling.sobol import GROUPS
 from ..tracing.blockers import Blockers
 from ..workers.parallel import map_chunks
-from .many_lights import chosen_light
+from .many_lights import sampled_light
 from .transmission import visibility, visible_samples
 
 POINTS_PER_CHUNK = 1 << 14
 
 
 def direct_light(
-    context: Context, count: int, per: int, place: PlacePoints, key: tuple[int, ...], stage: str
+    context: Context, count: int, per: int, sample_points: PointSampler, key: tuple[int, ...], stage: str
 ):
     """Explicit light at ``count`` owners, irradiance (count, channels) float64, and the variance
-    (count,) of its channels' mean that the choice among many lights leaves; ``place(chosen, group)``
+    (count,) of its channels' mean that the choice among many lights leaves; ``sample_points(chosen, group)``
     gives their ``per`` Points."""
     irradiance, variance = np.zeros((count, context.channels)), np.zeros(count)
     if count == 0 or not (context.sources.always or context.sources.samplers):
@@ -44,7 +44,7 @@ def direct_light(
 
     def work(chunk: tuple[int, slice]):
         group, some = chunk
-        return some, *_light_points(context, place(some, group), (*key, group))
+        return some, *_light_points(context, sample_points(some, group), (*key, group))
 
     groups = 1 if per == 1 else GROUPS  # single points are independent as they are
     chunks = grouped_chunks(count, max(1, POINTS_PER_CHUNK // per), groups)
@@ -67,7 +67,7 @@ def _light_points(context: Context, points: Points, key: tuple[int, ...]):
     irradiance = _from_each(context, points, middles, key)
     if not context.sources.samplers:
         return irradiance, np.zeros(len(irradiance))
-    light, variance = chosen_light(context, points, middles, key)
+    light, variance = sampled_light(context, points, middles, key)
     return irradiance + light, variance
 
 
@@ -78,23 +78,23 @@ def _from_each(
     per, count = points.shape
     irradiance, everyone = np.zeros((count, context.channels)), np.arange(count)
     for number, light in enumerate(context.sources.always):
-        kind, place = context.sources.named(light)
-        xi = light_places(points, *key, number, 1)
+        batch, index = context.sources.named(light)
+        xi = light_coordinates(points, *key, number, 1)
         if per == 1:
             dark = context.sources.unlinked(light, context.scene, points.triangle)
             irradiance += _from_points(context, light, points, everyone, xi, dark)
             continue
-        whole = kind.whole(place, middles)
-        known, dark = whole.known, context.sources.unlinked(light, context.scene, points.triangle)
-        lit = known & (whole.irradiance > 0)
+        unoccluded = batch.unoccluded(index, middles)
+        known, dark = unoccluded.known, context.sources.unlinked(light, context.scene, points.triangle)
+        lit = known & (unoccluded.irradiance > 0)
         if dark is not None:
             known = known & (dark == dark[0]).all(axis=0)
             lit &= known & ~dark[0]
         blockers = context.blockers[context.sources.block[light]]
         if lit.any():
             some = masked(lit)
-            share = _visible_share(context, blockers, whole, points, some, xi)
-            irradiance[some] += whole.irradiance[some, None] * share * kind.color[place]
+            share = _visible_share(context, blockers, unoccluded, points, some, xi)
+            irradiance[some] += unoccluded.irradiance[some, None] * share * batch.color[index]
         some = np.flatnonzero(~known)
         if len(some):
             found = _from_points(context, light, points, some, xi, dark)
@@ -103,24 +103,24 @@ def _from_each(
 
 
 def _visible_share(
-    context: Context, blockers: Blockers, whole: Unoccluded, points: Points,
+    context: Context, blockers: Blockers, unoccluded: Unoccluded, points: Points,
     some: np.ndarray | slice, xi: tuple[np.ndarray, np.ndarray],
 ):
     """(k, 1 or channels) share of a light's irradiance that arrives at the owners ``some``, (k,) or
     a slice, at which it is known."""
     position, s, t = (owned(array, some) for array in (points.position, *xi))
-    if whole.warp is not None:
-        s, t = whole.warp(some, s, t)
-    segments = whole.segments(some, position, s, t)
+    if unoccluded.warp is not None:
+        s, t = unoccluded.warp(some, s, t)
+    segments = unoccluded.segments(some, position, s, t)
     visible = visibility(
-        context, blockers, position.reshape(-1, 3), segments.reshape(-1, 3), whole.length,
+        context, blockers, position.reshape(-1, 3), segments.reshape(-1, 3), unoccluded.length,
         points.shade and points.shade.take(some).together(),
     ).reshape(*s.shape, -1)
     share = visible.mean(axis=0, dtype=np.float32).astype(float)
     partly = np.flatnonzero(((share > 0) & (share < 1)).any(axis=1))
     if len(partly):
         owners = np.arange(points.shape[1])[some][partly]
-        value = whole.value(owners, segments[:, partly], s[:, partly], t[:, partly])[..., None]
+        value = unoccluded.value(owners, segments[:, partly], s[:, partly], t[:, partly])[..., None]
         seen = (value * visible[:, partly]).sum(axis=0)
         total = value.sum(axis=0)
         share[partly] = seen / np.where(total > 0, total, 1)
@@ -133,17 +133,17 @@ def _from_points(
 ) -> np.ndarray:
     """(k, channels) irradiance of a light at the owners ``some`` (k,), looked at from each of
     their points. Single points' samples may differ more: there is no mean of them that would not."""
-    kind, place = context.sources.named(light)
+    batch, index = context.sources.named(light)
     position, normal = (
         owned(array, some).reshape(-1, 3) for array in (points.position, points.normal)
     )
     xi = np.stack([owned(axis, some).ravel() for axis in xi], 1).astype(float)
-    which = place if points.shape[0] > 1 else np.full(len(position), place)
-    sample = kind.sample(which, position.astype(float), normal.astype(float), xi)
+    which = index if points.shape[0] > 1 else np.full(len(position), index)
+    sample = batch.sample(which, position.astype(float), normal.astype(float), xi)
     if dark is not None:
         sample = sample.darkened(dark[:, some].ravel())
     blockers = context.blockers[context.sources.block[light]]
-    color = kind.color[place]
+    color = batch.color[index]
     if sample.surface is not None:
         varied, triangle, uv = sample.surface
         color = np.tile(color, (len(position), 1))
@@ -166,8 +166,8 @@ def _visible_mean(
     visible = visible_samples(context, blockers, origins, sample, shade)
     visible = visible.reshape(per, -1, visible.shape[1])
     irradiance = sample.irradiance.reshape(per, -1, 1)
-    if sample.whole is None or per == 1:
+    if sample.exact is None or per == 1:
         return (irradiance * visible * color).mean(axis=0)
-    whole = sample.whole.reshape(per, -1, 1).mean(axis=0)
+    exact = sample.exact.reshape(per, -1, 1).mean(axis=0)
     seen, total = (irradiance * visible * color).sum(axis=0), irradiance.sum(axis=0)
-    return whole * seen / np.where(total > 0, total, 1)
+    return exact * seen / np.where(total > 0, total, 1)

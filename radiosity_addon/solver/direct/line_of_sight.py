@@ -14,7 +14,7 @@ LIFT = 4 * OFFSET  # height [unit box] of lines of sight above the surface
 RISE = 0.5  # height [of the distance] by which a way may rise between two places
 
 
-def is_way_free(
+def is_path_clear(
     context: Context, start: np.ndarray, start_up: np.ndarray, end: np.ndarray, end_up: np.ndarray
 ) -> np.ndarray:
     """(k,) bool: from ``start`` (k, 3) there is a free way to ``end`` (k, 3): straight, or, as a
@@ -47,7 +47,7 @@ class LineOfSight:
     position: np.ndarray  # (count, 3) their middles, and
     normal: np.ndarray  # (count, 3) normals there, not unit
 
-    def sees_whole(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    def sees_all_of(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
         """(k,) bool: from the middle of the receivers ``one`` (k,) int there are free ways to every
         corner of the footprints ``other`` (k,) int."""
         sees = np.ones(len(one), bool)
@@ -63,7 +63,7 @@ class LineOfSight:
             corner = footprints.origin[end] + u * footprints.u[end] + v * footprints.v[end]
             up = self.normal[start]
             up /= np.maximum(np.linalg.norm(up, axis=1, keepdims=True), 1e-30)
-            free = is_way_free(
+            free = is_path_clear(
                 self.context, self.position[start], up, corner, footprints.normal[end]
             )
             sees[pair[left[~free]]] = False

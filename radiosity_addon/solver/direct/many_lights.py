@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from ..lights.context import Context
-from ..lights.light_choice import PER_POINT, choose_lights
-from ..sampling.points import Middles, Points, light_places, shifted
+from ..lights.light_sampler import PER_POINT, sample_lights
+from ..sampling.points import Middles, Points, light_coordinates, shifted
 from ..sampling.sobol import sobol
 from .transmission import visible_samples
 
 
-def chosen_light(context: Context, points: Points, middles: Middles, key: tuple[int, ...]):
+def sampled_light(context: Context, points: Points, middles: Middles, key: tuple[int, ...]):
     """(R, channels) irradiance from the lights in samplers, and the variance (R,) of its channels' mean
     that the choice leaves. Owners that are flat choose for all of their points at once; points of
     others each for themselves."""
     if middles.flat.all():
-        return _from_chosen(context, points, middles, key)
+        return _sampled_at_flat(context, points, middles, key)
     count = points.shape[1]
     irradiance, variance = np.zeros((count, context.channels)), np.zeros(count)
     for flat in (True, False):
@@ -24,14 +24,14 @@ def chosen_light(context: Context, points: Points, middles: Middles, key: tuple[
         if len(some) == 0:
             continue
         part = points.take(some) if flat else points.take(some).single()
-        light, spread = _from_chosen(context, part, part.middles(), (*key, 4 + flat))
+        light, spread = _sampled_at_flat(context, part, part.middles(), (*key, 4 + flat))
         repeats = part.shape[1] // len(some)  # points that are owners of their own
         irradiance[some] = light.reshape(-1, len(some), context.channels).mean(axis=0)
         variance[some] = spread.reshape(-1, len(some)).mean(axis=0) / repeats
     return irradiance, variance
 
 
-def _from_chosen(context: Context, points: Points, middles: Middles, key: tuple[int, ...]):
+def _sampled_at_flat(context: Context, points: Points, middles: Middles, key: tuple[int, ...]):
     """The same for owners that are flat."""
     per, count = points.shape
     position, normal = (array.reshape(-1, 3) for array in (points.position, points.normal))
@@ -39,9 +39,9 @@ def _from_chosen(context: Context, points: Points, middles: Middles, key: tuple[
     irradiance, choices = np.zeros((count, context.channels)), 0
     total, square = np.zeros((2, count))
     mean = np.full(context.channels, 1 / context.channels)
-    for light, factor, shading in _choices(context, points, middles, key):
-        places = light_places(points, *key, choices, 3)
-        xi = np.stack([axis.ravel() for axis in places], 1)
+    for light, factor, shading in _light_samples(context, points, middles, key):
+        coordinates = light_coordinates(points, *key, choices, 3)
+        xi = np.stack([axis.ravel() for axis in coordinates], 1)
         choices += 1
         arriving = np.zeros((per * count, context.channels))
         for sample, color, rows in _samples(context, light, position, normal, xi):
@@ -71,7 +71,7 @@ def _variance(total: np.ndarray, square: np.ndarray, choices: int, per: int) -> 
     return np.maximum(square - total**2 / many, 0) / (many - 1) * choices / per
 
 
-def _choices(context: Context, points: Points, middles: Middles, key: tuple[int, ...]):
+def _light_samples(context: Context, points: Points, middles: Middles, key: tuple[int, ...]):
     """Yield (light, factor) pairs (n,): what was chosen for each point, and one over its
     probability and the number of choices; and the row of blockers that shade all of those."""
     per, count = points.shape
@@ -79,8 +79,8 @@ def _choices(context: Context, points: Points, middles: Middles, key: tuple[int,
         table = sobol(per, 6, *key, 2, number)[:, 5:]
         xi = shifted(table, points.shift[:, 0].astype(float))
         xi = (xi + np.arange(PER_POINT)[:, None, None]) / PER_POINT  # a point's choices lie apart
-        lights, factors = choose_lights(
-            context.sources, sampler, middles.place.T, middles.normal.T, middles.reach,
+        lights, factors = sample_lights(
+            context.sources, sampler, middles.position.T, middles.normal.T, middles.extent,
             xi.reshape(-1, count),
         )
         for pair in zip(*(array.reshape(PER_POINT, -1) for array in (lights, factors / PER_POINT))):
@@ -93,14 +93,14 @@ def _samples(
     """Yield (sample, color, rows): of each kind at the points, (k,) or a slice of all, whose
     ``light`` (n,) is of that kind."""
     sources = context.sources
-    kinds = sources.kind[light]
-    for number, kind in enumerate(sources.kinds):
-        rows = np.flatnonzero(kinds == number)
+    batches = sources.batch[light]
+    for number, batch in enumerate(sources.batches):
+        rows = np.flatnonzero(batches == number)
         if len(rows):
             rows = slice(None) if len(rows) == len(light) else rows
-            place = sources.place[light[rows]]
-            sample = kind.sample(place, position[rows], normal[rows], xi[rows])
-            color = np.take(kind.color, place, axis=0)
+            index = sources.index[light[rows]]
+            sample = batch.sample(index, position[rows], normal[rows], xi[rows])
+            color = np.take(batch.color, index, axis=0)
             if sample.tint is not None:
                 color = color * sample.tint
             if sample.surface is not None:

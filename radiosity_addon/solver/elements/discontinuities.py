@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..direct.line_of_sight import LIFT, is_clear, is_way_free
+from ..direct.line_of_sight import LIFT, is_clear, is_path_clear
 from ..geometry.grids import grid_cells
 from ..lights.context import Context
 from ..tracing.crossings import Crossings
@@ -28,16 +28,16 @@ MOST_TESTED = 1 << 18  # number [small faces] looked at one by one: with more, n
 ROUNDS = 4  # number [elements] that small faces of one may fall into: with more they stay whole
 
 
-def set_apart(context: Context, elements: Elements, target: int, tolerance: float) -> Elements:
+def split_at_discontinuities(context: Context, elements: Elements, target: int, tolerance: float) -> Elements:
     """Divide elements so that none lies on both sides of something; a few coarse ones may."""
     if context.crossings is None:
         return elements
     most = SPENT * max(elements.count, target)
-    elements = _parted(context, _cut(context, elements, most), most)
-    return _divided(context, elements, target, tolerance)
+    elements = _split_hidden(context, _cut_along_crossings(context, elements, most), most)
+    return _refine_obstructed(context, elements, target, tolerance)
 
 
-def _cut(context: Context, elements: Elements, most: float) -> Elements:
+def _cut_along_crossings(context: Context, elements: Elements, most: float) -> Elements:
     """Cells cut along all that crosses them or stands on them, to at most ``most`` elements."""
     crossings = context.crossings.large(SMALL)
     n = elements.grid[crossings.triangle].astype(np.int64) ** 2
@@ -118,7 +118,7 @@ def _crossed(crossings: Crossings, elements: Elements, line: np.ndarray, cell: n
     return line[kept], cell[kept]
 
 
-def _parted(context: Context, elements: Elements, most: float) -> Elements:
+def _split_hidden(context: Context, elements: Elements, most: float) -> Elements:
     """Small faces stay in an element with one that they see; the others form new elements, of
     which there are at most ``most`` then."""
     cell = np.flatnonzero(elements.shared())
@@ -174,12 +174,12 @@ def _sees(
     clear = np.ones(len(label), bool)
     for side in (1, -1):
         up = side * normal
-        clear &= is_way_free(context, position, up, position[middle], up[middle])
+        clear &= is_path_clear(context, position, up, position[middle], up[middle])
     clear[middle] = True
     return clear
 
 
-def _divided(context: Context, elements: Elements, target: int, tolerance: float) -> Elements:
+def _refine_obstructed(context: Context, elements: Elements, target: int, tolerance: float) -> Elements:
     """Elements of one cell that something stands on, divided; seen from just above the surface,
     the lines from such a cell's middle to its corners and between those are blocked."""
     levels = int(np.clip(np.ceil(np.log2(0.2 / tolerance)), 1, 6))

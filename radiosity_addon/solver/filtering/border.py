@@ -21,59 +21,59 @@ Missing = tuple[int, float, float, np.ndarray]  # a direction: see ``find_border
 
 @dataclass(frozen=True)
 class Border:
-    """``weight`` of the texels in the cells ``other``, for those in ``cell`` (k,) each."""
+    """``weight`` of the texels in the pixels ``other``, for those in ``pixel`` (k,) each."""
 
-    cell: np.ndarray
+    pixel: np.ndarray
     other: np.ndarray
     weight: np.ndarray  # (k,) float32
 
     def prepared(self, size: int):
-        """Cells (r,), and (r, size) CSR: how much they change by, from pictures of ``size``."""
-        cells, row = np.unique(self.cell, return_inverse=True)
-        rows = np.concatenate([row, np.arange(len(cells))])
-        total = np.bincount(row, self.weight, len(cells))
+        """Pixels (r,), and (r, size) CSR: how much they change by, from pictures of ``size``."""
+        pixels, row = np.unique(self.pixel, return_inverse=True)
+        rows = np.concatenate([row, np.arange(len(pixels))])
+        total = np.bincount(row, self.weight, len(pixels))
         values = np.concatenate([self.weight, -total]).astype(np.float32)
-        columns = np.concatenate([self.other, cells])
-        return cells, csr_matrix((values, (rows, columns)), shape=(len(cells), size))
+        columns = np.concatenate([self.other, pixels])
+        return pixels, csr_matrix((values, (rows, columns)), shape=(len(pixels), size))
 
     def take(self, kept: np.ndarray) -> Border:
         """Some of the neighbors."""
-        return Border(self.cell[kept], self.other[kept], self.weight[kept])
+        return Border(self.pixel[kept], self.other[kept], self.weight[kept])
 
 
 def find_border(
-    cell: np.ndarray, number: np.ndarray, missing: list[Missing], position: np.ndarray,
+    pixel: np.ndarray, number: np.ndarray, missing: list[Missing], position: np.ndarray,
     normal: np.ndarray, level: int,
 ) -> Border:
-    """Neighbors to one side of texels in ``cell`` (n,), whose ``position`` and ``normal`` are
+    """Neighbors to one side of texels in ``pixel`` (n,), whose ``position`` and ``normal`` are
     (n, 3). ``number`` is the picture of the texels' places in these arrays, −1 where there is none;
     ``missing`` has for each direction its offset in the picture, its length, its weight, and (n,)
     bool where there is no pair along it."""
     lacking = np.flatnonzero(np.logical_or.reduce([none for *_, none in missing]))
-    nearest, found = np.full(len(cell), np.inf), []
+    nearest, found = np.full(len(pixel), np.inf), []
     for offset, length, weight, none in missing:
         for side in (offset, -offset):
-            near = _plane_neighbors(lacking, cell, number, side, position, normal)
+            near = _plane_neighbors(lacking, pixel, number, side, position, normal)
             one, _, distance = near
             nearest[one] = np.minimum(nearest[one], distance / length)  # one of each
             if level:
-                near = _plane_neighbors(lacking, cell, number, side << level, position, normal)
+                near = _plane_neighbors(lacking, pixel, number, side << level, position, normal)
             one, other, distance = near
             kept = none[one]
             found.append((one[kept], other[kept], distance[kept] / (length * (1 << level)),
                           np.full(kept.sum(), weight, np.float32)))  # fmt: skip
     one, other, width, weight = (np.concatenate(part) for part in zip(*found))
     kept = width <= STRETCH * nearest[one]
-    return Border(cell[one[kept]], cell[other[kept]], weight[kept])
+    return Border(pixel[one[kept]], pixel[other[kept]], weight[kept])
 
 
 def _plane_neighbors(
-    some: np.ndarray, cell: np.ndarray, number: np.ndarray, offset: int, position: np.ndarray,
+    some: np.ndarray, pixel: np.ndarray, number: np.ndarray, offset: int, position: np.ndarray,
     normal: np.ndarray,
 ):
     """Of the texels ``some`` (k,) those with a neighbor at an ``offset`` in their plane, that
     neighbor, and its distance."""
-    other = number[cell[some] + offset]
+    other = number[pixel[some] + offset]
     some, other = some[other >= 0], other[other >= 0]
     step = position[other] - position[some]
     distance = np.sqrt(np.einsum("ij,ij->i", step, step))

@@ -45,12 +45,12 @@ class Graph:
         """(n,)."""
         return picture
 
-    def variance_left(self, level: int) -> float:
+    def variance_kept(self, level: int) -> float:
         """The share of independent noise's variance that the kernel of ``level`` leaves: it is
         spread over NEAREST receivers, and over as many more each time."""
         return 1 / (NEAREST << level)
 
-    def levels_around(self, level: int) -> int:
+    def averaging_levels(self, level: int) -> int:
         """Levels of kernels that average what decides whether to go to ``level``."""
         return min(level + 2, 3)
 

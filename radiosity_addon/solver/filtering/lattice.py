@@ -35,7 +35,7 @@ class Lattice:
     Neighborhood."""
 
     index: slice  # of its n receivers, which follow each other
-    cell: np.ndarray  # (n,) in the padded rectangle, row by row
+    pixel: np.ndarray  # (n,) in the padded rectangle, row by row
     shape: tuple[int, int]
     pad: int  # empty rows and columns around
     weights: tuple  # [level][direction]: (height, width) float32 without the padding
@@ -49,12 +49,12 @@ class Lattice:
         chosen = range(values.shape[1]) if chosen is None else chosen
         pictures = np.zeros((len(chosen), self.shape[0] * self.shape[1]), np.float32)
         for picture, channel in zip(pictures, chosen):
-            picture[self.cell] = values[self.index, channel] * factor
+            picture[self.pixel] = values[self.index, channel] * factor
         return pictures.reshape(-1, *self.shape)
 
     def read(self, picture: np.ndarray) -> np.ndarray:
         """(n,) values of the texels in a picture (height, width)."""
-        return picture.ravel()[self.cell]
+        return picture.ravel()[self.pixel]
 
     @property
     def levels(self) -> int:
@@ -74,33 +74,33 @@ class Lattice:
         for rows in ranges(height, max(BAND // max(width, 1), 1)):  # weights stay in the cache
             own, weights = self.own[level][rows], [w[rows] for w in self.weights[level]]
             for before, after in zip(pictures, results):
-                here = self.inner(before, 0, 0)[rows] * own
+                center = self.inner(before, 0, 0)[rows] * own
                 for (dy, dx, _), weight in zip(DIRECTIONS, weights):
                     dy, dx = dy << level, dx << level
                     pair = self.inner(before, dy, dx)[rows] + self.inner(before, -dy, -dx)[rows]
                     pair *= weight
-                    here += pair
-                self.inner(after, 0, 0)[rows] = here
+                    center += pair
+                self.inner(after, 0, 0)[rows] = center
         if level < len(self.borders):
-            cells, change = self._prepared[level]
+            pixels, change = self._prepared[level]
             for before, after in zip(pictures, results):
-                after.reshape(-1)[cells] += change @ before.reshape(-1)
+                after.reshape(-1)[pixels] += change @ before.reshape(-1)
         return results
 
     @cached_property
     def _prepared(self) -> list:
         return [border.prepared(self.shape[0] * self.shape[1]) for border in self.borders]
 
-    def variance_left(self, level: int) -> float:
+    def variance_kept(self, level: int) -> float:
         """The share of independent noise's variance that kernels up to ``level`` leave: together
         they are triangles 2m wide along both axes."""
         m = 2 << level
         return ((2 * m * m + 1) / (3 * m**3)) ** 2
 
-    def levels_around(self, level: int) -> int:
+    def averaging_levels(self, level: int) -> int:
         """Levels of kernels that average what decides whether to go to ``level``. The finer an
         image, the fewer rays a texel has, and the more often a few of them mislead."""
-        return min(max(level, len(self.cell) > MANY) + 2, self.levels)
+        return min(max(level, len(self.pixel) > MANY) + 2, self.levels)
 
     def beside(self, picture: np.ndarray) -> np.ndarray:
         """Of (height, width) >= 0, the largest of each texel and the eight around it."""
@@ -112,15 +112,15 @@ class Lattice:
         """Without the pairs by which receivers that are ``dark`` (count,) bool would get light from
         others that are not and that they do not see: ``sees(one, other)`` (k,) bool."""
         number = np.full(self.shape[0] * self.shape[1], -1)
-        number[self.cell] = np.arange(self.index.start, self.index.stop)
+        number[self.pixel] = np.arange(self.index.start, self.index.stop)
         chosen = np.flatnonzero(dark[self.index])
-        here = self.cell[chosen]
-        place = self.inner_cell(here)
+        center = self.pixel[chosen]
+        inner = self.inner_pixel(center)
         pairs = []
         for level, side in product(range(self.levels), (1, -1)):
             for k, (dy, dx, _) in enumerate(DIRECTIONS):
-                other = number[here + side * (dy * self.shape[1] + dx << level)]
-                used = self.weights[level][k].ravel()[place] > 0
+                other = number[center + side * (dy * self.shape[1] + dx << level)]
+                used = self.weights[level][k].ravel()[inner] > 0
                 some = np.flatnonzero(used & (other >= 0) & ~dark[other])
                 pairs.append((level, k, some, other[some]))
         some, other = (np.concatenate(part) for part in list(zip(*pairs))[2:])
@@ -131,7 +131,7 @@ class Lattice:
             if cut.any():
                 if weights[level][k] is self.weights[level][k]:
                     weights[level][k] = weights[level][k].copy()
-                weights[level][k].ravel()[place[some[cut]]] = 0
+                weights[level][k].ravel()[inner[some[cut]]] = 0
         borders = tuple(_separated_border(each, number, dark, sees) for each in self.borders)
         return replace(self, weights=tuple(weights), borders=borders)
 
@@ -140,9 +140,9 @@ class Lattice:
         (height, width), pad = self.shape, self.pad
         return picture[..., pad + dy : height - pad + dy, pad + dx : width - pad + dx]
 
-    def inner_cell(self, cell: np.ndarray) -> np.ndarray:
-        """Cells (k,) of the padded rectangle in the rectangle without the padding."""
-        row, column = np.divmod(cell, self.shape[1])
+    def inner_pixel(self, pixel: np.ndarray) -> np.ndarray:
+        """Pixels (k,) of the padded rectangle in the rectangle without the padding."""
+        row, column = np.divmod(pixel, self.shape[1])
         return (row - self.pad) * (self.shape[1] - 2 * self.pad) + column - self.pad
 
 
@@ -184,13 +184,13 @@ def _blocked(lattice: Lattice, walls: Walls | None, levels: int) -> list[list] |
     if walls is None or not walls.near[lattice.index].any():
         return None
     number = np.full(lattice.shape[0] * lattice.shape[1], -1)
-    number[lattice.cell] = np.arange(lattice.index.start, lattice.index.stop)
+    number[lattice.pixel] = np.arange(lattice.index.start, lattice.index.stop)
     close = lattice.beside(lattice.spread(walls.near[:, None])[0])
-    here = lattice.cell[lattice.read(close) > 0]
+    center = lattice.pixel[lattice.read(close) > 0]
     result = [[] for _ in range(levels)]
     for dy, dx, _ in DIRECTIONS:
         step = dy * lattice.shape[1] + dx
-        some = here[number[here + step] >= 0]
+        some = center[number[center + step] >= 0]
         found = np.zeros(len(number), bool)
         found[some] = walls.between(number[some], number[some + step])
         for level in range(levels):
@@ -212,15 +212,15 @@ def _borders(
 ) -> tuple[Border, ...]:
     position, normal = position[lattice.index], normal[lattice.index]
     number = np.full(lattice.shape[0] * lattice.shape[1], -1)
-    number[lattice.cell] = np.arange(len(lattice.cell))
-    place = lattice.inner_cell(lattice.cell)
+    number[lattice.pixel] = np.arange(len(lattice.pixel))
+    inner = lattice.inner_pixel(lattice.pixel)
     borders = []
     for level in range(min(BORDER_LEVELS, lattice.levels)):
         missing = [
-            (dy * lattice.shape[1] + dx, float(np.hypot(dy, dx)), share, weight.ravel()[place] == 0)
+            (dy * lattice.shape[1] + dx, float(np.hypot(dy, dx)), share, weight.ravel()[inner] == 0)
             for (dy, dx, share), weight in zip(DIRECTIONS, lattice.weights[level])
         ]
-        border = find_border(lattice.cell, number, missing, position, normal, level)
+        border = find_border(lattice.pixel, number, missing, position, normal, level)
         if blocked:
             border = border.take(~_is_blocked(border, missing, blocked[level], level))
         borders.append(border)
@@ -229,16 +229,16 @@ def _borders(
 
 def _is_blocked(border: Border, missing: list, blocked: list, level: int) -> np.ndarray:
     """(k,) bool: something stands between a border's texels and their neighbors."""
-    step, result = border.other - border.cell, np.zeros(len(border.cell), bool)
+    step, result = border.other - border.pixel, np.zeros(len(border.pixel), bool)
     for (offset, *_), found in zip(missing, blocked):
-        for side, start in ((1, border.cell), (-1, border.other)):
+        for side, start in ((1, border.pixel), (-1, border.other)):
             some = step == side * (offset << level)
             result[some] = found[start[some]]
     return result
 
 
 def _separated_border(border: Border, number: np.ndarray, dark: np.ndarray, sees: Sees) -> Border:
-    one, other = number[border.cell], number[border.other]
+    one, other = number[border.pixel], number[border.other]
     kept = ~dark[one] | dark[other]
     some = np.flatnonzero(~kept)
     kept[some] = sees(one[some], other[some])
@@ -251,7 +251,7 @@ class _Surface:
     a pair's middle may lie from the texel, of its distance (height, width), and bool where texels
     are."""
 
-    place: np.ndarray
+    inner: np.ndarray
     facing: np.ndarray
     flat: np.ndarray
     covered: np.ndarray
@@ -296,11 +296,11 @@ def _pairs(
         sides = (0, 0), (dy, dx), (-dy, -dx)
         return (lattice.inner(picture, *side)[..., rows, :] for side in sides)
 
-    here, one, other = three(surface.place)
+    center, one, other = three(surface.inner)
     apart = one - other
     width = dot(apart, apart)
     bent = one + other
-    bent -= 2 * here
+    bent -= 2 * center
     ok = dot(bent, bent) <= lattice.inner(surface.flat, 0, 0)[rows] * width
     for part in three(surface.covered):
         ok &= part

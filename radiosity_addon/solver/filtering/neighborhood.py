@@ -44,10 +44,10 @@ class Neighborhood(Protocol):
         """One kernel applied to pictures (...). The results may be put ``into`` pictures that are 0
         wherever there is no receiver."""
 
-    def variance_left(self, level: int) -> float:
+    def variance_kept(self, level: int) -> float:
         """The share of independent noise's variance that kernels up to ``level`` leave."""
 
-    def levels_around(self, level: int) -> int:
+    def averaging_levels(self, level: int) -> int:
         """Levels of kernels that average what decides whether to go to ``level``."""
 
     def beside(self, picture: np.ndarray) -> np.ndarray:

@@ -122,16 +122,16 @@ def _smooth_picture(
     count, shape = len(raw_a), raw_a.shape[1:]
     now, other = [*raw_a, *raw_b], [*raw_b, *raw_a]
     best = [picture.copy() for picture in now]
-    noise, left = _noise(raw_a, raw_b, square), np.ones(shape, np.float32)
+    noise, kept = _noise(raw_a, raw_b, square), np.ones(shape, np.float32)
     gain, total, change, *two = np.zeros((5, *shape), np.float32)
     # Fresh memory costs more than what is done in it: what was ``now`` is written anew.
     spare, averaged = [np.zeros_like(picture) for picture in (*now, noise)], 0
     for level in range(lattice.levels):
         after = []
-        for k, (old, apart) in enumerate(zip(now, other)):
+        for k, (old, opposite) in enumerate(zip(now, other)):
             after += lattice.step(old, level=level, into=[spare.pop()])
-            for rows in ranges(len(left), max(BAND * len(left) // left.size, 1)):
-                saved = _saved(after[k][rows], old[rows], apart[rows])
+            for rows in ranges(len(kept), max(BAND * len(kept) // kept.size, 1)):
+                saved = _saved(after[k][rows], old[rows], opposite[rows])
                 saved *= square[k % count][rows]
                 total[rows] += saved
             if level:
@@ -139,27 +139,27 @@ def _smooth_picture(
         np.subtract(total, gain, out=change)
         change *= 1 / count
         mean = change
-        for k in range(lattice.levels_around(level)):
+        for k in range(lattice.averaging_levels(level)):
             (mean,) = lattice.step(mean, level=k, into=[two[k % 2]])
-        while averaged < lattice.levels_around(level):
+        while averaged < lattice.averaging_levels(level):
             (noise,), averaged = lattice.step(noise, level=averaged), averaged + 1
-        remains = np.float32(lattice.variance_left(level))
-        better = mean < MARGIN * noise * (remains - left)
+        remains = np.float32(lattice.variance_kept(level))
+        better = mean < MARGIN * noise * (remains - kept)
         for chosen, new in zip([*best, gain], [*after, total]):
             np.copyto(chosen, new, where=better)
-        np.copyto(left, remains, where=better)
+        np.copyto(kept, remains, where=better)
         now = after
-    return best[:count], best[count:], gain, left < 1
+    return best[:count], best[count:], gain, kept < 1
 
 
 def _noise(a: np.ndarray, b: np.ndarray, square: np.ndarray) -> np.ndarray:
     """(...) the halves' squared relative noise, mean of pictures (c, ...)."""
     noise = np.zeros(a.shape[1:], np.float32)
     for one, two, weight in zip(a, b, square):
-        apart = one - two
-        apart *= apart
-        apart *= weight
-        noise += apart
+        difference = one - two
+        difference *= difference
+        difference *= weight
+        noise += difference
     noise *= 0.5 / len(a)
     return noise
 

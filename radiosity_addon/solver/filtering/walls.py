@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..direct.line_of_sight import is_way_free
+from ..direct.line_of_sight import is_path_clear
 from ..geometry.footprints import Footprints
 from ..lights.context import Context
 from ..receivers import Receivers
@@ -35,11 +35,11 @@ class Walls:
     def between(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
         """(k,) bool: something stands between receivers (k,) and (k,), near each other."""
         divided = self.divided[one], self.divided[other]
-        parted = divided[0] != divided[1]
+        separated = divided[0] != divided[1]
         some = np.flatnonzero(~(divided[0] | divided[1]))
         places = ((self.position[end[some]], self.normal[end[some]]) for end in (one, other))
-        parted[some] = ~is_way_free(self.context, *(array for place in places for array in place))
-        return parted
+        separated[some] = ~is_path_clear(self.context, *(array for place in places for array in place))
+        return separated
 
 
 def find_walls(context: Context, footprints: Footprints, receivers: Receivers) -> Walls | None:

@@ -12,8 +12,8 @@ import numpy as np
 
 from ..lights.context import Context
 from ..lights.polygons import NEAR
-from ..sampling.guide import Guide, Lesson, PlainRays, sums_by_cell
-from ..sampling.points import PlacePoints, Points, grouped_chunks
+from ..sampling.guide import Guide, Lesson, PlainRays, sums_by_bin
+from ..sampling.points import Points, PointSampler, grouped_chunks
 from ..sampling.sobol import sobol
 from ..transport.onward import Ends, ends_of, go_on, join_ends
 from ..transport.radiosity import Radiosity
@@ -49,7 +49,7 @@ class Bundle:
 
     owners: np.ndarray  # the receivers' numbers
     rays: int
-    place: PlacePoints
+    place: PointSampler
     key: tuple[int, ...]
     guide: Guide | None = None
 
@@ -65,7 +65,7 @@ class _Shot:
     directions: np.ndarray  # (rays, R, 3) float32
     share: np.ndarray | None  # (rays · R, 1) that counts, as owners are shaded; None: all
     weight: np.ndarray | None  # (rays · R, 1) the same times what guided rays weigh; None: 1
-    cells: np.ndarray | None  # (rays, R) of the guide's; None: nobody aimed
+    bins: np.ndarray | None  # (rays, R) of the guide's; None: nobody aimed
 
 
 @dataclass(frozen=True)
@@ -105,19 +105,19 @@ def gather(
 def _shoot(context: Context, bundle: Bundle, group: int, chosen: slice) -> _Shot:
     """The rays of the owners ``chosen``, a ``group``."""
     points, owners = bundle.place(chosen, group), bundle.owners[chosen]
-    key, weight, cells = (*bundle.key, group, 3), None, None
+    key, weight, bins = (*bundle.key, group, 3), None, None
     if bundle.guide is None:
         met, directions = shoot(context, points, bundle.rays, *key)
     else:
-        met, directions, cells = shoot_guided(
+        met, directions, bins = shoot_guided(
             context, points, bundle.rays, bundle.guide, owners, *key
         )
-        weight = np.take(bundle.guide.weight, cells.ravel())[:, None]
+        weight = np.take(bundle.guide.weight, bins.ravel())[:, None]
     share = None if points.shade is None else points.shade.share_of_rays(directions)
     if share is not None:
         weight = share if weight is None else weight * share
     numbers = np.arange(len(bundle.owners))[chosen]
-    return _Shot(numbers, key, points, met, directions, share, weight, cells)
+    return _Shot(numbers, key, points, met, directions, share, weight, bins)
 
 
 def _brought_by(
@@ -160,8 +160,8 @@ def _ends_unknown(
 
 def _lesson(bundle: Bundle, shot: _Shot, light: np.ndarray) -> Lesson:
     """Of rays that brought ``light`` (rays · R,)."""
-    if shot.cells is not None:
-        return sums_by_cell(shot.cells, light)
+    if shot.bins is not None:
+        return sums_by_bin(shot.bins, light)
     places, owners = sobol(bundle.rays, 2, *shot.key), bundle.owners[shot.numbers]
     return PlainRays(places, shot.points.shift[:, 2], owners, light)
 

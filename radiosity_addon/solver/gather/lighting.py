@@ -11,7 +11,7 @@ from ..direct.beams import Split
 from ..direct.irradiance import direct_light
 from ..geometry.footprints import Footprints
 from ..sampling.guide import Guide, Lesson
-from ..sampling.points import PlacePoints, Points, footprint_points
+from ..sampling.points import Points, PointSampler, footprint_points
 from ..sampling.sobol import uniform
 from ..sampling.streams import Stream
 from ..transport.onward import join_ends
@@ -67,14 +67,14 @@ def no_light(count: int, channels: int) -> Lighting:
     return Lighting(*sums, np.zeros((count, channels), np.float32))
 
 
-def place_on(
+def points_on_footprints(
     footprints: Footprints, owners: np.ndarray, per: int, *key: int
-) -> PlacePoints:
+) -> PointSampler:
     """``place(chosen, group)``: ``per`` points on ``owners[chosen]``."""
-    turn = uniform((len(owners), 3), *key)
+    shift = uniform((len(owners), 3), *key)
 
     def place(chosen: np.ndarray | slice, group: int) -> Points:
-        return footprint_points(footprints, owners[chosen], turn[chosen], per, *key, group)
+        return footprint_points(footprints, owners[chosen], shift[chosen], per, *key, group)
 
     return place
 
@@ -97,7 +97,7 @@ def add_direct(
     """Add ``per`` points of explicit light to each of ``owners`` (k,) int."""
     key = (split.rest.seed, Stream.DIRECT, *key)
     owners = _simple_first(footprints, owners)
-    place = place_on(footprints, owners, per, *key)
+    place = points_on_footprints(footprints, owners, per, *key)
     irradiance, _ = direct_light(split.rest, len(owners), per, place, key, "gather")
     if split.beams is not None:
         light, _ = direct_light(split.beams, len(owners), per, place, (*key, 1), "gather")
@@ -119,7 +119,7 @@ def add_gathered(
     for owners, rays in parts:
         own_key, owners = (*key, rays), _simple_first(footprints, owners)
         per = gcd(rays, int(np.clip(rays // 4, 4, MOST_POINTS)))  # every point has as many rays
-        place = place_on(footprints, owners, per, *own_key)
+        place = points_on_footprints(footprints, owners, per, *own_key)
         bundle = Bundle(owners, rays, place, own_key, guide)
         found = gather(context, radiosity, bundle, "gather", learns)
         worth = np.full((len(owners), 1), rays, float)

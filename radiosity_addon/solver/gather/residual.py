@@ -23,7 +23,7 @@ from ..sampling.sobol import uniform
 from ..transport.onward import Ends, ends_of, join_ends
 from ..transport.places import Places, join_places, no_places
 from ..transport.radiosity import Radiosity
-from ..transport.rays import Met, find_lost, mean_of_rays, shoot_apart, sums_of
+from ..transport.rays import Met, find_lost, mean_of_rays, shoot_shifted, sums_of
 from ..workers.parallel import map_chunks, ranges
 from .gather import first_hand, first_hand_table, follow_onward, light_at
 
@@ -84,7 +84,7 @@ def _follow(
     """Paths from ``owners`` (n,)."""
     count = len(owners)
     points = footprint_points(footprints, owners, uniform((count, 3), *key, 2), 1, *key)
-    met, directions = shoot_apart(context, points, 1, *key, 3)
+    met, directions = shoot_shifted(context, points, 1, *key, 3)
     known, ends = _arrived(context, radiosity, table, met, directions, count, (*key, 6))
     if points.shade is not None:
         share = points.shade.share_of_rays(directions)
@@ -153,7 +153,7 @@ def _step(
     front = places.front
     points = places.points(context.geometry, uniform((len(front), 3), *key, 1))
     reflectance = context.reflectance(places.triangle, places.uv, front)
-    met, directions = shoot_apart(context, points, NEXT_RAYS, *key, 2)
+    met, directions = shoot_shifted(context, points, NEXT_RAYS, *key, 2)
     arriving, after = _arrived(
         context, radiosity, table, met, directions, len(front), (*key, 7)
     )

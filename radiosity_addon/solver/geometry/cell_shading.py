@@ -27,27 +27,27 @@ class CellShading:
 
 def build_cell_shading(geometry: Geometry, receivers: Receivers) -> CellShading | None:
     """Unit normals, and the triangle's where none is told or it faces away."""
-    told = receivers.shading
-    if told is None:
+    given = receivers.shading
+    if given is None:
         return None
     n = len(receivers.triangle)
     normal = np.empty((n, 3), np.float32)
-    smooth = None if told.smooth is None else np.empty((n, 3), np.float32)
+    smooth = None if given.smooth is None else np.empty((n, 3), np.float32)
     level, turned = np.empty(n, np.float32), np.empty(n, bool)
     for band in ranges(n, BAND):
         true = geometry.normal[receivers.triangle[band]]
-        normal[band], level[band] = _facing(told.normal[band], true)
+        normal[band], level[band] = _facing(given.normal[band], true)
         turned[band] = (np.abs(normal[band] - true) > SAME).any(axis=1) | (level[band] < 1 - SAME)
         if smooth is not None:
-            smooth[band], _ = _facing(told.smooth[band], true)
-    height = np.where(turned, told.height / geometry.scale, 0).astype(np.float32)
+            smooth[band], _ = _facing(given.smooth[band], true)
+    height = np.where(turned, given.height / geometry.scale, 0).astype(np.float32)
     return CellShading(normal, level, smooth, height, turned)
 
 
-def _facing(told: np.ndarray, true: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 3) unit vectors along ``told`` and their lengths before (n,), at most 1; ``true`` and 1
+def _facing(given: np.ndarray, true: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 3) unit vectors along ``given`` and their lengths before (n,), at most 1; ``true`` and 1
     where there are none, or they face away from it."""
-    length = np.sqrt(np.einsum("ij,ij->i", told, told, dtype=float))
-    away = ~(np.einsum("ij,ij->i", told, true) > 0)
-    unit = told / np.where(away, 1, length)[:, None]
+    length = np.sqrt(np.einsum("ij,ij->i", given, given, dtype=float))
+    away = ~(np.einsum("ij,ij->i", given, true) > 0)
+    unit = given / np.where(away, 1, length)[:, None]
     return np.where(away[:, None], true, unit), np.where(away, 1, np.minimum(length, 1))

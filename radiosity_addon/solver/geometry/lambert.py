@@ -28,23 +28,23 @@ def polygon_form_factor(
     heights = [dot(ray, normal) for ray in rays]
     lowest, highest = np.minimum.reduce(heights), np.maximum.reduce(heights)
     if lowest.min(initial=1) > 0:
-        result = _around(rays, normal)
+        result = _edge_sum(rays, normal)
     else:
         result = np.zeros(len(lowest))
         whole = np.flatnonzero(lowest > 0)
-        result[whole] = _around(*_taken(whole, rays, normal))
+        result[whole] = _edge_sum(*_take(whole, rays, normal))
         cut = np.flatnonzero((lowest <= 0) & (highest > 0))
-        rays, normal = _taken(cut, rays, normal)
+        rays, normal = _take(cut, rays, normal)
         result[cut] = _clipped(rays, [height[cut] for height in heights], normal)
     return np.abs(result) / (2 * np.pi)
 
 
-def _taken(some: np.ndarray, rays: list, normal: np.ndarray):
+def _take(some: np.ndarray, rays: list, normal: np.ndarray):
     """Of some points."""
     return [np.take(ray, some, axis=1) for ray in rays], np.take(normal, some, axis=1)
 
 
-def _around(rays: list, normal: np.ndarray) -> np.ndarray:
+def _edge_sum(rays: list, normal: np.ndarray) -> np.ndarray:
     """(n,) Σ Γ·n of whole polygons: k arrays (3, n) from the point to the corners."""
     total = np.zeros(normal.shape[1])
     for a, b in zip(rays, rays[1:] + rays[:1]):

@@ -15,13 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from .vectors import cross, dot, size, tangents
-from .warps import linear_place
+from .warps import sample_linear
 
 BLOCK = 1 << 11  # number [polygons] at a time: their arrays stay in the cache
 STEPS = 2  # of Newton's method [iterations]: nearly always enough;
 CLOSE = 1e-5  # area [of a sector's]: where an azimuth is further off, more steps are taken
 BRACKETED_STEPS = 30  # number [iterations] of these
-TURN = 2 * np.pi
+REVOLUTION = 2 * np.pi
 
 
 @dataclass(frozen=True)
@@ -42,12 +42,12 @@ class Projected:
     def directions(self, xi: np.ndarray, columns: np.ndarray) -> np.ndarray:
         """(3, k) unit, of density cosθ / total, for the points ``columns`` (k,) int, from ``xi``
         (2, k) in [0, 1)."""
-        sector, rest = _chosen(self.area[:, columns], xi[0])
+        sector, rest = _sample_sector(self.area[:, columns], xi[0])
         start, width, area = (a[sector, columns] for a in (self.start, self.width, self.area))
         outer, inner = self.arcs[:, :, sector, columns]
-        turn, low, high = _azimuth(outer, inner, width, rest, area)
+        angle, low, high = _azimuth(outer, inner, width, rest, area)
         square = np.clip(low + xi[1] * (high - low), 0, 1)
-        radius, azimuth = np.sqrt(square), start + turn
+        radius, azimuth = np.sqrt(square), start + angle
         x, y, z = radius * np.cos(azimuth), radius * np.sin(azimuth), np.sqrt(1 - square)
         tangent, bitangent, normal = (np.take(axis, columns, axis=1) for axis in self.axes)
         return x * tangent + y * bitangent + z * normal
@@ -117,18 +117,18 @@ def _sectors(corners: np.ndarray, planes: np.ndarray, side: np.ndarray):
     them outside and inside, (s, n) int, -1: none."""
     azimuth = np.arctan2(corners[:, 1], corners[:, 0])
     start = np.sort(azimuth, axis=0)
-    width = np.concatenate([start[1:], start[:1] + TURN]) - start
+    width = np.concatenate([start[1:], start[:1] + REVOLUTION]) - start
     middle = start + width / 2
-    middle -= TURN * (middle > np.pi)
+    middle -= REVOLUTION * (middle > np.pi)
     outer, inner = np.full((2,) + start.shape, -1)
     following = np.concatenate([azimuth[1:], azimuth[:1]])
     for number, (a, b, plane) in enumerate(zip(azimuth, following, planes)):
         ahead = plane[2] > 0  # the azimuth grows from a to b
         low, span = np.where(ahead, a, b), np.where(ahead, b - a, a - b)
-        span += TURN * (span < 0)
-        apart = middle - low
-        apart += TURN * (apart < 0)
-        covers = (apart < span) & (plane[2] != 0)
+        span += REVOLUTION * (span < 0)
+        offset = middle - low
+        offset += REVOLUTION * (offset < 0)
+        covers = (offset < span) & (plane[2] != 0)
         outside = side * plane[2] > 0
         outer[covers & outside] = number
         inner[covers & ~outside] = number
@@ -165,7 +165,7 @@ def _reached(arc: np.ndarray, cosine: np.ndarray, sine: np.ndarray):
     return area, np.divide(square, radius, out=radius)
 
 
-def _chosen(area: np.ndarray, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _sample_sector(area: np.ndarray, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The sector (n,) that each number in [0, 1) falls into, in proportion to its area, and how
     much of that area (n,) lies before it."""
     cumulative = np.cumsum(area, axis=0)
@@ -179,51 +179,51 @@ def _chosen(area: np.ndarray, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _azimuth(
     outer: np.ndarray, inner: np.ndarray, width: np.ndarray, target: np.ndarray, area: np.ndarray
 ):
-    """Turns (n,) behind the sector's start by which the area has grown to ``target``, from that of
+    """Angles (n,) behind the sector's start by which the area has grown to ``target``, from that of
     a radial width that is linear in the azimuth; and inner and outer r² there."""
     one, none = np.ones(len(width)), np.zeros(len(width))
     first = _reached(outer, one, none)[1] - _reached(inner, one, none)[1]
     end = np.cos(width), np.sin(width)
     last = _reached(outer, *end)[1] - _reached(inner, *end)[1]
-    turn = width * linear_place(first, last, target / np.where(area > 0, area, 1))
+    angle = width * sample_linear(first, last, target / np.where(area > 0, area, 1))
     for _ in range(STEPS):
-        excess, low, high = _excess(outer, inner, turn, target)
-        turn -= excess / np.maximum(0.5 * (high - low), 1e-300)
-        np.clip(turn, 0, width, out=turn)
-    excess, low, high = _excess(outer, inner, turn, target)
+        excess, low, high = _excess(outer, inner, angle, target)
+        angle -= excess / np.maximum(0.5 * (high - low), 1e-300)
+        np.clip(angle, 0, width, out=angle)
+    excess, low, high = _excess(outer, inner, angle, target)
     far = np.flatnonzero(np.abs(excess) > CLOSE * area)
     if len(far):
-        turn[far] = _bracketed(outer[:, far], inner[:, far], width[far], target[far], turn[far],
+        angle[far] = _bracketed(outer[:, far], inner[:, far], width[far], target[far], angle[far],
                                CLOSE * area[far])
-        _, low[far], high[far] = _excess(outer[:, far], inner[:, far], turn[far], target[far])
-    return turn, low, high
+        _, low[far], high[far] = _excess(outer[:, far], inner[:, far], angle[far], target[far])
+    return angle, low, high
 
 
-def _excess(outer: np.ndarray, inner: np.ndarray, turn: np.ndarray, target: np.ndarray):
+def _excess(outer: np.ndarray, inner: np.ndarray, angle: np.ndarray, target: np.ndarray):
     """(n,) the area up to an azimuth less the ``target``, and inner and outer r² there."""
-    place = np.cos(turn), np.sin(turn)
+    place = np.cos(angle), np.sin(angle)
     (far, high), (near, low) = _reached(outer, *place), _reached(inner, *place)
     return far - near - target, low, high
 
 
 def _bracketed(
-    outer: np.ndarray, inner: np.ndarray, width: np.ndarray, target: np.ndarray, turn: np.ndarray,
+    outer: np.ndarray, inner: np.ndarray, width: np.ndarray, target: np.ndarray, angle: np.ndarray,
     close: np.ndarray,
 ):
-    """The same turns (n,) where Newton's method from afar fails: its steps, or halves of what is
+    """The same angles (n,) where Newton's method from afar fails: its steps, or halves of what is
     left between bounds where they leave it, until the areas are as ``close`` (n,) as they must be."""
-    turn, low, high = turn.copy(), np.zeros(len(turn)), width.copy()
-    some = np.arange(len(turn))
+    angle, low, high = angle.copy(), np.zeros(len(angle)), width.copy()
+    some = np.arange(len(angle))
     for _ in range(BRACKETED_STEPS):
-        now = turn[some]
+        now = angle[some]
         excess, inside, outside = _excess(outer[:, some], inner[:, some], now, target[some])
         over = excess > 0
         high[some[over]], low[some[~over]] = now[over], now[~over]
         step = now - excess / np.maximum(0.5 * (outside - inside), 1e-300)
         within = (step > low[some]) & (step < high[some])
         going = np.abs(excess) > close[some]
-        turn[some] = np.where(~going, now, np.where(within, step, (low[some] + high[some]) / 2))
+        angle[some] = np.where(~going, now, np.where(within, step, (low[some] + high[some]) / 2))
         some = some[going]
         if len(some) == 0:
             break
-    return turn
+    return angle

@@ -42,8 +42,8 @@ def tangents(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Two vectors (3, ...) across unit ``normal`` (3, ...) and each other. Branchless construction
     of Duff et al. 2017, "Building an Orthonormal Basis, Revisited", Listing 3."""
     x, y, z = normal
-    kind = normal.dtype.type
-    sign = np.copysign(kind(1), z + kind(1 / 3))  # not at 0: walls stand there
+    dtype = normal.dtype.type
+    sign = np.copysign(dtype(1), z + dtype(1 / 3))  # not at 0: walls stand there
     a = -1 / (sign + z)
     b = x * y * a
     tangent, bitangent = np.empty_like(normal), np.empty_like(normal)

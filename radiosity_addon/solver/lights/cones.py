@@ -31,14 +31,14 @@ def cone_directions(
     cosine = np.sqrt(np.maximum(1 - square * xi[0], 1e-30))
     swing = length * radius / cosine
     part = np.where(slope > swing, swing / np.where(slope > swing, slope, 1), 1.0)
-    turn = eccentric_turn(part, xi[1])
-    x, y = radius * np.cos(turn), radius * np.sin(turn)
-    facing = np.maximum(slope + swing * np.cos(turn), 0)
-    ratio = np.where(slope > swing, slope, facing / np.maximum(1 + np.cos(turn), 1e-30))
+    azimuth = eccentric_azimuth(part, xi[1])
+    x, y = radius * np.cos(azimuth), radius * np.sin(azimuth)
+    facing = np.maximum(slope + swing * np.cos(azimuth), 0)
+    ratio = np.where(slope > swing, slope, facing / np.maximum(1 + np.cos(azimuth), 1e-30))
     return cosine * axis + x * one + y * other, ratio
 
 
-def eccentric_turn(eccentricity: np.ndarray, xi: np.ndarray) -> np.ndarray:
+def eccentric_azimuth(eccentricity: np.ndarray, xi: np.ndarray) -> np.ndarray:
     """(n,) angles in [−π, π) of density (1 + e cosφ) / 2π, from ``xi`` (n,) in [0, 1).
 
     With φ = π − E it is Kepler's equation E − e sinE = M, M = π (1 − 2 ξ) + π wrapped to [−π, π);
@@ -55,7 +55,7 @@ def eccentric_turn(eccentricity: np.ndarray, xi: np.ndarray) -> np.ndarray:
     return np.pi - found
 
 
-def ball_form_factor(cosine: np.ndarray, sine_square: np.ndarray) -> np.ndarray:
+def sphere_form_factor(cosine: np.ndarray, sine_square: np.ndarray) -> np.ndarray:
     """(n,) share of the hemisphere's cosine-weighted directions that meet a sphere seen under a
     half angle σ, sin²σ in (0, 1], whose center lies at ``cosine`` from the normal; horizon clipped
     (Snyder 1996, "Area light sources for real-time graphics", in the form of Lagarde & de

@@ -62,22 +62,22 @@ def _one_sided(
 def _lights(sources: Sources) -> tuple[np.ndarray, np.ndarray]:
     """Corners of flat lights and centers of round ones (k, 3), and their radii (k,)."""
     places, radii = [np.zeros((0, 3))], [np.zeros(0)]
-    for kind in sources.kinds:
-        if isinstance(kind, Polygons):
-            whole = kind.shape != TRIANGLE
-            corners = [kind.origin, kind.origin + kind.u, kind.origin + kind.v,
-                       (kind.origin + kind.u + kind.v)[whole]]  # fmt: skip
+    for batch in sources.batches:
+        if isinstance(batch, Polygons):
+            whole = batch.shape != TRIANGLE
+            corners = [batch.origin, batch.origin + batch.u, batch.origin + batch.v,
+                       (batch.origin + batch.u + batch.v)[whole]]  # fmt: skip
             places += corners
             radii += [np.zeros(len(corner)) for corner in corners]
-        elif not isinstance(kind, Suns):
-            places.append(kind.position)
-            radii.append(kind.radius)
+        elif not isinstance(batch, Suns):
+            places.append(batch.position)
+            radii.append(batch.radius)
     return np.concatenate(places), np.concatenate(radii)
 
 
 def _suns(sources: Sources) -> tuple[np.ndarray, np.ndarray]:
     """Directions (m, 3) to the middles of suns, and the sines (m,) of their angular radii."""
-    suns = [kind for kind in sources.kinds if isinstance(kind, Suns)]
-    toward = np.concatenate([np.zeros((0, 3)), *(kind.toward for kind in suns)])
-    tangent = np.concatenate([np.zeros(0), *(kind.radius for kind in suns)])
+    suns = [batch for batch in sources.batches if isinstance(batch, Suns)]
+    toward = np.concatenate([np.zeros((0, 3)), *(batch.toward for batch in suns)])
+    tangent = np.concatenate([np.zeros(0), *(batch.radius for batch in suns)])
     return toward, np.sin(np.arctan(tangent))

@@ -13,7 +13,7 @@ from typing import Callable
 import numpy as np
 
 ROWS = 18  # number [rows] of the coarse picture: 10° each
-REACH = np.pi / ROWS  # angle [rad] around a direction that its coarse maximum holds for
+CAP = np.pi / ROWS  # angle [rad] around a direction that its coarse maximum holds for
 FINE = 256  # number [places] of the quadrature along a lamp's axis, and around it
 
 
@@ -38,7 +38,7 @@ class Distributions:
         """(...) no smaller than the share in any direction whose ``chord`` from ``unit`` (3, ...)
         is below ``slack`` (...)."""
         found = self._looked_up(which, unit, self.maxima, nearest)
-        return np.where(slack < 2 * np.sin(REACH / 2), found, 1.0)
+        return np.where(slack < 2 * np.sin(CAP / 2), found, 1.0)
 
     def _looked_up(self, which: int | np.ndarray, unit: np.ndarray, pictures: tuple, look: Callable) -> np.ndarray:
         result = np.ones(unit.shape[1:])
@@ -98,12 +98,12 @@ def coarse_maxima(picture: np.ndarray) -> np.ndarray:
         first, last = _span((row - 1) / ROWS, (row + 2) / ROWS, height)
         band = picture[max(first, 0) : min(last, height - 1) + 1].max(axis=0)
         high = max(abs((row + k) / ROWS - 0.5) for k in (0, 1)) * np.pi
-        turn = np.sin(REACH) / max(np.cos(high), 1e-9)
+        sine = np.sin(CAP) / max(np.cos(high), 1e-9)
         for column in range(2 * ROWS):
-            if turn >= 1:
+            if sine >= 1:
                 result[row, column] = band.max()
                 continue
-            beside = np.arcsin(turn) / (2 * np.pi)
+            beside = np.arcsin(sine) / (2 * np.pi)
             first, last = _span(
                 column / (2 * ROWS) - beside, (column + 1) / (2 * ROWS) + beside, width
             )

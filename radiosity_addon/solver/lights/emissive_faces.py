@@ -13,8 +13,8 @@ import numpy as np
 
 from ..fields import Constant, is_black, same_field
 from ..geometry.triangles import OFFSET, Geometry
+from ..materials.emissive_parts import EmissiveParts, cut, join_parts, undivided
 from ..materials.evaluate import evaluate_material
-from ..materials.texture_cells import Cells, cut, join_cells, whole_triangles
 from ..sampling.sobol import cosine_directions, sobol, tangent_frames
 from ..sampling.streams import Stream
 from ..scene import Scene
@@ -63,27 +63,27 @@ def from_behind(scene: Scene) -> Scene:
     return replace(scene, materials=tuple(m.back or m for m in scene.materials))
 
 
-def emits_apart(scene: Scene) -> np.ndarray:
+def emits_by_side(scene: Scene) -> np.ndarray:
     """(n_triangles,) bool: the back emits otherwise than the front."""
-    apart = [m.back is not None and not same_field(m.emission, m.back.emission)
+    by_side = [m.back is not None and not same_field(m.emission, m.back.emission)
              for m in scene.materials]  # fmt: skip
-    return np.array(apart, bool)[scene.material] if apart else np.zeros(0, bool)
+    return np.array(by_side, bool)[scene.material] if by_side else np.zeros(0, bool)
 
 
-def _cells_of_sides(scene: Scene, geometry: Geometry) -> tuple[Cells, np.ndarray]:
+def _cells_of_sides(scene: Scene, geometry: Geometry) -> tuple[EmissiveParts, np.ndarray]:
     """Cells of all that glows, and the share (n_triangles,) of each triangle that does, on that of
     its sides where it is larger."""
     share, parts = np.zeros(len(scene.triangles)), []
-    apart = emits_apart(scene)
-    fronts, backs = _glowing(scene, geometry), apart
-    if apart.any():
-        backs = apart & _glowing(from_behind(scene), geometry)
+    by_side = emits_by_side(scene)
+    fronts, backs = _glowing(scene, geometry), by_side
+    if by_side.any():
+        backs = by_side & _glowing(from_behind(scene), geometry)
     for side, seen, some in ((1, scene, fronts), (-1, from_behind(scene), backs)):
         some = np.flatnonzero(some)
         cells, found = _cells(seen, geometry, some)
         share[some] = np.maximum(share[some], found)
-        parts.append(replace(cells, side=np.where(apart[cells.triangle], side, 0)))
-    return join_cells(parts), share
+        parts.append(replace(cells, side=np.where(by_side[cells.triangle], side, 0)))
+    return join_parts(parts), share
 
 
 def _glowing(scene: Scene, geometry: Geometry) -> np.ndarray:
@@ -95,7 +95,7 @@ def _glowing(scene: Scene, geometry: Geometry) -> np.ndarray:
     return chosen & (geometry.area > 0)
 
 
-def _cells(scene: Scene, geometry: Geometry, triangle: np.ndarray) -> tuple[Cells, np.ndarray]:
+def _cells(scene: Scene, geometry: Geometry, triangle: np.ndarray) -> tuple[EmissiveParts, np.ndarray]:
     """Cells of triangles (n,), and the share (n,) of each that glows."""
     varying = np.array([not isinstance(m.emission, Constant) for m in scene.materials], bool)
     varies = varying[scene.material[triangle]]
@@ -104,9 +104,9 @@ def _cells(scene: Scene, geometry: Geometry, triangle: np.ndarray) -> tuple[Cell
     radiance = np.maximum(evaluate_material(scene, "emission", constant, middle), 0)
     share = np.ones(len(triangle))
     if not varies.any():
-        return whole_triangles(constant, radiance), share
+        return undivided(constant, radiance), share
     cells, share[varies] = cut(scene, triangle[varies], geometry.area[triangle[varies]])
-    return join_cells([whole_triangles(constant, radiance), cells]), share
+    return join_parts([undivided(constant, radiance), cells]), share
 
 
 def _small(scene: Scene, geometry: Geometry, triangle: np.ndarray, share: np.ndarray) -> np.ndarray:
@@ -118,7 +118,7 @@ def _small(scene: Scene, geometry: Geometry, triangle: np.ndarray, share: np.nda
     return area[group] <= LARGEST_SHARE * geometry.area.sum()
 
 
-def _bright(geometry: Geometry, cells: Cells) -> np.ndarray:
+def _bright(geometry: Geometry, cells: EmissiveParts) -> np.ndarray:
     """(n_triangles,) bool: triangles much brighter than the scene on average. Where everything
     glows alike (a furnace), rays find the light without noise, and choosing lights has some."""
     area = geometry.area[cells.triangle] * cells.share
@@ -127,14 +127,14 @@ def _bright(geometry: Geometry, cells: Cells) -> np.ndarray:
     return light * geometry.area.sum() > BRIGHT * light.sum() * glowing
 
 
-def as_polygons(geometry: Geometry, cells: Cells, owner: np.ndarray) -> Polygons:
+def as_polygons(geometry: Geometry, cells: EmissiveParts, owner: np.ndarray) -> Polygons:
     """Lights, of both sides or of one, of triangles of objects ``owner`` (n_triangles,) int; two
     triangles of one object that form a parallelogram become one rectangle. A back's light is that
     of a face turned around."""
     t = cells.triangle
     corners = np.stack([geometry.at(t, cells.corners[:, k]) for k in range(3)], 1)
-    first, turn = _pairs(cells, corners, owner[t])
-    corners[first] = corners[first[:, None], (turn[:, None] + np.arange(3)) % 3]
+    first, rotation = _pairs(cells, corners, owner[t])
+    corners[first] = corners[first[:, None], (rotation[:, None] + np.arange(3)) % 3]
     shape = np.full(len(t), TRIANGLE)
     shape[first] = RECTANGLE
     kept = np.setdiff1d(np.arange(len(t)), first + 1)
@@ -150,7 +150,7 @@ def as_polygons(geometry: Geometry, cells: Cells, owner: np.ndarray) -> Polygons
     )  # fmt: skip
 
 
-def _pairs(cells: Cells, corners: np.ndarray, owner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _pairs(cells: EmissiveParts, corners: np.ndarray, owner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Cells that form a parallelogram with the next one, and at which of their corners (n, 3, 3)
     lies the angle opposite the shared edge."""
     even = cells.deviation == 0
@@ -159,18 +159,18 @@ def _pairs(cells: Cells, corners: np.ndarray, owner: np.ndarray) -> tuple[np.nda
     follows &= even[1:] & even[:-1]
     follows &= np.isclose(cells.radiance[1:], cells.radiance[:-1], rtol=1e-6, atol=0).all(axis=1)
     size = np.abs(corners - corners[:, :1]).max(axis=(1, 2))
-    turns = np.full(len(follows), -1)
-    for turn in range(3):
-        apex, b, c = (corners[:-1, (turn + k) % 3] for k in range(3))
+    rotations = np.full(len(follows), -1)
+    for rotation in range(3):
+        apex, b, c = (corners[:-1, (rotation + k) % 3] for k in range(3))
         gap = [np.abs(corners[1:] - corner[:, None]).max(axis=2).min(axis=1)
                for corner in (b, c, b + c - apex)]  # fmt: skip
-        turns[follows & (np.max(gap, axis=0) <= 1e-9 * size[:-1])] = turn
-    able = np.flatnonzero(turns >= 0)
+        rotations[follows & (np.max(gap, axis=0) <= 1e-9 * size[:-1])] = rotation
+    able = np.flatnonzero(rotations >= 0)
     # Of a run in which each could be joined with the next, every other one is.
     start = np.concatenate([[True], np.diff(able) > 1])[: len(able)]
     rank = np.arange(len(able)) - np.maximum.accumulate(np.where(start, np.arange(len(able)), 0))
     first = able[rank % 2 == 0]
-    return first, turns[first]
+    return first, rotations[first]
 
 
 def _with_open_sides(tracer: Tracer, lights: Polygons, explicit: np.ndarray) -> Polygons:
@@ -185,7 +185,7 @@ def _with_open_sides(tracer: Tracer, lights: Polygons, explicit: np.ndarray) -> 
         return lights
     xi = np.tile(sobol(rays, 4, Stream.EMISSIVE_FACES), (count, 1))
     which = np.repeat(np.arange(count), rays)
-    s, t = lights.place(which, xi[:, 0], xi[:, 1])
+    s, t = lights.coordinates(which, xi[:, 0], xi[:, 1])
     target = lights.origin[which] + s[:, None] * lights.u[which] + t[:, None] * lights.v[which]
     local = cosine_directions(xi[:, 2:])
     shares = []

@@ -9,7 +9,7 @@ import numpy as np
 from ..geometry.vectors import columns, dot, size, tangents
 from ..sampling.points import Middles
 from ..sampling.sobol import tangent_frames
-from .cones import ball_form_factor, cone_directions
+from .cones import cone_directions, sphere_form_factor
 from .distributions import FINE, Distributions
 from .light_batch import Sample, Unoccluded, chord, combined, in_disk, unknown
 from .light_tree import Emitters
@@ -43,7 +43,7 @@ class FacingDisks:
         """Sample the disk of the lamp's radius r that faces the point, as Cycles' soft lamps do.
 
         Of a distance d it is seen under a half angle σ, sin²σ = r² / (d² + r²), and above the
-        horizon brings I cosθ / (d² + r²), cut by it less (``ball_form_factor``). A soft spot's
+        horizon brings I cosθ / (d² + r²), cut by it less (``sphere_form_factor``). A soft spot's
         beam is that of the sampled place; its mean over the disk is known beforehand.
         """
         toward = -columns(position)
@@ -62,24 +62,24 @@ class FacingDisks:
         segment = np.ascontiguousarray(segment.T, np.float32)
         if np.ndim(which) > 0 or self.edge[which] < -1 or self.uneven(which):
             return Sample(value, segment, 1.0)
-        whole = ball_form_factor(slope, radius**2 / square) / radius**2
+        whole = sphere_form_factor(slope, radius**2 / square) / radius**2
         mean = self._mean_beam(which, toward, normal, distance)
         known = np.where(slope > radius / np.sqrt(square), whole * mean, value)
         return Sample(value, segment, 1.0, known)
 
-    def whole(self, which: int, middles: Middles) -> Unoccluded:
+    def unoccluded(self, which: int, middles: Middles) -> Unoccluded:
         """One lamp from owners that are far from it for their size and its own, above or below
         their horizon, and inside or outside of its beam with all of their points; one that shines
         unevenly is looked at from each."""
         if self.uneven(which):
             return unknown(middles)
-        toward, radius = self.position[which][:, None] - middles.place, self.radius[which]
-        distance, reach = size(toward), middles.reach
+        toward, radius = self.position[which][:, None] - middles.position, self.radius[which]
+        distance, extent = size(toward), middles.extent
         unit = toward / distance
         height = dot(toward, middles.normal)
-        slack = chord(np.minimum((radius + reach) / distance, 1))
+        slack = chord(np.minimum((radius + extent) / distance, 1))
         beam = self.beam(which, unit, -slack)
-        known = middles.flat & (distance > radius + np.maximum(FAR * reach, NEAR))
+        known = middles.flat & (distance > radius + np.maximum(FAR * extent, NEAR))
         known &= np.abs(height) > middles.depth(middles.normal) + radius
         known &= (height < 0) | (radius < EVEN * height)
         known &= beam == self.beam(which, unit, slack)
@@ -119,8 +119,8 @@ class FacingDisks:
         numbers they leave the disk across their way, with two its middle."""
         edge = np.maximum(self.edge[which], -1)
         z = 1 - (1 - edge) * xi[:, 0]
-        flat, turn = np.sqrt(np.maximum(1 - z**2, 0)), 2 * np.pi * xi[:, 1]
-        local = np.stack([flat * np.cos(turn), flat * np.sin(turn), z], 1)
+        flat, azimuth = np.sqrt(np.maximum(1 - z**2, 0)), 2 * np.pi * xi[:, 1]
+        local = np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), z], 1)
         direction = np.einsum("ni,nij->nj", local, tangent_frames(self.axis[which]))
         origin = self.position[which]
         if xi.shape[1] > 2:
@@ -181,17 +181,17 @@ class FacingDisks:
         return beam * self.shapes.at(which, -unit) if self.uneven(which) else beam
 
     def importance(
-        self, which: np.ndarray, place: np.ndarray, normal: np.ndarray, reach: np.ndarray
+        self, which: np.ndarray, position: np.ndarray, normal: np.ndarray, extent: np.ndarray
     ) -> np.ndarray:
         """See ``LightBatch``."""
-        kind = place.dtype
-        toward = [center[which] - x for center, x in zip(self.position.T.astype(kind), place)]
+        dtype = position.dtype
+        toward = [center[which] - x for center, x in zip(self.position.T.astype(dtype), position)]
         square = np.maximum(dot(toward, toward), 1e-30)
         inverse = 1 / np.sqrt(square)
-        sine = np.minimum((self.radius.astype(kind)[which] + reach) * inverse, 1)
-        slack = chord(sine) + kind.type(1e-3)
+        sine = np.minimum((self.radius.astype(dtype)[which] + extent) * inverse, 1)
+        slack = chord(sine) + dtype.type(1e-3)
         cosine = dot(toward, normal) * inverse + slack
-        rough = self.color.mean(axis=1).astype(kind)[which] * np.maximum(cosine, 0) / square
+        rough = self.color.mean(axis=1).astype(dtype)[which] * np.maximum(cosine, 0) / square
         if self.edge[which].max() > -1:
             rough *= self.beam(which, np.stack(toward) * inverse, slack)
         if self.uneven(which):

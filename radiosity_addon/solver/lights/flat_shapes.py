@@ -11,16 +11,16 @@ TRIANGLE, RECTANGLE, ELLIPSE = range(3)
 RIM = 48  # number [corners] of the polygon that stands for an ellipse
 
 
-def corner_places(shape: int) -> list[tuple[float, float]]:
+def corner_coordinates(shape: int) -> list[tuple[float, float]]:
     """(s, t) of a shape's corners in order; an ellipse becomes a polygon of the same area."""
     if shape == ELLIPSE:
-        turn = (np.arange(RIM) + 0.5) * (2 * np.pi / RIM)
+        azimuth = (np.arange(RIM) + 0.5) * (2 * np.pi / RIM)
         radius = 0.5 * np.sqrt(2 * np.pi / RIM / np.sin(2 * np.pi / RIM))
-        return list(zip(0.5 + radius * np.cos(turn), 0.5 + radius * np.sin(turn)))
+        return list(zip(0.5 + radius * np.cos(azimuth), 0.5 + radius * np.sin(azimuth)))
     return [(0, 0), (1, 0), (0, 1)] if shape == TRIANGLE else [(0, 0), (1, 0), (1, 1), (0, 1)]
 
 
-def places_in(
+def coordinates_in(
     shape: int | np.ndarray, s: np.ndarray, t: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """(s, t) uniform in the ``shape``, one or (n,), from those in the unit square."""

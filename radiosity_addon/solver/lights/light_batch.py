@@ -26,22 +26,22 @@ class Sample:
 
     ``segment`` (n, 3) float32 runs to it, ``length`` (n,) or one number limits it (inf: a sun).
     ``irradiance`` is the integrand over the density at that place: its mean is the whole light's,
-    and times the visibility, without bias, what arrives. ``whole`` is that mean where it is known
+    and times the visibility, without bias, what arrives. ``exact`` is that mean where it is known
     and the samples differ; None where they do not, or nothing better is known.
     """
 
     irradiance: np.ndarray  # (n,) float64, unoccluded, per unit of the light's color
     segment: np.ndarray
     length: float
-    whole: np.ndarray | None = None  # (n,) float64
+    exact: np.ndarray | None = None  # (n,) float64
     surface: tuple | None = None  # (k,) which of the n, (k,) triangles, (k, 2) barycentric: places
     # whose own emission takes the place of the light's color
     tint: np.ndarray | None = None  # (n, channels): multiplies the light's color; None: 1
 
     def darkened(self, dark: np.ndarray) -> Sample:
         """The same, but nothing arrives at the points that are ``dark`` (n,) bool."""
-        whole = None if self.whole is None else np.where(dark, 0, self.whole)
-        return replace(self, irradiance=np.where(dark, 0, self.irradiance), whole=whole)
+        exact = None if self.exact is None else np.where(dark, 0, self.exact)
+        return replace(self, irradiance=np.where(dark, 0, self.irradiance), exact=exact)
 
 
 @dataclass(frozen=True)
@@ -76,14 +76,14 @@ class LightBatch(Protocol):
         """One place on light ``which``, one or (n,), for each of points (n, 3) that face as
         ``normal`` (n, 3) tells, from ``xi`` (n, 2) in [0, 1)."""
 
-    def whole(self, which: int, middles: Middles) -> Unoccluded:
+    def unoccluded(self, which: int, middles: Middles) -> Unoccluded:
         """One light over all of the owners' points, where that is known."""
 
     def importance(
-        self, which: np.ndarray, place: np.ndarray, normal: np.ndarray, reach: np.ndarray
+        self, which: np.ndarray, position: np.ndarray, normal: np.ndarray, extent: np.ndarray
     ) -> np.ndarray:
-        """Rough irradiance of lights ``which`` (...) at owners' ``place`` (3, ...), facing as
-        ``normal`` (3, ...) tells: above 0 wherever any may arrive within ``reach`` (...) of it."""
+        """Rough irradiance of lights ``which`` (...) at owners' ``position`` (3, ...), facing as
+        ``normal`` (3, ...) tells: above 0 wherever any may arrive within ``extent`` (...) of it."""
 
     def reaches(self, center: np.ndarray, half: np.ndarray) -> np.ndarray:
         """(k,) bool: light may arrive in some box, of these centers and half edges (g, 3)."""
@@ -99,17 +99,17 @@ def unknown(middles: Middles) -> Unoccluded:
 
 
 def combined(
-    place: Sequence[float] | np.ndarray, axes: tuple, steps: tuple,
+    origin: Sequence[float] | np.ndarray, axes: tuple, steps: tuple,
     position: np.ndarray | None = None,
 ) -> np.ndarray:
     """(per, k, 3) float32: from ``position`` (per, k, 3), or nowhere, to two ``steps`` (per, k)
-    from ``place`` along two ``axes``, each (3,) or (3, k)."""
+    from ``origin`` along two ``axes``, each (3,) or (3, k)."""
     found = np.empty(steps[0].shape + (3,), np.float32)
     for k in range(3):  # inner loops over points, not over three numbers
         (one, other), (s, t) = (axis[k].astype(np.float32) for axis in axes), steps
         along = s * one
         along += t * other
-        along += place[k].astype(np.float32)
+        along += origin[k].astype(np.float32)
         np.subtract(along, 0 if position is None else position[..., k], out=found[..., k])
     return found
 
@@ -135,5 +135,5 @@ def chord(sine: np.ndarray) -> np.ndarray:
 
 def in_disk(s: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(x, y) uniform in the unit disk from (s, t) in the unit square."""
-    radius, turn = np.sqrt(s), 2 * np.pi * t
-    return radius * np.cos(turn), radius * np.sin(turn)
+    radius, azimuth = np.sqrt(s), 2 * np.pi * t
+    return radius * np.cos(azimuth), radius * np.sin(azimuth)

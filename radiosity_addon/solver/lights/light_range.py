@@ -17,12 +17,12 @@ GROUPS = 256  # number [boxes around neighboring triangles] that stand for the s
 
 
 def lights_that_reach(
-    kinds: tuple[LightBatch, ...], linked: tuple, scene: Scene, geometry: Geometry
+    batches: tuple[LightBatch, ...], linked: tuple, scene: Scene, geometry: Geometry
 ) -> np.ndarray:
-    """(n,) bool: lights, numbered through their ``kinds``, that may light some triangle.
+    """(n,) bool: lights, numbered through their ``batches``, that may light some triangle.
     ``linked`` (n,): the objects each lights, or None for all."""
     center, half = _boxes(geometry)
-    able = [kind.reaches(center, half) for kind in kinds]
+    able = [batch.reaches(center, half) for batch in batches]
     present = np.bincount(scene.object, minlength=len(scene.objects)) > 0
     lit = [objects is None or bool(present[objects].any()) for objects in linked]
     return np.concatenate([np.zeros(0, bool), *able]) & np.array(lit, bool)

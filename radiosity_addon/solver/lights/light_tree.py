@@ -66,15 +66,15 @@ class LightTree:
     levels: tuple[Nodes, ...]
     blocks: np.ndarray
 
-    def descend(self, place: np.ndarray, normal: np.ndarray, reach: np.ndarray, xi: np.ndarray):
-        """For n places (n, 3), each of points within ``reach`` (n,), and k numbers each, ``xi``
+    def descend(self, position: np.ndarray, normal: np.ndarray, extent: np.ndarray, xi: np.ndarray):
+        """For n places (n, 3), each of points within ``extent`` (n,), and k numbers each, ``xi``
         (k, n) in [0, 1): the block each ends in (k, n), the probability of that, and a number in
         [0, 1) to go on with."""
-        node, chance, rest = sample_discrete(_among_all(self.levels[0], place, normal, reach).T, xi)
+        node, chance, rest = sample_discrete(_among_all(self.levels[0], position, normal, extent).T, xi)
         for level in self.levels[1:]:
             for k in range(len(xi)):
                 children = 2 * node[k, :, None] + np.arange(2)
-                importance = _of_own(level, children, place, normal, reach)
+                importance = _of_own(level, children, position, normal, extent)
                 found = sample_discrete(importance.T, rest[k : k + 1])
                 side, share, rest[k] = (each[0] for each in found)
                 node[k] = 2 * node[k] + side
@@ -148,8 +148,8 @@ def _nodes(emitters: Emitters, lights: np.ndarray) -> Nodes:
     first = np.einsum("ns,nsi->ni", np.where(round_, 0, leaning), normal)
     second = np.einsum("ns,nsi,nsj->nij", np.where(round_, 0, power), normal, normal)
     second += np.where(round_, power, 0).sum(axis=1)[:, None, None] * np.eye(3)
-    place = emitters.center[number]
-    return _joined(power, place, np.where(there, emitters.radius[number], -np.inf),
+    position = emitters.center[number]
+    return _joined(power, position, np.where(there, emitters.radius[number], -np.inf),
                    np.zeros(power.shape), first, second)  # fmt: skip
 
 
@@ -171,15 +171,15 @@ def _joined(
     total = power.sum(axis=1)
     some = np.where(total > 0, total, 1)
     middle = np.einsum("ns,nsi->ni", power, center) / some[:, None]
-    apart = np.linalg.norm(center - middle[:, None], axis=2)
-    square = (power * (square + apart**2)).sum(axis=1) / some
-    return Nodes(total, middle, (apart + radius).max(axis=1), square, first, second)
+    distance = np.linalg.norm(center - middle[:, None], axis=2)
+    square = (power * (square + distance**2)).sum(axis=1) / some
+    return Nodes(total, middle, (distance + radius).max(axis=1), square, first, second)
 
 
 def _among_all(
-    nodes: Nodes, position: np.ndarray, normal: np.ndarray, reach: np.ndarray
+    nodes: Nodes, position: np.ndarray, normal: np.ndarray, extent: np.ndarray
 ) -> np.ndarray:
-    """(n, count) importance of all nodes to places (n, 3) of points within ``reach`` (n,), by
+    """(n, count) importance of all nodes to places (n, 3) of points within ``extent`` (n,), by
     matrix products: every term is a polynomial of the place."""
     c, n = nodes.center, len(position)
     one = np.ones((n, 1))
@@ -197,11 +197,11 @@ def _among_all(
     ]
     products = (np.hstack(of_point).astype(np.float32) @ np.vstack(of_node).astype(np.float32)
                 for of_point, of_node in terms)  # fmt: skip
-    return _importance(*products, nodes.power, nodes.radius + reach[:, None], nodes.square)
+    return _importance(*products, nodes.power, nodes.radius + extent[:, None], nodes.square)
 
 
 def _of_own(
-    nodes: Nodes, number: np.ndarray, position: np.ndarray, normal: np.ndarray, reach: np.ndarray
+    nodes: Nodes, number: np.ndarray, position: np.ndarray, normal: np.ndarray, extent: np.ndarray
 ) -> np.ndarray:
     """(n, c) importance of nodes ``number`` (n, c) to places (n, 3), each its own."""
     away = position[:, None] - nodes.center[number]
@@ -211,7 +211,7 @@ def _of_own(
     spread = np.einsum("nci,ncij,ncj->nc", away, nodes.second[number], away)
     return _importance(
         square, facing, leaning, spread,
-        nodes.power[number], nodes.radius[number] + reach[:, None], nodes.square[number],
+        nodes.power[number], nodes.radius[number] + extent[:, None], nodes.square[number],
     )  # fmt: skip
 
 

@@ -16,8 +16,16 @@ from ..geometry.nusselt import cosine_toward
 from ..geometry.spherical_triangles import uniform_toward
 from ..geometry.triangles import OFFSET
 from ..geometry.vectors import dot
-from ..geometry.warps import bilinear_density, bilinear_places
-from .flat_shapes import ELLIPSE, RECTANGLE, RIM, corner_places, each, places_in, spread_falloff
+from ..geometry.warps import bilinear_pdf, sample_bilinear
+from .flat_shapes import (
+    ELLIPSE,
+    RECTANGLE,
+    RIM,
+    coordinates_in,
+    corner_coordinates,
+    each,
+    spread_falloff,
+)
 from .light_tree import sample_discrete
 
 if TYPE_CHECKING:
@@ -30,7 +38,7 @@ def by_area(
     lights: Polygons, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
 ):
     """Uniform in the light's area: for lights that look small."""
-    s, t = places_in(lights.shape[which], *xi)
+    s, t = coordinates_in(lights.shape[which], *xi)
     origin, u, v = (each(array, which) for array in (lights.origin, lights.u, lights.v))
     return _carried(lights, which, position, normal, origin + s * u + t * v)
 
@@ -46,10 +54,10 @@ def by_corners(
         ray = corner - position
         corners.append(np.maximum(dot(ray, normal), 0) / np.maximum(dot(ray, ray) ** 2, 1e-30))
     corners = np.stack(corners)
-    s, t = bilinear_places(corners, *xi)
+    s, t = sample_bilinear(corners, *xi)
     target = origin + s * u + t * v
     value, segment = _carried(lights, which, position, normal, target)
-    return value / bilinear_density(corners, s, t), segment
+    return value / bilinear_pdf(corners, s, t), segment
 
 
 def by_cosine(
@@ -141,7 +149,7 @@ def _slice_rays(
     """For ellipses, cut into SLICES: one over the chance (n,) of the one that is taken, in
     proportion to its irradiance, what runs to its corners, and ``xi`` made anew."""
     origin, u, v = (each(array, which) for array in (lights.origin, lights.u, lights.v))
-    rim = [origin + s * u + t * v - position for s, t in corner_places(ELLIPSE)]
+    rim = [origin + s * u + t * v - position for s, t in corner_coordinates(ELLIPSE)]
     middle, step = origin + 0.5 * (u + v) - position, RIM // SLICES
     slices = [[middle, *(rim[(first + k) % RIM] for k in range(step + 1))]
               for first in range(0, RIM, step)]  # fmt: skip

@@ -10,11 +10,11 @@ import numpy as np
 from ..geometry.lambert import polygon_form_factor
 from ..geometry.vectors import columns, dot
 from ..sampling.points import Middles
-from .flat_shapes import ELLIPSE, RECTANGLE, TRIANGLE, corner_places, each, places_in
+from .flat_shapes import ELLIPSE, RECTANGLE, TRIANGLE, coordinates_in, corner_coordinates, each
 from .light_batch import Sample, Unoccluded, partly_above
 from .light_tree import Emitters
 from .polygon_samples import by_area, by_corners, by_cosine, by_solid_angle
-from .polygon_whole import NEAR, SMALL, whole_polygon
+from .polygon_unoccluded import NEAR, SMALL, unoccluded_polygon
 
 
 @dataclass(frozen=True)
@@ -94,9 +94,9 @@ class Polygons:
             surface = textured, self.triangle[mine], uv
         return Sample(value, np.ascontiguousarray(segment.T, np.float32), 1.0, whole, surface)
 
-    def whole(self, which: int, middles: Middles) -> Unoccluded:
+    def unoccluded(self, which: int, middles: Middles) -> Unoccluded:
         """One light from owners that are far from it for their size."""
-        return whole_polygon(self, which, middles)
+        return unoccluded_polygon(self, which, middles)
 
     def _gentle(self, which: int, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
         """(n,) bool: a rectangle is above the horizons of points (3, n), and looks small."""
@@ -127,33 +127,33 @@ class Polygons:
     def _corners(self, which: int) -> list[np.ndarray]:
         """Corners in order, (3,) each."""
         origin, u, v = self.origin[which], self.u[which], self.v[which]
-        return [origin + s * u + t * v for s, t in corner_places(self.shape[which])]
+        return [origin + s * u + t * v for s, t in corner_coordinates(self.shape[which])]
 
-    def place(
+    def coordinates(
         self, which: int | np.ndarray, s: np.ndarray, t: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """(s, t) uniform in the light's shape, from those in the unit square."""
-        return places_in(self.shape[which], s, t)
+        return coordinates_in(self.shape[which], s, t)
 
     def importance(
-        self, which: np.ndarray, place: np.ndarray, normal: np.ndarray, reach: np.ndarray
+        self, which: np.ndarray, position: np.ndarray, normal: np.ndarray, extent: np.ndarray
     ) -> np.ndarray:
         """See ``LightBatch``."""
-        kind, (center, radius) = place.dtype, self.middle()
-        toward = [middle[which] - x for middle, x in zip(center.T.astype(kind), place)]
+        dtype, (center, radius) = position.dtype, self.middle()
+        toward = [middle[which] - x for middle, x in zip(center.T.astype(dtype), position)]
         square = np.maximum(dot(toward, toward), 1e-30)
         inverse = 1 / np.sqrt(square)
-        radius = radius.astype(kind)[which] + reach
+        radius = radius.astype(dtype)[which] + extent
         slack = np.minimum(radius * inverse, 1)
         facing = partly_above(dot(toward, normal) * inverse, slack)
-        leaving = -dot(toward, self.normal.T.astype(kind)[:, which]) * inverse
-        front, back = (side.astype(kind)[which] for side in (self.front, self.back))
+        leaving = -dot(toward, self.normal.T.astype(dtype)[:, which]) * inverse
+        front, back = (side.astype(dtype)[which] for side in (self.front, self.back))
         side = np.where(leaving > 0, front, back)
-        near = np.abs(leaving) <= reach * inverse  # some points may be on the other side
+        near = np.abs(leaving) <= extent * inverse  # some points may be on the other side
         side = np.where(near, np.maximum(front, back), side)
-        leaving = side * (np.abs(leaving) + kind.type(0.1) * slack)
-        power = (self.area * self.color.mean(axis=1)).astype(kind)[which]
-        return power * facing * leaving / (square + kind.type(0.5) * radius**2)
+        leaving = side * (np.abs(leaving) + dtype.type(0.1) * slack)
+        power = (self.area * self.color.mean(axis=1)).astype(dtype)[which]
+        return power * facing * leaving / (square + dtype.type(0.5) * radius**2)
 
     def reaches(self, center: np.ndarray, half: np.ndarray) -> np.ndarray:
         """(k,) bool: some box, center and half edges (g, 3), has a part on the side that shines."""

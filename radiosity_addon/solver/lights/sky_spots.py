@@ -56,10 +56,10 @@ class SkySpots(Suns):
         low, high = (np.sin(np.pi * ((self.row[pixel] + k) / height - 0.5)) for k in (0, 1))
         z = low + s * (high - low)
         flat = np.sqrt(np.maximum(1 - z * z, 0))
-        turn = 2 * np.pi * (0.5 - (self.column[pixel] + t) / width)
-        return np.stack([flat * np.cos(turn), flat * np.sin(turn), z]), pixel
+        azimuth = 2 * np.pi * (0.5 - (self.column[pixel] + t) / width)
+        return np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), z]), pixel
 
-    def whole(self, which: int, middles: Middles) -> Unoccluded:
+    def unoccluded(self, which: int, middles: Middles) -> Unoccluded:
         """Known, to be none, where all of the spot is below the horizon."""
         height = self.toward[which] @ middles.normal
         dark = middles.flat & (height < -np.sin(np.arctan(self.radius[which])))
@@ -133,6 +133,6 @@ def _figures(shape: tuple[int, int], part: np.ndarray):
 
 def _corner(shape: tuple[int, int], row: np.ndarray, column: np.ndarray) -> np.ndarray:
     """(n, 3) unit directions of pixels' corners."""
-    latitude, turn = np.pi * (row / shape[0] - 0.5), 2 * np.pi * (0.5 - column / shape[1])
+    latitude, azimuth = np.pi * (row / shape[0] - 0.5), 2 * np.pi * (0.5 - column / shape[1])
     flat = np.cos(latitude)
-    return np.stack([flat * np.cos(turn), flat * np.sin(turn), np.sin(latitude)], 1)
+    return np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), np.sin(latitude)], 1)

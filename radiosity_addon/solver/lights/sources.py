@@ -14,8 +14,8 @@ from .emissive_faces import emissive_faces
 from .facing_disks import FacingDisks
 from .flat_shapes import ELLIPSE, RECTANGLE
 from .light_batch import LightBatch
-from .light_choice import FEW, LightSampler, make_light_sampler
 from .light_range import lights_that_reach
+from .light_sampler import FEW, LightSampler, make_light_sampler
 from .light_tree import join_emitters
 from .polygons import Polygons, join_polygons
 from .sky_spots import SkySpots
@@ -27,9 +27,9 @@ from .suns import Suns
 class Sources:
     """All explicit lights, numbered through their kinds."""
 
-    kinds: tuple[LightBatch, ...]  # Polygons, FacingDisks, SphereLights, Suns, SkySpots
-    kind: np.ndarray  # (n,) int: which kind a light belongs to
-    place: np.ndarray  # (n,) int: its place in there
+    batches: tuple[LightBatch, ...]  # Polygons, FacingDisks, SphereLights, Suns, SkySpots
+    batch: np.ndarray  # (n,) int: which kind a light belongs to
+    index: np.ndarray  # (n,) int: its index in there
     link: np.ndarray  # (n,) int: which row of ``allowed`` tells what it lights
     allowed: np.ndarray | None  # (m, n_objects) bool: objects that are lit; None: always all
     block: np.ndarray  # (n,) int: which row of ``blocking`` tells what shades its light
@@ -39,11 +39,11 @@ class Sources:
 
     @property
     def count(self) -> int:
-        return len(self.kind)
+        return len(self.batch)
 
     def named(self, light: int) -> tuple[LightBatch, int]:
-        """The kind of a light, and its place in there."""
-        return self.kinds[self.kind[light]], int(self.place[light])
+        """The batch of a light, and its index in there."""
+        return self.batches[self.batch[light]], int(self.index[light])
 
     def unlinked(
         self, light: int | np.ndarray, scene: Scene, triangle: np.ndarray
@@ -59,12 +59,12 @@ class Sources:
 
     def scaled(self, factor: float) -> Sources:
         """The same lights, ``factor`` times as bright."""
-        return replace(self, kinds=tuple(replace(k, color=k.color * factor) for k in self.kinds))
+        return replace(self, batches=tuple(replace(k, color=k.color * factor) for k in self.batches))
 
     def narrowed(self, channels: int) -> Sources:
         """The same lights with the first ``channels`` of their colors."""
         return replace(
-            self, kinds=tuple(replace(k, color=k.color[:, :channels]) for k in self.kinds)
+            self, batches=tuple(replace(k, color=k.color[:, :channels]) for k in self.batches)
         )
 
     def used(self) -> np.ndarray:
@@ -75,7 +75,7 @@ class Sources:
     def without(self, lights: np.ndarray) -> Sources:
         """The same with no point sampling ``lights`` (k,) int."""
         always = [light for light in self.always if light not in lights]
-        emitters, samplers = join_emitters([kind.emitters() for kind in self.kinds]), []
+        emitters, samplers = join_emitters([batch.emitters() for batch in self.batches]), []
         for sampler in self.samplers:
             left = np.setdiff1d(sampler.blocks[sampler.blocks >= 0], lights)
             if len(left) <= FEW:
@@ -88,14 +88,14 @@ class Sources:
         """The same with every point sampling ``lights`` (k,) int and no others."""
         return replace(self, always=tuple(int(light) for light in lights), samplers=())
 
-    def and_polygons(self, polygons: Polygons) -> Sources:
+    def with_polygons(self, polygons: Polygons) -> Sources:
         """With ``polygons`` (k lights), which light all objects and are shaded by all."""
         number, nothing = np.arange(len(polygons.color)), np.zeros(len(polygons.color), int)
         sources = replace(
             self,
-            kinds=(*self.kinds, polygons),
-            kind=np.concatenate([self.kind, nothing + len(self.kinds)]),
-            place=np.concatenate([self.place, number]),
+            batches=(*self.batches, polygons),
+            batch=np.concatenate([self.batch, nothing + len(self.batches)]),
+            index=np.concatenate([self.index, number]),
             link=np.concatenate([self.link, nothing]),
             block=np.concatenate([self.block, nothing]),
         )
@@ -107,7 +107,7 @@ class Sources:
 
     def brightest(self) -> float:
         """The largest color component of any light."""
-        return max((float(kind.color.max()) for kind in self.kinds), default=0.0)
+        return max((float(batch.color.max()) for batch in self.batches), default=0.0)
 
 
 def build_sources(
@@ -116,32 +116,32 @@ def build_sources(
     """Every light to sample, and (n_triangles,) bool: whose emission that covers."""
     faces, explicit = emissive_faces(scene, geometry, tracer)
     rows = {Polygons: [], FacingDisks: [], SphereLights: [], Suns: [], SkySpots: []}
-    linked, shaped = {kind: [] for kind in rows}, {kind: [] for kind in rows}
+    linked, shaped = {batch: [] for batch in rows}, {batch: [] for batch in rows}
     glow = _pairs(scene.emission_objects, scene.emission_blockers, len(scene.objects))
     linked[Polygons] = [glow[owner] for owner in faces.object]
     pairs = _pairs(scene.lamp_objects, scene.lamp_blockers, len(scene.lamps))
     for lamp, pair in zip(scene.lamps, pairs):
         if _shines(lamp):
-            kind, row = _lamp_row(lamp, geometry)
-            rows[kind].append(row)
-            linked[kind].append(pair)
-            shaped[kind].append(getattr(lamp, "distribution", None))
+            batch, row = _lamp_row(lamp, geometry)
+            rows[batch].append(row)
+            linked[batch].append(pair)
+            shaped[batch].append(getattr(lamp, "distribution", None))
     made = _batches(rows, shaped, faces, spots)
     if spots is not None:
         linked[SkySpots] = [(None, None)] * len(spots.color)
-    present = [kind for kind in rows if kind in made]
-    kinds = tuple(made[kind] for kind in present)
-    sizes = [len(kind.color) for kind in kinds]
-    kind = np.repeat(np.arange(len(present)), sizes)
-    place = np.concatenate([np.arange(size) for size in sizes] or [np.zeros(0, int)])
-    pairs = [pair for kind in present for pair in linked[kind]]
+    present = [batch for batch in rows if batch in made]
+    batches = tuple(made[batch] for batch in present)
+    sizes = [len(batch.color) for batch in batches]
+    batch = np.repeat(np.arange(len(present)), sizes)
+    index = np.concatenate([np.arange(size) for size in sizes] or [np.zeros(0, int)])
+    pairs = [pair for batch in present for pair in linked[batch]]
     (link, allowed), (block, blocking) = (
         _links([pair[i] for pair in pairs], len(scene.objects)) for i in (0, 1)
     )
-    useful = lights_that_reach(kinds, tuple(pair[0] for pair in pairs), scene, geometry)
-    always, samplers = _samplers(kinds, kind, useful, block)
+    useful = lights_that_reach(batches, tuple(pair[0] for pair in pairs), scene, geometry)
+    always, samplers = _samplers(batches, batch, useful, block)
     allowed = allowed if len(allowed) > 1 else None
-    sources = Sources(kinds, kind, place, link, allowed, block, blocking, always, samplers)
+    sources = Sources(batches, batch, index, link, allowed, block, blocking, always, samplers)
     return sources, explicit
 
 
@@ -151,13 +151,13 @@ def _batches(
     """Batches of the lamps' ``rows``, of which those of some kinds are ``shaped`` by distributions,
     of emissive ``faces``, and of the sky's bright ``spots``."""
     made = {
-        kind: kind(*(np.array(column) for column in zip(*mine)))
-        for kind, mine in rows.items() if mine
+        batch: batch(*(np.array(column) for column in zip(*mine)))
+        for batch, mine in rows.items() if mine
     }  # fmt: skip
-    for kind in (FacingDisks, SphereLights):
-        if kind in made:
-            shapes = make_distributions(shaped[kind])
-            made[kind] = replace(made[kind], shapes=shapes)
+    for batch in (FacingDisks, SphereLights):
+        if batch in made:
+            shapes = make_distributions(shaped[batch])
+            made[batch] = replace(made[batch], shapes=shapes)
     if len(faces.color):
         made[Polygons] = join_polygons([faces, made[Polygons]]) if Polygons in made else faces
     if spots is not None:
@@ -184,21 +184,21 @@ def _links(linked: list, objects: int) -> tuple[np.ndarray, np.ndarray]:
     return link, table
 
 
-def _samplers(kinds: tuple[LightBatch, ...], kind: np.ndarray, useful: np.ndarray, block: np.ndarray):
+def _samplers(batches: tuple[LightBatch, ...], batch: np.ndarray, useful: np.ndarray, block: np.ndarray):
     """Near and distant lights, apart: those sampled everywhere, and samplers to choose others from.
     Only those that are ``useful`` (n,) bool take part; those of different rows ``block`` (n,) are
     apart, too, so that a choice's shadow rays all meet the same objects."""
     always, samplers = [], []
     for row in np.unique(block[useful]):
         for distant in (False, True):
-            mine = [k for k, lights in enumerate(kinds) if isinstance(lights, Suns) == distant]
-            every = np.flatnonzero(np.isin(kind, mine))
+            mine = [k for k, lights in enumerate(batches) if isinstance(lights, Suns) == distant]
+            every = np.flatnonzero(np.isin(batch, mine))
             some = useful[every] & (block[every] == row)
             lights = every[some]
             if len(lights) <= FEW:
                 always += lights.tolist()
             else:
-                emitters = join_emitters([kinds[k].emitters() for k in mine])
+                emitters = join_emitters([batches[k].emitters() for k in mine])
                 samplers.append(make_light_sampler(lights, emitters.take(some), int(row)))
     return tuple(always), tuple(samplers)
 

@@ -44,17 +44,17 @@ class SphereLights(FacingDisks):
         value = np.where(inside, 1 / radius**2, ratio / distance**2) * beam
         return Sample(value, np.ascontiguousarray(segment.T, np.float32), 1.0)
 
-    def whole(self, which: int, middles: Middles) -> Unoccluded:
+    def unoccluded(self, which: int, middles: Middles) -> Unoccluded:
         """Looked at from every point."""
         return unknown(middles)
 
     def importance(
-        self, which: np.ndarray, place: np.ndarray, normal: np.ndarray, reach: np.ndarray
+        self, which: np.ndarray, position: np.ndarray, normal: np.ndarray, extent: np.ndarray
     ) -> np.ndarray:
         """See ``LightBatch``."""
-        toward = np.stack([center[which] - x for center, x in zip(self.position.T, place)])
+        toward = np.stack([center[which] - x for center, x in zip(self.position.T, position)])
         square = np.maximum(dot(toward, toward), 1e-30)
-        distance, radius = np.sqrt(square), self.radius[which] + reach
+        distance, radius = np.sqrt(square), self.radius[which] + extent
         slack = chord(np.minimum(radius / distance, 1)) + 1e-3
         facing = dot(toward, normal) / distance
         beam = self.beam(which, toward / distance, slack)

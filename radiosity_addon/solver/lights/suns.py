@@ -28,13 +28,13 @@ class Suns:
         """Sample a direction in the disk."""
         toward = columns(np.broadcast_to(self.toward[which], position.shape))
         one, other = tangents(toward)
-        x, y = (self.radius[which] * place for place in in_disk(xi[:, 0], xi[:, 1]))
+        x, y = (self.radius[which] * position for position in in_disk(xi[:, 0], xi[:, 1]))
         direction = toward + x * one + y * other
         cosine = np.maximum(dot(direction, columns(normal)) / size(direction), 0)
         segment = np.ascontiguousarray(direction.T, np.float32)
         return Sample(cosine, segment, np.inf)
 
-    def whole(self, which: int, middles: Middles) -> Unoccluded:
+    def unoccluded(self, which: int, middles: Middles) -> Unoccluded:
         """One sun where all of its disk is above the horizon, or none.
 
         Its directions (w + r d) / √(1 + r²d²), d uniform in the disk across w, have the mean
@@ -61,10 +61,10 @@ class Suns:
         )
 
     def importance(
-        self, which: np.ndarray, place: np.ndarray, normal: np.ndarray, reach: np.ndarray
+        self, which: np.ndarray, position: np.ndarray, normal: np.ndarray, extent: np.ndarray
     ) -> np.ndarray:
         """See ``LightBatch``."""
-        toward = self.toward.T.astype(place.dtype)[:, which]
+        toward = self.toward.T.astype(position.dtype)[:, which]
         cosine = dot(toward, normal) + self.radius[which] + 1e-3
         return self.color.mean(axis=1)[which] * np.maximum(cosine, 0)
 

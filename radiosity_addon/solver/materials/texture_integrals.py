@@ -99,14 +99,14 @@ class TextureSums:
         height, width = self.texels.shape[:2]
         row, outside = self._inside(row, height)
         if self.extension == "REPEAT":
-            turns, rest = np.divmod(column, width)
-            return self.sums[row, rest] + turns[:, None] * self.sums[row, width]
+            periods, rest = np.divmod(column, width)
+            return self.sums[row, rest] + periods[:, None] * self.sums[row, width]
         if self.extension == "MIRROR":
-            turns, rest = np.divmod(column, 2 * width)
+            periods, rest = np.divmod(column, 2 * width)
             back = (rest > width)[:, None]
             whole = self.sums[row, width]
             found = self.sums[row, np.where(rest > width, 2 * width - rest, rest)]
-            return np.where(back, 2 * whole - found, found) + (2 * turns)[:, None] * whole
+            return np.where(back, 2 * whole - found, found) + (2 * periods)[:, None] * whole
         kept = np.clip(column, 0, width)
         found = self.sums[row, kept]
         if self.extension == "CLIP":
@@ -189,8 +189,8 @@ def _widened(u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     size = np.linalg.norm(long, axis=1, keepdims=True)
     long = np.where(size < THIN, [THIN, 0.0], long)
     across = long[:, ::-1] * [-1, 1] / np.linalg.norm(long, axis=1, keepdims=True)
-    turn = long[:, :1] * short[:, 1:] - long[:, 1:] * short[:, :1]
-    short = short + np.where(turn < 0, -THIN, THIN) * across
+    side = long[:, :1] * short[:, 1:] - long[:, 1:] * short[:, :1]
+    short = short + np.where(side < 0, -THIN, THIN) * across
     u[thin], v[thin] = np.where(swap, short, long), np.where(swap, long, short)
     return u, v
 

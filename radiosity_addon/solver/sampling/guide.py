@@ -1,11 +1,11 @@
 """Guide: where on the hemisphere light comes from, learned from rays already traced.
 
 A ray's cosine-distributed direction is a place in the unit square (``sampling``:
-the squared sine of its polar angle, and its azimuth). The square is cut into cells; in each of many
-clusters of neighboring receivers every cell gets the share of the later rays that is best for what
+the squared sine of its polar angle, and its azimuth). The square is cut into bins; in each of many
+clusters of neighboring receivers every bin gets the share of the later rays that is best for what
 the earlier ones brought back through it: in proportion to the root of the mean square (Vorba et al.
 2014, "On-line Learning of Parametric Mixture Models", for the idea; Owen 2013, "Monte Carlo theory,
-methods and examples", section 9.1, for the optimum). A share remains for all cells alike, and
+methods and examples", section 9.1, for the optimum). A share remains for all bins alike, and
 weights make up for the choice, so that means stay what they are whatever was learned.
 """
 
@@ -15,11 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-ROWS, COLUMNS = 8, 16  # numbers [cells] of polar angle and azimuth
-CELLS = ROWS * COLUMNS
+ROWS, COLUMNS = 8, 16  # numbers [bins] of polar angle and azimuth
+BINS = ROWS * COLUMNS
 CLUSTERS = 256  # number [clusters], about; more where there are many receivers
 RECEIVERS = 256  # number [receivers of a cluster], at least, where there are many
-SLOTS = 4 * CELLS  # number [slots]: at least one a cell, so that no ray weighs more than 4
+SLOTS = 4 * BINS  # number [slots]: at least one a bin, so that no ray weighs more than 4
 MOST_GAIN = 6.0  # gain [of variance] that is believed, at most
 # Mean gain from which on a guide pays for itself, as it does where most light comes through a small
 # window. Below, rays in Sobol sets that all receivers share are as good, and cost less.
@@ -44,17 +44,17 @@ def clusters_of(position: np.ndarray, normal: np.ndarray, area: np.ndarray) -> n
 
 @dataclass(frozen=True)
 class PlainRays:
-    """Rays that nobody aimed, and what they brought. Their cells are looked up only if somebody
+    """Rays that nobody aimed, and what they brought. Their bins are looked up only if somebody
     learns from them: most bakes end before that."""
 
     xi: np.ndarray  # (rays, 2) places in the unit square
-    turn: np.ndarray  # (R,) what an owner's azimuths are turned by
+    shift: np.ndarray  # (R,) what an owner's azimuths are shifted by, in revolutions
     owners: np.ndarray  # (R,) int: receivers
     light: np.ndarray  # (rays · R,) float32
 
 
 @dataclass(frozen=True)
-class CellSums:
+class BinSums:
     """What rays add to the three sums of ``clusters`` (k,): [(k, CELLS)]. No more is kept of a
     chunk of receivers."""
 
@@ -62,44 +62,44 @@ class CellSums:
     sums: list[np.ndarray]
 
 
-Lesson = PlainRays | CellSums
+Lesson = PlainRays | BinSums
 
 
-def sums_by_cell(cells: np.ndarray, light: np.ndarray) -> CellSums:
-    """Of rays in ``cells`` (rays, R) that brought ``light`` (rays · R,)."""
-    clusters, column = np.unique(cells[0] // CELLS, return_inverse=True)
-    shift = (column - clusters[column]) * CELLS
-    cells = (cells + shift.astype(cells.dtype)).ravel()
+def sums_by_bin(bins: np.ndarray, light: np.ndarray) -> BinSums:
+    """Of rays in ``bins`` (rays, R) that brought ``light`` (rays · R,)."""
+    clusters, column = np.unique(bins[0] // BINS, return_inverse=True)
+    shift = (column - clusters[column]) * BINS
+    bins = (bins + shift.astype(bins.dtype)).ravel()
     weights = (None, light, light * light)
-    size = len(clusters) * CELLS
-    found = [np.bincount(cells, weight, size).reshape(-1, CELLS) for weight in weights]
-    return CellSums(clusters, found)
+    size = len(clusters) * BINS
+    found = [np.bincount(bins, weight, size).reshape(-1, BINS) for weight in weights]
+    return BinSums(clusters, found)
 
 
 @dataclass
 class Learning:
-    """Sums over rays by cell, (n_clusters · CELLS,) each, filled in place. Rays spread evenly
-    inside a cell, whatever brings them there, so that all count alike."""
+    """Sums over rays by bin, (n_clusters · CELLS,) each, filled in place. Rays spread evenly
+    inside a bin, whatever brings them there, so that all count alike."""
 
     cluster: np.ndarray  # (count,) of each receiver
     number: np.ndarray
     light: np.ndarray
     square: np.ndarray
 
-    def cells(self, xi: np.ndarray, turn: np.ndarray, owners: np.ndarray) -> np.ndarray:
-        """(rays, R) cells of rays at ``xi`` (rays, 2) of ``owners`` (R,), whose azimuths are
-        turned by ``turn`` (R,)."""
+    def bins(self, xi: np.ndarray, shift: np.ndarray, owners: np.ndarray) -> np.ndarray:
+        """(rays, R) bins of rays at ``xi`` (rays, 2) of ``owners`` (R,), whose azimuths are
+        shifted by ``shift`` (R,)."""
         row = np.minimum((xi[:, :1] * ROWS).astype(np.int32), ROWS - 1)
-        column = (((xi[:, 1:] + turn) % 1) * COLUMNS).astype(np.int32) % COLUMNS
-        return (self.cluster[owners] * CELLS + row * COLUMNS) + column
+        column = (((xi[:, 1:] + shift) % 1) * COLUMNS).astype(np.int32) % COLUMNS
+        return (self.cluster[owners] * BINS + row * COLUMNS) + column
 
     def add(self, lesson: Lesson) -> None:
         """Add what rays brought."""
         if isinstance(lesson, PlainRays):
-            cells = self.cells(lesson.xi, lesson.turn, lesson.owners)
-            lesson = sums_by_cell(cells, lesson.light)
+            bins = self.bins(lesson.xi, lesson.shift, lesson.owners)
+            lesson = sums_by_bin(bins, lesson.light)
         for mine, more in zip((self.number, self.light, self.square), lesson.sums):
-            mine.reshape(-1, CELLS)[lesson.clusters] += more
+            mine.reshape(-1, BINS)[lesson.clusters] += more
 
 
 def joined(before: Learning | None, *more: Learning) -> Learning:
@@ -113,36 +113,36 @@ def joined(before: Learning | None, *more: Learning) -> Learning:
 
 def start_learning(cluster: np.ndarray) -> Learning:
     """Nothing learned yet about ``cluster`` (count,)."""
-    size = (int(cluster.max(initial=-1)) + 1) * CELLS
+    size = (int(cluster.max(initial=-1)) + 1) * BINS
     return Learning(cluster, np.zeros(size), np.zeros(size), np.zeros(size))
 
 
 @dataclass(frozen=True)
 class Guide:
-    """Cells that rays go through, by cluster: SLOTS equally likely slots, some for each cell."""
+    """Cells that rays go through, by cluster: SLOTS equally likely slots, some for each bin."""
 
     cluster: np.ndarray  # (count,)
-    cell: np.ndarray  # (n_clusters · SLOTS,) int32: number of each slot's cell, among all clusters'
+    bin: np.ndarray  # (n_clusters · SLOTS,) int32: number of each slot's bin, among all clusters'
     # A ray at u of the cluster's slots, in [0, SLOTS), has the height scale · u + start in the square.
-    scale: np.ndarray  # (n_clusters · CELLS,) float32, of each cell: its height per slot
+    scale: np.ndarray  # (n_clusters · CELLS,) float32, of each bin: its height per slot
     start: np.ndarray  # (n_clusters · CELLS,) float32
-    column: np.ndarray  # (n_clusters · CELLS,) float32: left edge of each cell
-    weight: np.ndarray  # (n_clusters · CELLS,) float32 of a ray through a cell
+    column: np.ndarray  # (n_clusters · CELLS,) float32: left edge of each bin
+    weight: np.ndarray  # (n_clusters · CELLS,) float32 of a ray through a bin
     worth: np.ndarray  # (n_clusters,) how many rays without it one ray counts for
 
     def aim(self, owners: np.ndarray, u: np.ndarray, v: np.ndarray):
         """Places, (rays, R) float32 each, in the square for uniform ``u`` and ``v`` (rays, R)
-        float32 of ``owners`` (R,), and the cells (rays, R) they are in."""
+        float32 of ``owners`` (R,), and the bins (rays, R) they are in."""
         height = u * np.float32(SLOTS)
         slot = np.minimum(height.astype(np.int32), SLOTS - 1)
         slot += (self.cluster[owners] * SLOTS).astype(np.int32)
-        cell = np.take(self.cell, slot)
-        height *= np.take(self.scale, cell)
-        height += np.take(self.start, cell)
+        bin = np.take(self.bin, slot)
+        height *= np.take(self.scale, bin)
+        height += np.take(self.start, bin)
         np.clip(height, 0, np.float32(1 - 1e-6), out=height)
         across = v * np.float32(1 / COLUMNS)
-        across += np.take(self.column, cell)
-        return height, across, cell
+        across += np.take(self.column, bin)
+        return height, across, bin
 
 
 def make_guide(learned: Learning) -> Guide | None:
@@ -150,35 +150,35 @@ def make_guide(learned: Learning) -> Guide | None:
     number = np.maximum(learned.number, 1).reshape(-1, ROWS, COLUMNS)
     square = learned.square.reshape(number.shape) / number
     light = learned.light.reshape(number.shape) / number
-    slots = _slots(np.sqrt(square).reshape(-1, CELLS))
+    slots = _slots(np.sqrt(square).reshape(-1, BINS))
     gain = _gain(square, light, (slots / SLOTS).reshape(square.shape))
-    rays = learned.number.reshape(-1, CELLS).sum(axis=1)
+    rays = learned.number.reshape(-1, BINS).sum(axis=1)
     if rays.sum() == 0 or (rays @ gain) / rays.sum() < USEFUL:
         return None
     first = (np.cumsum(slots, axis=1) - slots).ravel()
     number, count = np.arange(slots.size), slots.ravel()
     scale = 1 / (ROWS * count)
-    row, column = number % CELLS // COLUMNS, number % COLUMNS
+    row, column = number % BINS // COLUMNS, number % COLUMNS
     return Guide(
         learned.cluster,
         np.repeat(number, count).astype(np.int32),
         scale.astype(np.float32),
         (row / ROWS - first * scale).astype(np.float32),
         (column / COLUMNS).astype(np.float32),
-        (SLOTS / (CELLS * count)).astype(np.float32),
+        (SLOTS / (BINS * count)).astype(np.float32),
         np.sqrt(gain),  # independent rays would gain so much; those in Sobol sets less, measured
     )
 
 
 def _slots(share: np.ndarray) -> np.ndarray:
-    """(n, CELLS) int >= 1 that sum to SLOTS: one for every cell, the rest in proportion to
+    """(n, CELLS) int >= 1 that sum to SLOTS: one for every bin, the rest in proportion to
     ``share`` (n, CELLS), rounded by largest remainders."""
     total = share.sum(axis=1, keepdims=True)
-    share = np.where(total > 0, share / np.where(total > 0, total, 1), 1 / CELLS)
-    wanted = (SLOTS - CELLS) * share
+    share = np.where(total > 0, share / np.where(total > 0, total, 1), 1 / BINS)
+    wanted = (SLOTS - BINS) * share
     slots = np.floor(wanted)
     rank = np.argsort(np.argsort(slots - wanted, axis=1, kind="stable"), axis=1, kind="stable")
-    slots += rank < (SLOTS - CELLS) - slots.sum(axis=1, keepdims=True)
+    slots += rank < (SLOTS - BINS) - slots.sum(axis=1, keepdims=True)
     return slots.astype(np.int64) + 1
 
 
@@ -186,6 +186,6 @@ def _gain(square: np.ndarray, light: np.ndarray, share: np.ndarray) -> np.ndarra
     """(n_clusters,) variance of an independent ray without the guide over that of one with it."""
     mean = light.mean(axis=(1, 2)) ** 2
     plain = square.mean(axis=(1, 2)) - mean
-    guided = (square / share).mean(axis=(1, 2)) / CELLS - mean
+    guided = (square / share).mean(axis=(1, 2)) / BINS - mean
     small = 1e-3 * mean + 1e-30
     return np.clip((plain + small) / (np.maximum(guided, 0) + small), 1, MOST_GAIN)

@@ -50,33 +50,33 @@ class Points:
         """Every point an owner of its own, in the order of (per, R) flattened."""
         per, count = self.shape
         stagger = (np.arange(per, dtype=np.float32) / per)[:, None, None]
-        turn = ((self.shift + stagger) % 1.0).reshape(-1, 3)
+        shift = ((self.shift + stagger) % 1.0).reshape(-1, 3)
         return Points(
             self.position.reshape(1, -1, 3), self.normal.reshape(1, -1, 3),
-            self.triangle.reshape(1, -1), lambda: self.uv.reshape(1, -1, 2), turn,
+            self.triangle.reshape(1, -1), lambda: self.uv.reshape(1, -1, 2), shift,
             self.shade and self.shade.single(),
         )
 
     def middles(self) -> Middles:
         """Where each owner's points lie, taken together."""
-        place, half = self.position[0], 0.0
+        mean, half = self.position[0], 0.0
         if len(self.position) > 1:
-            place = self.position.mean(axis=0)
-            half = np.maximum(self.position.max(axis=0) - place, place - self.position.min(axis=0))
-        flat = np.ones(len(place), bool)
+            mean = self.position.mean(axis=0)
+            half = np.maximum(self.position.max(axis=0) - mean, mean - self.position.min(axis=0))
+        flat = np.ones(len(mean), bool)
         if self.normal.strides[0] != 0:
             flat = (np.abs(self.normal - self.normal[0]) < FLAT).all(axis=(0, 2))
-        parts = place, self.normal[0], np.broadcast_to(half, place.shape)
+        parts = mean, self.normal[0], np.broadcast_to(half, mean.shape)
         return Middles(*(columns(part.astype(float)) for part in parts), flat)
 
-    def axes(self, turn: np.ndarray | float = 0.0) -> np.ndarray:
-        """(3, per or 1, R, 3) float32 tangents, bitangents and normals, an owner's all turned alike
-        by ``turn`` (R,); 1 where an owner's points lie in one plane."""
+    def axes(self, rotation: np.ndarray | float = 0.0) -> np.ndarray:
+        """(3, per or 1, R, 3) float32 tangents, bitangents and normals, an owner's all rotated alike
+        by ``rotation`` (R,) revolutions; 1 where an owner's points lie in one plane."""
         flat = self.normal.strides[0] == 0
-        return tangent_axes(self.normal[:1] if flat else self.normal, turn)
+        return tangent_axes(self.normal[:1] if flat else self.normal, rotation)
 
 
-class PlacePoints(Protocol):
+class PointSampler(Protocol):
     """What makes points on some owners, ``chosen`` (k,) int or a slice, when they are asked for;
     each ``group`` of owners has Sobol sets of its own."""
 
@@ -85,17 +85,17 @@ class PlacePoints(Protocol):
 
 @dataclass(frozen=True)
 class Middles:
-    """Owners' points as one place each. All lie within ``half`` of it along each axis; where they
+    """Owners' points as one position each. All lie within ``half`` of it along each axis; where they
     are not ``flat`` they do not all face as ``normal`` tells."""
 
-    place: np.ndarray  # (3, R) float64: their mean
+    position: np.ndarray  # (3, R) float64: their mean
     normal: np.ndarray  # (3, R) float64 unit
     half: np.ndarray  # (3, R) float64
     flat: np.ndarray  # (R,) bool
 
     @property
-    def reach(self) -> np.ndarray:
-        """(R,) no point is further from the place."""
+    def extent(self) -> np.ndarray:
+        """(R,) no point is further from the position."""
         return np.sqrt(dot(self.half, self.half))
 
     def depth(self, axis: np.ndarray) -> np.ndarray:
@@ -123,23 +123,23 @@ def join_points(parts: list[Points]) -> Points:
 
 
 def footprint_points(
-    footprints: Footprints, chosen: np.ndarray, turn: np.ndarray, per: int, *key: int
+    footprints: Footprints, chosen: np.ndarray, shift: np.ndarray, per: int, *key: int
 ) -> Points:
     """``per`` points, stratified by area, on each of the ``chosen`` footprints (R,) int,
-    shifted by ``turn`` (R, 3) in [0, 1)."""
-    table = sobol(per, 5, *key).astype(np.float32)  # the lights' places take 2 and 3
-    s, t = (shifted(table[:, axis, None], turn[:, axis]) for axis in (0, 1))
+    shifted by ``shift`` (R, 3) in [0, 1)."""
+    table = sobol(per, 5, *key).astype(np.float32)  # the lights' coordinates take 2 and 3
+    s, t = (shifted(table[:, axis, None], shift[:, axis]) for axis in (0, 1))
     cell = np.take(footprints.start, chosen)
     several = np.flatnonzero(np.take(footprints.start, chosen + 1) - cell > 1)
     if len(several):
         cell = np.repeat(cell[None], per, axis=0)
-        cell[:, several] = _choose_cells(
-            footprints, chosen[several], table[:, 4:], turn[several, 2]
+        cell[:, several] = _sample_cells(
+            footprints, chosen[several], table[:, 4:], shift[several, 2]
         )
     square = np.take(footprints.square, cell)
     if not square.all():
         fold = ~square & (s + t > 1)
-        s, t = (np.where(fold, 1 - place, place) for place in (s, t))
+        s, t = (np.where(fold, 1 - axis, axis) for axis in (s, t))
     position = np.empty(s.shape + (3,), np.float32)
     for axis in range(3):  # inner loops over owners, not over three numbers
         along = s * footprints.u[cell, axis]
@@ -152,24 +152,24 @@ def footprint_points(
         if shade is None else shade.normal,
         np.broadcast_to(np.take(footprints.triangle, cell), position.shape[:2]),
         lambda: _barycentric(footprints.corners[cell], s[..., None], t[..., None]),
-        turn, shade,
+        shift, shade,
     )  # fmt: skip
 
 
-def light_places(points: Points, *key: int) -> tuple[np.ndarray, np.ndarray]:
-    """(s, t), (per, R) float32 each, uniform in the unit square: a place on a light for each point.
-    They take the dimensions 2 and 3 of their set; the points' own places have 0, 1 and 4."""
+def light_coordinates(points: Points, *key: int) -> tuple[np.ndarray, np.ndarray]:
+    """(s, t), (per, R) float32 each, uniform in the unit square: for each point, where on a light.
+    They take the dimensions 2 and 3 of their set; the points' own coordinates have 0, 1 and 4."""
     table = sobol(len(points.position), 4, *key).astype(np.float32)
     return tuple(
-        shifted(table[:, axis, None], points.shift[:, turn]) for axis, turn in ((2, 2), (3, 0))
+        shifted(table[:, axis, None], points.shift[:, own]) for axis, own in ((2, 2), (3, 0))
     )
 
 
-def shifted(table: np.ndarray, turn: np.ndarray) -> np.ndarray:
+def shifted(table: np.ndarray, shift: np.ndarray) -> np.ndarray:
     """Sums of numbers in [0, 1), less the whole: in [0, 1)."""
-    place = table + turn
-    place -= place >= 1
-    return place
+    total = table + shift
+    total -= total >= 1
+    return total
 
 
 def _barycentric(corners: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
@@ -177,30 +177,31 @@ def _barycentric(corners: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarra
     return s * corners[..., 1, :] + t * corners[..., 2, :] + corners[..., 0, :]
 
 
-def _choose_cells(
-    footprints: Footprints, chosen: np.ndarray, level: np.ndarray, turn: np.ndarray
+def _sample_cells(
+    footprints: Footprints, chosen: np.ndarray, level: np.ndarray, shift: np.ndarray
 ) -> np.ndarray:
     """(per, R) int: a cell of each footprint for each ``level`` (per, 1), by area; each footprint
-    shifts the levels by its ``turn`` (R,)."""
+    shifts the levels by its ``shift`` (R,)."""
     first, last = footprints.start[chosen], footprints.start[chosen + 1]
     low, high = footprints.cumulative[first], footprints.cumulative[last]
-    level = (level + turn) % 1.0
+    level = (level + shift) % 1.0
     found = np.searchsorted(footprints.cumulative, low + level * (high - low), "right") - 1
     return np.clip(found, first, last - 1)
 
 
 def points_on(
     geometry: Geometry, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray,
-    turn: np.ndarray,
+    shift: np.ndarray,
 ) -> Points:
-    """Points at barycentric (u, v) of triangles, (per, R) each, on the side ``front`` tells."""
+    """Points at barycentric (u, v) of triangles, (per, R) each, on the side ``front`` tells, of owners
+    with random shifts ``shift`` (R, 3)."""
     shrink = geometry.shrink[triangle][..., None]
     uv = np.stack([u, v], -1).astype(float) * (1 - shrink) + shrink / 3
     normal = np.where(front[..., None], 1.0, -1.0) * geometry.normal[triangle]
     position = geometry.at(triangle, uv) + OFFSET * normal
     return Points(
         position.astype(np.float32), normal.astype(np.float32), triangle, uv.astype(np.float32),
-        turn,
+        shift,
     )
 
 

@@ -61,19 +61,19 @@ def cosine_lifted(u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray,
     return radius * np.cos(angle), radius * np.sin(angle), z
 
 
-def tangent_frames(normal: np.ndarray, turn: np.ndarray | float = 0.0) -> np.ndarray:
+def tangent_frames(normal: np.ndarray, rotation: np.ndarray | float = 0.0) -> np.ndarray:
     """(..., 3, 3) float32: rows tangent, bitangent, normal of unit ``normal`` (..., 3).
 
-    The tangent is turned about the normal by ``turn`` (...) revolutions.
+    The tangent is turned about the normal by ``rotation`` (...) revolutions.
     """
-    return np.moveaxis(tangent_axes(normal, turn), 0, -2)
+    return np.moveaxis(tangent_axes(normal, rotation), 0, -2)
 
 
-def tangent_axes(normal: np.ndarray, turn: np.ndarray | float = 0.0) -> np.ndarray:
+def tangent_axes(normal: np.ndarray, rotation: np.ndarray | float = 0.0) -> np.ndarray:
     """(3, ..., 3) float32: the same, all tangents, then all bitangents, then all normals."""
     normal = np.asarray(normal, np.float32)
     tangent, bitangent = tangents(np.ascontiguousarray(np.moveaxis(normal, -1, 0)))
-    angle = np.asarray(turn, np.float32) * np.float32(2 * np.pi)
+    angle = np.asarray(rotation, np.float32) * np.float32(2 * np.pi)
     c, s = np.cos(angle), np.sin(angle)
     axes = np.empty((3,) + normal.shape, np.float32)
     for k in range(3):

@@ -24,7 +24,7 @@ LIFT = 4 * OFFSET  # height [unit box] above the surface from which places are l
 OPPOSED = -0.99  # cosine between the normals of faces that lie flush against each other, at most
 MOST_LINES = 12  # number [lines] by which one cell is cut, at most
 SEEN, TEXEL_SEEN = 1e-3, 0.25  # share [of a receiver, of a texel] that must be open for it to count
-WHOLE = 1 - 1e-6  # share [of a receiver] that is open: with more, nothing of it is buried
+FULLY_OPEN = 1 - 1e-6  # share [of a receiver] that is open: with more, nothing of it is buried
 SLIVER = 1e-9  # area [of a triangle]: a smaller part is nothing
 
 
@@ -151,9 +151,9 @@ def _halved(corners: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.nda
     whole, some = np.flatnonzero(~crossed), np.flatnonzero(crossed)
     alone = np.where(above[some].sum(axis=1) == 1, above[some].argmax(axis=1),
                      below[some].argmax(axis=1))  # fmt: skip
-    turn = (alone[:, None] + np.arange(3)) % 3
-    tip, left, right = np.take_along_axis(corners[some], turn[..., None], 1).transpose(1, 0, 2)
-    high = np.take_along_axis(level[some], turn, 1)
+    order = (alone[:, None] + np.arange(3)) % 3
+    tip, left, right = np.take_along_axis(corners[some], order[..., None], 1).transpose(1, 0, 2)
+    high = np.take_along_axis(level[some], order, 1)
     to_left, to_right = (
         (high[:, 0] / (high[:, 0] - high[:, k])).clip(0, 1)[:, None] for k in (1, 2)
     )
@@ -179,7 +179,7 @@ def _kept(
     share = np.bincount(owner, whole * clear, count) + np.bincount(owner[part], area, count)
     share /= np.maximum(total, 1e-300)
     buried = share < (SEEN if receivers.grid is None else TEXEL_SEEN)
-    mixed = ~buried & (share < WHOLE)
+    mixed = ~buried & (share < FULLY_OPEN)
     cells = np.flatnonzero(np.where(mixed[owner], clear, True))
     parts = np.flatnonzero(mixed[owner[part]] & (area > SLIVER * scale[receivers.triangle[part]]))
     cell = np.concatenate([cells, part[parts]])

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..geometry.triangles import OFFSET, Geometry
-from ..materials.texture_cells import Cells, join_cells
+from ..materials.emissive_parts import EmissiveParts, join_parts
 from .embree import Tracer
 
 MANY = 1024  # number [overlapping faces] that are cut: more are left to rays
@@ -25,7 +25,7 @@ FACTORS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9],
 PROBES = np.array([[i + 0.5, j + 0.5] for i in range(4) for j in range(4 - i)]) / 4.5  # (10, 2)
 
 
-def uncovered(geometry: Geometry, tracer: Tracer, cells: Cells) -> tuple[Cells, np.ndarray]:
+def uncovered(geometry: Geometry, tracer: Tracer, cells: EmissiveParts) -> tuple[EmissiveParts, np.ndarray]:
     """The parts of ``cells`` that no earlier face covers; and (n_triangles,) bool: faces that are
     left to rays instead."""
     chosen = np.zeros(len(geometry.area), bool)
@@ -42,7 +42,7 @@ def uncovered(geometry: Geometry, tracer: Tracer, cells: Cells) -> tuple[Cells, 
     for i, triangle in enumerate(shared):
         covers = _covers(geometry, triangle, shared[:i])
         parts.append(_cut_away(cells.take(cells.triangle == triangle), covers))
-    return join_cells(parts), np.zeros(len(chosen), bool)
+    return join_parts(parts), np.zeros(len(chosen), bool)
 
 
 def _with_flush(geometry: Geometry, shared: np.ndarray, others: np.ndarray) -> np.ndarray:
@@ -76,7 +76,7 @@ def _covers(geometry: Geometry, triangle: int, others: np.ndarray) -> np.ndarray
     return place
 
 
-def _cut_away(cells: Cells, covers: np.ndarray) -> Cells:
+def _cut_away(cells: EmissiveParts, covers: np.ndarray) -> EmissiveParts:
     """What triangles ``covers`` (k, 3, 2) leave of one triangle's cells."""
     owner, corners = [], []
     for i, cell in enumerate(cells.corners):
@@ -96,14 +96,14 @@ def _difference(polygon: np.ndarray, cover: np.ndarray) -> list[np.ndarray]:
     """The parts of a convex ``polygon`` (k, 2) outside a counter-clockwise triangle (3, 2)."""
     outside, inside = [], polygon
     for start, end in zip(cover, np.roll(cover, -1, axis=0)):
-        outside.append(_half(inside, end, start))
-        inside = _half(inside, start, end)
+        outside.append(_left_of(inside, end, start))
+        inside = _left_of(inside, start, end)
         if _area(inside) <= SLIVER:
             return [polygon]
     return [piece for piece in outside if _area(piece) > SLIVER]
 
 
-def _half(polygon: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+def _left_of(polygon: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """The part (m, 2) of a convex polygon (k, 2) left of a line (Sutherland & Hodgman 1974)."""
     along, away = end - start, polygon - start
     height = along[0] * away[:, 1] - along[1] * away[:, 0]
@@ -167,7 +167,7 @@ def overlapping(geometry: Geometry, tracer: Tracer, chosen: np.ndarray) -> np.nd
     other = np.flatnonzero((hits.triangle >= 0) & (hits.triangle != owner))
     met, own = hits.triangle[other], owner[other]
     flat = np.abs(np.einsum("ij,ij->i", geometry.normal[met], geometry.normal[own])) > 1 - 1e-6
-    apart = np.abs(hits.distance[other] - 2 * OFFSET) > OFFSET
-    same = flat & ~apart & chosen[met]
+    separate = np.abs(hits.distance[other] - 2 * OFFSET) > OFFSET
+    same = flat & ~separate & chosen[met]
     found[met[same]] = found[own[same]] = True
     return found

@@ -137,8 +137,8 @@ def meets_cell(ends: np.ndarray, corners: np.ndarray, square: np.ndarray) -> np.
         place = np.einsum("kab,keb->kea", inverse, ends - corners[:, :1])
         first, along = place[:, 0], place[:, 1] - place[:, 0]
         over = np.where(square[:, None], 1 - first, (1 - first.sum(axis=1))[:, None])
-        turn = np.where(square[:, None], -along, -along.sum(axis=1)[:, None])
-        meets = _within(np.concatenate([first, over], 1) + NEAR, np.concatenate([along, turn], 1))
+        along_over = np.where(square[:, None], -along, -along.sum(axis=1)[:, None])
+        meets = _within(np.concatenate([first, over], 1) + NEAR, np.concatenate([along, along_over], 1))
     return meets & (twice != 0)
 
 

@@ -16,7 +16,7 @@ from ..geometry.triangles import OFFSET, Geometry
 from ..workers.parallel import Tick, map_chunks, ranges
 from .embree import Tracer
 
-REACH = 4 * OFFSET  # distance [unit box]: nearer triangles touch
+TOUCHING = 4 * OFFSET  # distance [unit box]: nearer triangles touch
 LARGE = 0.02  # size [of the scene]: on both sides of larger triangles something may stand
 PARALLEL = 0.3  # sine of the angle between two triangles: below it all near the line is too near
 MOST = 1 << 18  # number [pairs]: with more, everything is cut by everything
@@ -66,16 +66,16 @@ def _met(geometry: Geometry, tracer: Tracer, triangle: np.ndarray, side: int) ->
     corners = geometry.vertices[geometry.triangles[triangle]]
     along = np.roll(corners, -1, axis=1) - corners
     length = np.linalg.norm(along, axis=2, keepdims=True)
-    beyond = along * (REACH / np.maximum(length, REACH))
+    beyond = along * (TOUCHING / np.maximum(length, TOUCHING))
     normal = geometry.normal[triangle][:, None]
     inward = np.cross(normal, beyond)  # where meshes are aligned, edges meet edges
-    lifted = corners + (side * REACH) * normal + 2 * inward - beyond
+    lifted = corners + (side * TOUCHING) * normal + 2 * inward - beyond
     start = lifted.reshape(-1, 3).astype(np.float32)
     segment = (along + 2 * beyond).reshape(-1, 3).astype(np.float32)
     rays = np.flatnonzero(~tracer.clear(start, segment))
     own = triangle[rays // 3]
     start, segment = start[rays], segment[rays]
-    left, step = np.ones(len(rays)), REACH / np.linalg.norm(segment, axis=1).clip(REACH)
+    left, step = np.ones(len(rays)), TOUCHING / np.linalg.norm(segment, axis=1).clip(TOUCHING)
     pairs = []
     for _ in range(LAYERS):
         hits = tracer.intersect(start, segment)
@@ -95,7 +95,7 @@ def _verified(geometry: Geometry, triangle: np.ndarray, other: np.ndarray) -> Cr
     normal, height = geometry.normal[triangle], _heights(geometry, triangle, other)
     axis = np.cross(normal, geometry.normal[other])
     sine = np.linalg.norm(axis, axis=1)
-    across = (height.min(axis=1) < -REACH) & (height.max(axis=1) > REACH)
+    across = (height.min(axis=1) < -TOUCHING) & (height.max(axis=1) > TOUCHING)
     kept = (across | _on_edge(geometry, triangle, other, height)) & (sine > PARALLEL)
     triangle, other, height, across = triangle[kept], other[kept], height[kept], across[kept]
     axis = axis[kept] / sine[kept, None]
@@ -106,9 +106,9 @@ def _verified(geometry: Geometry, triangle: np.ndarray, other: np.ndarray) -> Cr
     ends[back], place[back] = ends[back, ::-1], place[back, ::-1]
     low, high = _extent(geometry, triangle, other, axis)
     length = np.maximum(place[:, 1] - place[:, 0], 1e-300)
-    share = (np.stack([low - REACH, high + REACH], 1) - place[:, :1]) / length[:, None]
+    share = (np.stack([low - TOUCHING, high + TOUCHING], 1) - place[:, :1]) / length[:, None]
     share = np.clip(share, 0, 1)
-    met = (share[:, 1] - share[:, 0]) * length > 4 * REACH
+    met = (share[:, 1] - share[:, 0]) * length > 4 * TOUCHING
     ends = ends[:, :1] + share[..., None] * (ends[:, 1:] - ends[:, :1])
     return Crossings(triangle[met], height[met], ends[met], other[met], across[met])
 
@@ -119,10 +119,10 @@ def _on_edge(
     """(n,) bool: the others (n,) rise over triangles (n,) from an edge of theirs, and are no
     neighbors there in a mesh that bends."""
     level = np.sort(np.abs(height), axis=1)
-    rises = _heights(geometry, other, triangle).max(axis=1) > REACH
+    rises = _heights(geometry, other, triangle).max(axis=1) > TOUCHING
     mine, theirs = geometry.triangles[triangle], geometry.triangles[other]
     joined = (mine[:, :, None] == theirs[:, None]).any(axis=2).sum(axis=1) > 1
-    return rises & ~joined & (level[:, 1] <= REACH) & (level[:, 2] > REACH)
+    return rises & ~joined & (level[:, 1] <= TOUCHING) & (level[:, 2] > TOUCHING)
 
 
 def _nearest_edge(height: np.ndarray) -> np.ndarray:
@@ -155,7 +155,7 @@ def _extent(
     height, along = _heights(geometry, other, triangle), np.einsum("kic,kc->ki", corners, axis)
     mine, theirs = geometry.triangles[triangle], geometry.triangles[other]
     neighbors = (mine[:, :, None] == theirs[:, None]).any(axis=(1, 2))
-    reach = np.where(neighbors, 0, 2 * REACH)[:, None]  # they touch where they are joined
+    reach = np.where(neighbors, 0, 2 * TOUCHING)[:, None]  # they touch where they are joined
     level = reach[:, None] * np.array([-1.0, 1.0])[:, None]
     rise = np.roll(height, -1, axis=1) - height
     share = (level - height[:, None]) / np.where(rise == 0, 1, rise)[:, None]  # (n, 2, 3)

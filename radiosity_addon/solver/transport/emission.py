@@ -6,7 +6,7 @@ import numpy as np
 
 from ..geometry.footprints import Footprints
 from ..lights.context import Context
-from ..lights.emissive_faces import emits_apart
+from ..lights.emissive_faces import emits_by_side
 from ..materials.region_means import Regions, footprint_regions, triangle_regions
 from .patches import Patches
 
@@ -23,13 +23,13 @@ def emission_to_find(context: Context, patches: Patches):
     leaf = (elements.element >= 0) & ~context.explicit[elements.triangle]
     cells = np.flatnonzero(leaf)
     regions = triangle_regions(elements.triangle[cells], elements.corners[cells])
-    apart = emits_apart(context.scene)[regions.triangle]
+    by_side = emits_by_side(context.scene)[regions.triangle]
     size = _lengths(context, regions)
     mean, spread = context.mean_emission(regions)
     for side in (0, 1):
         emission[first + 2 * cells + side] = np.pi * mean
         length[first + 2 * cells + side] = (spread > 0) * size
-    some = np.flatnonzero(apart)
+    some = np.flatnonzero(by_side)
     mean, spread = context.mean_emission(regions.take(some), False)
     emission[first + 2 * cells[some] + 1] = np.pi * mean
     length[first + 2 * cells[some] + 1] = (spread > 0) * size[some]
@@ -42,13 +42,13 @@ def _add_receivers_emission(
     context: Context, footprints: Footprints, emission: np.ndarray, length: np.ndarray
 ) -> None:
     """Set the first entries, which are the patches of receivers, to what their cells send out."""
-    apart = emits_apart(context.scene)[footprints.triangle]
+    by_side = emits_by_side(context.scene)[footprints.triangle]
     glows = ~context.explicit[footprints.triangle]
     found = np.zeros((len(footprints.triangle), context.channels))
     longest = np.zeros(len(found), np.float32)
     for front in (True, False):  # backs shine as fronts do, but for those that emit apart
         for square in (False, True):
-            some = np.flatnonzero((footprints.square == square) & glows & (apart | front))
+            some = np.flatnonzero((footprints.square == square) & glows & (by_side | front))
             regions = footprint_regions(footprints, some, square)
             mean, spread = context.mean_emission(regions, front)
             found[some], longest[some] = np.pi * mean, (spread > 0) * _lengths(context, regions)

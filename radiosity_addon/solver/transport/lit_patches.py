@@ -46,9 +46,9 @@ def light_patches(
     patches, first, number = np.unique(patch[order], return_index=True, return_counts=True)
     spread = ((np.arange(per)[:, None] + 0.5) / per * number).astype(np.int64)
     chosen = places[order[first + spread]]
-    turn = uniform((len(patches), 3), *key, 7)
+    shift = uniform((len(patches), 3), *key, 7)
     points = points_on(
-        context.geometry, chosen.triangle, chosen.u, chosen.v, chosen.front, turn
+        context.geometry, chosen.triangle, chosen.u, chosen.v, chosen.front, shift
     )
     reflectance, lit, spread = light_points(context, points, key)
     return LitPatches(
@@ -61,8 +61,8 @@ def light_receivers(
 ) -> LitPatches:
     """The patches of receivers, lit directly at ``per`` points on each of their ``footprints``."""
     everyone = np.arange(footprints.count)
-    turn = uniform((footprints.count, 3), *key, 7)
-    points = footprint_points(footprints, everyone, turn, per, *key, 6)
+    shift = uniform((footprints.count, 3), *key, 7)
+    points = footprint_points(footprints, everyone, shift, per, *key, 6)
     points = replace(points, barycentric=points.uv)
     reflectance, lit, spread = light_points(context, points, key)
     total = max(footprints.area.sum(), 1e-300)

@@ -16,7 +16,7 @@ from ..sampling.points import Points
 from ..sampling.sobol import uniform
 from .patches import Patches
 from .places import Places, join_places, no_places, places_at
-from .rays import Met, shoot_apart, sums_of
+from .rays import Met, shoot_shifted, sums_of
 
 MOST_BOUNCES = 64  # number [bounces] of one ray: chance ends nearly all long before
 FULL_BOUNCES = 6  # number [bounces] after which chance ends rays, and their weights stay
@@ -40,10 +40,10 @@ class Ends:
             self.owner[chosen], self.places[chosen], self.weight[chosen], self.back[chosen]
         )
 
-    def points(self, context: Context, turn: np.ndarray) -> Points:
+    def points(self, context: Context, shift: np.ndarray) -> Points:
         """A point of its own at each end, a little back on the ray's way: a hit close to a wall that
         stands there may else be rounded to its other side."""
-        points = self.places.points(context.geometry, turn)
+        points = self.places.points(context.geometry, shift)
         return replace(points, position=points.position + self.back)
 
     def surviving(self, chance: np.ndarray, xi: np.ndarray) -> Ends:
@@ -125,7 +125,7 @@ def go_on(
             break
         lit.append(rays)
         points = rays.points(context, uniform((len(rays.owner), 3), *key, bounce, 2))
-        met, directions = shoot_apart(context, points, 1, *key, bounce, 4)
+        met, directions = shoot_shifted(context, points, 1, *key, bounce, 4)
         parts = []
         for part in met:
             entry = patches.hit(part.hits)

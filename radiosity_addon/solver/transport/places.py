@@ -31,10 +31,10 @@ class Places:
         """(n, 2) float64 barycentric."""
         return np.stack([self.u, self.v], 1).astype(float)
 
-    def points(self, geometry: Geometry, turn: np.ndarray) -> Points:
-        """A point (1, n) of its own at each place, shifted by ``turn`` (n, 3)."""
+    def points(self, geometry: Geometry, shift: np.ndarray) -> Points:
+        """A point (1, n) of its own at each place, shifted by ``shift`` (n, 3)."""
         places = (array[None] for array in (self.triangle, self.u, self.v, self.front))
-        return points_on(geometry, *places, turn)
+        return points_on(geometry, *places, shift)
 
     def on(self, patches: Patches) -> Places:
         """The same places with the entries of other patches."""

@@ -43,7 +43,7 @@ def shoot(context: Context, points: Points, rays: int, *key: int) -> tuple[list[
     return _trace(context, points, _shared_directions(points, sobol(rays, 2, *key)))
 
 
-def shoot_apart(context: Context, points: Points, rays: int, *key: int):
+def shoot_shifted(context: Context, points: Points, rays: int, *key: int):
     """The same with a shift of the set for each owner, so that owners' errors are independent."""
     return _trace(context, points, _own_directions(points, *_own_places(points, rays, *key)))
 
@@ -51,13 +51,13 @@ def shoot_apart(context: Context, points: Points, rays: int, *key: int):
 def shoot_guided(
     context: Context, points: Points, rays: int, guide: Guide, owners: np.ndarray, *key: int
 ):
-    """The same as ``guide`` aims them for ``owners`` (R,), and the cells (rays, R) they are in."""
-    *place, cells = guide.aim(owners, *_own_places(points, rays, *key))
-    return *_trace(context, points, _own_directions(points, *place)), cells
+    """The same as ``guide`` aims them for ``owners`` (R,), and its bins (rays, R) that they are in."""
+    *place, bins = guide.aim(owners, *_own_places(points, rays, *key))
+    return *_trace(context, points, _own_directions(points, *place)), bins
 
 
 def _own_places(points: Points, rays: int, *key: int) -> list[np.ndarray]:
-    """u and v, (rays, R) float32 each: a Sobol set, shifted for each owner by its ``turn``."""
+    """u and v, (rays, R) float32 each: a Sobol set, shifted for each owner by its ``shift``."""
     table = sobol(rays, 2, *key).astype(np.float32)
     return [shifted(table[:, axis, None], points.shift[:, axis]) for axis in (0, 1)]
 
@@ -76,7 +76,7 @@ def _trace(context: Context, points: Points, directions: np.ndarray):
 
 def _shared_directions(points: Points, xi: np.ndarray) -> np.ndarray:
     """(per, rays per point, R, 3) float32 at places ``xi`` (rays, 2) of the square, the same for
-    all owners but for a turn. Matrix products make them."""
+    all owners but for a rotation. Matrix products make them."""
     # Consecutive Sobol points cover the hemisphere evenly by themselves; every n-th would not.
     per, count = points.shape
     axes = points.axes(points.shift[:, 2])

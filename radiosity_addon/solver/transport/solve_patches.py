@@ -11,10 +11,10 @@ from typing import Protocol
 
 import numpy as np
 
-from ..elements.discontinuities import MAX_GROWTH, set_apart
+from ..elements.discontinuities import MAX_GROWTH, split_at_discontinuities
 from ..elements.elements import build_elements, refine
 from ..lights.context import Context
-from ..sampling.points import PlacePoints
+from ..sampling.points import PointSampler
 from ..scene import Scene
 from ..workers.parallel import map_chunks, ranges
 from .emission import emission_to_find
@@ -57,7 +57,7 @@ class SolvePlan(Protocol):
 
 
 def solve_radiosity(
-    context: Context, receivers: int, place: PlacePoints, own: ReceiverPatches | None,
+    context: Context, receivers: int, place: PointSampler, own: ReceiverPatches | None,
     plan: SolvePlan, tolerance: float, key: tuple[int, ...],
 ) -> Radiosity:
     """Solve with the patches ``own`` of receivers, and on about ``plan.elements`` elements elsewhere.
@@ -76,7 +76,7 @@ def solve_radiosity(
         patches = replace(patches, receivers=own.without(varied))
     share = len(places.entry) / max(all_places, 1)
     if len(places.entry):
-        elements = set_apart(context, elements, target, tolerance)
+        elements = split_at_discontinuities(context, elements, target, tolerance)
         patches = replace(patches, elements=elements)
         places = places.on(patches)
         places = places[patches.somewhere(places.entry)]
@@ -159,7 +159,7 @@ def without_reflection(context: Context, target: int) -> Radiosity:
 
 
 def _seeds(
-    context: Context, patches: Patches, receivers: int, place: PlacePoints, target: int,
+    context: Context, patches: Patches, receivers: int, place: PointSampler, target: int,
     key: tuple[int, ...],
 ):
     """Where rays from a sample of the receivers meet elements, and how many met the surface."""

@@ -21,11 +21,11 @@ MOST_CUT = 64  # number [triangles of a material] in which parts of one color ar
 DEEPEST = 9  # depth [cuts into four] of a triangle, at most
 SMOOTH = 3  # depth [cuts into four] where colors vary linearly
 COARSE = 1e-3  # variation [of all emission] within a cell, at most
-WHOLE = np.array([[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]])  # corners of a triangle, barycentric
+UNIT_TRIANGLE = np.array([[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]])  # corners of a triangle, barycentric
 
 
 @dataclass(frozen=True)
-class Cells:
+class EmissiveParts:
     """n parts of triangles. ``deviation`` is the standard deviation of the radiance in there."""
 
     triangle: np.ndarray  # (n,) int
@@ -35,27 +35,27 @@ class Cells:
     share: np.ndarray  # (n,) of the triangle's area
     side: np.ndarray  # (n,) int: 1 only the front emits so, -1 only the back, 0 both do
 
-    def take(self, chosen: np.ndarray) -> Cells:
+    def take(self, chosen: np.ndarray) -> EmissiveParts:
         """Some of them."""
-        return Cells(*(getattr(self, name)[chosen] for name in _ARRAYS))
+        return EmissiveParts(*(getattr(self, name)[chosen] for name in _ARRAYS))
 
 
 _ARRAYS = ("triangle", "corners", "radiance", "deviation", "share", "side")
 
 
-def join_cells(parts: list[Cells]) -> Cells:
+def join_parts(parts: list[EmissiveParts]) -> EmissiveParts:
     """All of all parts, of which there is at least one."""
-    return Cells(*(np.concatenate([getattr(part, name) for part in parts]) for name in _ARRAYS))
+    return EmissiveParts(*(np.concatenate([getattr(part, name) for part in parts]) for name in _ARRAYS))
 
 
-def whole_triangles(triangle: np.ndarray, radiance: np.ndarray) -> Cells:
+def undivided(triangle: np.ndarray, radiance: np.ndarray) -> EmissiveParts:
     """Each triangle (n,) one cell of constant radiance (n, 3)."""
     n = len(triangle)
-    return Cells(triangle, np.repeat(WHOLE, n, axis=0), radiance, np.zeros(n), np.ones(n),
+    return EmissiveParts(triangle, np.repeat(UNIT_TRIANGLE, n, axis=0), radiance, np.zeros(n), np.ones(n),
                  np.zeros(n, int))  # fmt: skip
 
 
-def cut(scene: Scene, triangle: np.ndarray, area: np.ndarray) -> tuple[Cells, np.ndarray]:
+def cut(scene: Scene, triangle: np.ndarray, area: np.ndarray) -> tuple[EmissiveParts, np.ndarray]:
     """Cells of triangles (n,) whose emission varies, of ``area`` (n,); and the share (n,) of each
     that counts as glowing: (∫L)² / (area ∫L²), 1 where it is constant."""
     materials = scene.material[triangle]
@@ -63,26 +63,26 @@ def cut(scene: Scene, triangle: np.ndarray, area: np.ndarray) -> tuple[Cells, np
     for material in np.unique(materials):
         rows = np.flatnonzero(materials == material)
         means = FieldMeans(scene.materials[material].emission)
-        cells = _measured(means, triangle[rows], np.repeat(WHOLE, len(rows), axis=0), 1.0)
+        cells = _measured(means, triangle[rows], np.repeat(UNIT_TRIANGLE, len(rows), axis=0), 1.0)
         mean = cells.radiance.mean(axis=1)
         glowing[rows] = mean**2 / np.maximum(mean**2 + cells.deviation**2, 1e-300)
         total += float((area[rows] * mean).sum())
         whole.append((means, rows, cells))
-    parts = [whole_triangles(triangle[:0], np.zeros((0, 3)))]
+    parts = [undivided(triangle[:0], np.zeros((0, 3)))]
     for means, rows, cells in whole:
         room = MOST - sum(len(part.triangle) for part in parts)
         parts += _leaves(means, cells, area[rows], COARSE * total, room)
-    return join_cells(parts), glowing
+    return join_parts(parts), glowing
 
 
-def _measured(means: FieldMeans, triangle: np.ndarray, corners: np.ndarray, share: float) -> Cells:
+def _measured(means: FieldMeans, triangle: np.ndarray, corners: np.ndarray, share: float) -> EmissiveParts:
     """Cells ``corners`` (n, 3, 2) of triangles (n,), each ``share`` of its triangle."""
     radiance, deviation = means(triangle_regions(triangle, corners))
     n = len(triangle)
-    return Cells(triangle, corners, radiance, deviation, np.full(n, share), np.zeros(n, int))
+    return EmissiveParts(triangle, corners, radiance, deviation, np.full(n, share), np.zeros(n, int))
 
 
-def _leaves(means: FieldMeans, cells: Cells, area: np.ndarray, limit: float, room: int):
+def _leaves(means: FieldMeans, cells: EmissiveParts, area: np.ndarray, limit: float, room: int):
     """The coarsest parts of whole triangles, ``cells`` of ``area`` (k,), that vary by no more than
     ``limit``, and shine; about ``room`` at most. Others are cut into four again and again."""
     level, leaves = 0, []
@@ -102,7 +102,7 @@ def _leaves(means: FieldMeans, cells: Cells, area: np.ndarray, limit: float, roo
     return leaves
 
 
-def _one_colored(field: Texture, cells: Cells, area: np.ndarray, limit: float):
+def _one_colored(field: Texture, cells: EmissiveParts, area: np.ndarray, limit: float):
     """Whole triangles, ``cells`` of ``area`` (k,), without those that show few parts of one color;
     their area; and the cells of these."""
     varied = np.flatnonzero(area * cells.deviation > limit)
@@ -117,7 +117,7 @@ def _one_colored(field: Texture, cells: Cells, area: np.ndarray, limit: float):
         edges = corners[:, 1:] - corners[:, :1]
         n, share = len(corners), np.abs(np.linalg.det(edges))
         triangle = np.full(n, cells.triangle[k])
-        parts.append(Cells(triangle, corners, color * field.factor, np.zeros(n), share,
+        parts.append(EmissiveParts(triangle, corners, color * field.factor, np.zeros(n), share,
                            np.zeros(n, int)))  # fmt: skip
     return cells.take(np.flatnonzero(left)), area[left], parts
 

@@ -44,20 +44,20 @@ def make_light_sampler(lights: np.ndarray, emitters: Emitters, shading: int = 0)
     return LightSampler(np.where(tree.blocks >= 0, lights[tree.blocks], -1), tree, shading)
 
 
-def choose_lights(
-    sources: Sources, sampler: LightSampler, place: np.ndarray, normal: np.ndarray, reach: np.ndarray,
+def sample_lights(
+    sources: Sources, sampler: LightSampler, position: np.ndarray, normal: np.ndarray, extent: np.ndarray,
     xi: np.ndarray,
 ):
-    """Lights (k, n) of a sampler of ``sources`` for n places (n, 3), each of points within ``reach``
+    """Lights (k, n) of a sampler of ``sources`` for n places (n, 3), each of points within ``extent``
     (n,) of it that face as ``normal`` (n, 3) tells, one for each of the numbers ``xi`` (k, n) in
     [0, 1); and one over the probability with which each was taken (k, n)."""
-    narrow = [columns(array).astype(np.float32) for array in (place, normal)]
-    narrow.append(reach.astype(np.float32))
+    narrow = [columns(array).astype(np.float32) for array in (position, normal)]
+    narrow.append(extent.astype(np.float32))
     if sampler.tree is None:
         members, before = sampler.blocks[0], 1.0
         importance = _importances(sources, members[:, None], *narrow)
     else:
-        block, before, xi = sampler.tree.descend(place, normal, reach, xi)
+        block, before, xi = sampler.tree.descend(position, normal, extent, xi)
         members = np.moveaxis(sampler.blocks[block], -1, 0)
         importance = _importances(sources, members, *narrow)
     which, share, _ = sample_discrete(importance, xi)
@@ -71,22 +71,22 @@ def choose_lights(
 
 
 def _importances(
-    sources: Sources, light: np.ndarray, place: np.ndarray, normal: np.ndarray, reach: np.ndarray
+    sources: Sources, light: np.ndarray, position: np.ndarray, normal: np.ndarray, extent: np.ndarray
 ) -> np.ndarray:
     """Rough irradiance of lights (c, 1) or (c, k, n) at places (3, n): (c, n) or (c, k, n); 0
     where a light is −1."""
-    kinds = np.where(light >= 0, sources.kind[light], -1)
-    alone = np.unique(kinds[kinds >= 0])
+    batches = np.where(light >= 0, sources.batch[light], -1)
+    alone = np.unique(batches[batches >= 0])
     if len(alone) == 1:
-        kind = sources.kinds[alone[0]]
-        found = kind.importance(sources.place[light], place, normal, reach)
+        batch = sources.batches[alone[0]]
+        found = batch.importance(sources.index[light], position, normal, extent)
         return np.where(light >= 0, found, 0.0)
-    importance = np.zeros(np.broadcast_shapes(light.shape, reach.shape))
+    importance = np.zeros(np.broadcast_shapes(light.shape, extent.shape))
     wide = np.broadcast_to(light, importance.shape)
     for number in alone:
-        some = np.nonzero(np.broadcast_to(kinds == number, importance.shape))
+        some = np.nonzero(np.broadcast_to(batches == number, importance.shape))
         at = some[-1]
-        importance[some] = sources.kinds[number].importance(
-            sources.place[wide[some]], place[:, at], normal[:, at], reach[at]
+        importance[some] = sources.batches[number].importance(
+            sources.index[wide[some]], position[:, at], normal[:, at], extent[at]
         )
     return importance

@@ -17,9 +17,9 @@ from ..geometry.lambert import polygon_form_factor
 from ..geometry.nusselt import Projected, project_rays
 from ..geometry.triangles import OFFSET
 from ..geometry.vectors import dot, size
-from ..geometry.warps import bilinear_density, bilinear_places
+from ..geometry.warps import bilinear_pdf, sample_bilinear
 from ..sampling.points import Middles, masked, owned
-from .flat_shapes import ELLIPSE, RECTANGLE, TRIANGLE, corner_places, places_in
+from .flat_shapes import ELLIPSE, RECTANGLE, TRIANGLE, coordinates_in, corner_coordinates
 from .light_batch import Unoccluded, combined
 
 if TYPE_CHECKING:
@@ -44,29 +44,29 @@ class OneLight:
     normal: np.ndarray
     area: float
 
-    def rays(self, place: np.ndarray, places: Sequence[tuple[float, float]]) -> list[np.ndarray]:
-        """(3, n) each, from ``place`` (3, n) to some of its ``places`` (s, t)."""
-        return [(self.origin + s * self.u + t * self.v)[:, None] - place for s, t in places]
+    def rays(self, position: np.ndarray, places: Sequence[tuple[float, float]]) -> list[np.ndarray]:
+        """(3, n) each, from ``position`` (3, n) to some of its ``places`` (s, t)."""
+        return [(self.origin + s * self.u + t * self.v)[:, None] - position for s, t in places]
 
-    def coordinates(self, place: np.ndarray) -> np.ndarray:
+    def coordinates(self, position: np.ndarray) -> np.ndarray:
         """(2, n) of places (3, n) in its plane."""
         dual = np.linalg.pinv(np.stack([self.u, self.v], 1))
-        s, t = np.clip(dual @ (place - self.origin[:, None]), 0, 1)
+        s, t = np.clip(dual @ (position - self.origin[:, None]), 0, 1)
         return np.stack([s, np.minimum(t, 1 - s) if self.shape == TRIANGLE else t])
 
 
-def whole_polygon(lights: Polygons, which: int, middles: Middles) -> Unoccluded:
+def unoccluded_polygon(lights: Polygons, which: int, middles: Middles) -> Unoccluded:
     """Known for owners that lie before it or behind it with all of their points."""
     light = OneLight(int(lights.shape[which]), lights.origin[which], lights.u[which],
                      lights.v[which], lights.normal[which], float(lights.area[which]))  # fmt: skip
-    corners = corner_places(light.shape)
-    heights = [dot(ray, middles.normal) for ray in light.rays(middles.place, corners)]
+    corners = corner_coordinates(light.shape)
+    heights = [dot(ray, middles.normal) for ray in light.rays(middles.position, corners)]
     lowest, highest = np.minimum.reduce(heights), np.maximum.reduce(heights)
-    side = light.normal @ middles.place - light.normal @ light.origin
+    side = light.normal @ middles.position - light.normal @ light.origin
     behind, below = middles.depth(light.normal), middles.depth(middles.normal) + NO_HEIGHT
     center, radius = (values[which] for values in lights.middle())
-    away, reach = size(center[:, None] - middles.place), middles.reach
-    lit = (np.abs(side) > behind + NO_DISTANCE) & ((reach == 0) | (away - radius > FAR * reach))
+    away, extent = size(center[:, None] - middles.position), middles.extent
+    lit = (np.abs(side) > behind + NO_DISTANCE) & ((extent == 0) | (away - radius > FAR * extent))
     dark = highest < -below
     if not lights.two_sided[which]:
         dark |= side < -behind - NO_HEIGHT
@@ -80,10 +80,10 @@ def whole_polygon(lights: Polygons, which: int, middles: Middles) -> Unoccluded:
     if light.shape == ELLIPSE:
         lit &= gentle
     some = masked(lit)
-    irradiance, place = np.zeros(len(side)), owned(middles.place, some)
+    irradiance, position = np.zeros(len(side)), owned(middles.position, some)
     polygon = [light.origin + s * light.u + t * light.v for s, t in corners]
     irradiance[some] = np.pi * polygon_form_factor(
-        place.T, owned(middles.normal, some).T, polygon
+        position.T, owned(middles.normal, some).T, polygon
     )
     shared = _Shared(light, middles, side, irradiance, density, *_large(light, middles, lit & ~gentle))
     return Unoccluded(
@@ -95,7 +95,7 @@ def _at_corners(light: OneLight, middles: Middles) -> np.ndarray:
     """(3 or 4, R) float32: the integrand at the origin, + u, + v, + both, up to a factor that is
     common to an owner's."""
     places = ((0, 0), (1, 0), (0, 1), (1, 1))[: 3 if light.shape == TRIANGLE else 4]
-    rays = light.rays(middles.place, places)
+    rays = light.rays(middles.position, places)
     found = np.stack([
         np.maximum(dot(ray, middles.normal), 0) / np.maximum(dot(ray, ray) ** 2, 1e-30)
         for ray in rays
@@ -110,7 +110,7 @@ def _large(light: OneLight, middles: Middles, chosen: np.ndarray):
     if not chosen.any():
         return None, number
     some = np.flatnonzero(chosen)
-    rays = light.rays(middles.place[:, some], corner_places(light.shape))
+    rays = light.rays(middles.position[:, some], corner_coordinates(light.shape))
     return project_rays(rays, middles.normal[:, some]), number
 
 
@@ -131,7 +131,7 @@ class _Shared:
         rows = np.arange(len(self.side))[owners]
         large = np.flatnonzero(self.number[rows] >= 0)
         if self.light.shape == RECTANGLE and len(large) < len(rows):
-            uniform, (s, t) = (s, t), bilinear_places(self.density[:, owners], s, t)
+            uniform, (s, t) = (s, t), sample_bilinear(self.density[:, owners], s, t)
         else:
             uniform, s, t = (s, t), s.copy(), t.copy()
         if len(large):
@@ -140,8 +140,8 @@ class _Shared:
             toward = self.large.directions(xi, np.tile(self.number[mine], per))
             slope = self.light.normal @ toward
             step = np.tile(-self.side[mine], per) / np.where(slope == 0, 1, slope)
-            place = np.tile(self.middles.place[:, mine], per) + step * toward
-            s[:, large], t[:, large] = self.light.coordinates(place).reshape(2, per, -1)
+            position = np.tile(self.middles.position[:, mine], per) + step * toward
+            s[:, large], t[:, large] = self.light.coordinates(position).reshape(2, per, -1)
         return s, t
 
     def segments(
@@ -157,7 +157,7 @@ class _Shared:
         """Places on the light: those that are not warped lie in its shape already."""
         if self.light.shape == RECTANGLE:
             return s, t
-        inside, warped = places_in(self.light.shape, s, t), self.number[owners] >= 0
+        inside, warped = coordinates_in(self.light.shape, s, t), self.number[owners] >= 0
         return tuple(np.where(warped, one, other) for one, other in zip((s, t), inside))
 
     def value(self, owners: np.ndarray, segments: np.ndarray, s: np.ndarray, t: np.ndarray):
@@ -169,11 +169,11 @@ class _Shared:
         cosine = np.einsum("pkj,jk->pk", segments, self.middles.normal[:, owners])
         value = np.maximum(cosine, 0) * side / square**2 * light.area
         if light.shape == RECTANGLE:
-            value /= bilinear_density(self.density[:, owners], s, t)
+            value /= bilinear_pdf(self.density[:, owners], s, t)
         if large.any():
             mine = owners[large]
             there = combined(light.origin, (light.u, light.v), (s[:, large], t[:, large]))
-            there = there - self.middles.place.T[mine]
+            there = there - self.middles.position.T[mine]
             middle = np.einsum("pkj,pkj->pk", there, there) / square[:, large]
             ratio = side[:, large] / np.abs(self.side[mine]) * middle**2
             value[:, large] = self.irradiance[mine] * ratio
