@@ -22,8 +22,13 @@ EDGE = 0.61  # of the image: the slab's extent; 9.76 texels from 3.12 on
 LOW = 0.195
 
 
-def slab_images(parts=(), reflectances=(0.5, 0.5), low=LOW, edge=EDGE, **options):
-    """Images of two slabs, side by side along x, that stand in [low, low + edge]² of them."""
+def slab_images(*args, **options):
+    """Images of the slabs of ``slab_job``."""
+    return run(slab_job(*args, **options)).colors
+
+
+def slab_job(parts=(), reflectances=(0.5, 0.5), low=LOW, edge=EDGE, **options):
+    """Two slabs, side by side along x, that stand in [low, low + edge]² of an image each."""
     every = [(SQUARE, QUAD), (SQUARE + [1, 0, 0], QUAD), *parts]
     rho = [[r] for r in reflectances] + [[0.5]] * len(parts)
     scene = meshes.scene(every, rho)
@@ -36,7 +41,7 @@ def slab_images(parts=(), reflectances=(0.5, 0.5), low=LOW, edge=EDGE, **options
             f"Slab{number}", int(own[0]), int(own[-1]) + 1, low + edge * place, None, None, None
         ))  # fmt: skip
     settings = Settings(target="image", resolution=SIZE, error=0.02, **options)
-    return run(Job(settings, replace(scene, lamps=(lamp,)), tuple(targets), (), (), ())).colors
+    return Job(settings, replace(scene, lamps=(lamp,)), tuple(targets), (), (), ())
 
 
 def along_the_edge(*args, low=LOW, edge=EDGE, inside=0.0, **options):
@@ -122,3 +127,23 @@ def test_slabs_of_two_colors_have_the_same_light():
     """Without their color they are one surface."""
     one, other = along_the_edge(reflectances=(0.8, 0.1), passes=("direct",))
     assert one / other == pytest.approx(1, abs=0.005)
+
+
+@pytest.mark.parametrize(("edge", "told"), [(EDGE, False), (0.5 / SIZE, True)])
+def test_slabs_thinner_than_a_texel_are_warned_of(edge, told):
+    """Half a texel wide and high, inside one texel of theirs: all of their surface."""
+    warnings = [text for text in run(slab_job(edge=edge)).warnings if "could not be fitted" in text]
+    assert len(warnings) == (2 if told else 0)
+    assert all("1 texels" in text and "thinner than a texel (100 %)" in text for text in warnings)
+
+
+def test_triangles_with_vertices_of_their_own_are_fitted():
+    """As meshes from games have them: the same image as with vertices in common, and no warning."""
+    job = slab_job()
+    scene, count = job.scene, 3 * len(job.scene.triangles)
+    own = replace(scene, vertices=scene.vertices[scene.triangles].reshape(-1, 3),
+                  triangles=np.arange(count).reshape(-1, 3))  # fmt: skip
+    first, second = run(job), run(replace(job, scene=own))
+    assert first.warnings == second.warnings == ()
+    for one, other in zip(first.colors, second.colors):
+        assert one == pytest.approx(other, abs=1e-6)

@@ -49,21 +49,39 @@ class Edges:
 def cut_into_islands(charted: Charted) -> tuple[np.ndarray, Edges]:
     """(n,) int island of each triangle, and the edges along which islands end.
 
-    Two triangles are of one island when they share an edge, wound alike, with the same UVs.
+    Two triangles are of one island when they share an edge, wound alike, with the same UVs: one in
+    space, whether they share its vertices or, as in meshes from games, have some of their own there.
     """
     n = len(charted.triangles)
     edges = Edges(np.tile(np.arange(n), 3), np.repeat(np.arange(3), n))
     edges = edges.take(charted.shows[edges.triangle])
-    one, other = _shared(charted, edges)
-    within = np.zeros(len(edges.triangle), bool)
-    within[one] = within[other] = True
-    island = connected_components(n, edges.triangle[one], edges.triangle[other])
-    return island, edges.take(~within)
+    pairs = []
+    for number in (_vertices, _places):
+        one, other = _shared(charted, edges, *number(charted, edges))
+        pairs.append((edges.triangle[one], edges.triangle[other]))
+        left = np.ones(len(edges.triangle), bool)
+        left[one] = left[other] = False
+        edges = edges.take(left)
+    return connected_components(n, *(np.concatenate(side) for side in zip(*pairs))), edges
 
 
-def _shared(charted: Charted, edges: Edges) -> tuple[np.ndarray, np.ndarray]:
-    """Edges (k,) and (k,) that are one in space and in the image."""
-    start, end = edges.ends(charted.triangles)
+def _vertices(charted: Charted, edges: Edges) -> tuple[np.ndarray, np.ndarray]:
+    """(m,) numbers of both ends."""
+    return edges.ends(charted.triangles)
+
+
+def _places(charted: Charted, edges: Edges) -> tuple[np.ndarray, np.ndarray]:
+    """(m,) numbers of both ends: the same for vertices at the same place."""
+    ends = np.stack(edges.ends(charted.triangles))
+    used, at = np.unique(ends, return_inverse=True)
+    place = np.unique(charted.vertices[used], axis=0, return_inverse=True)[1].reshape(-1)
+    return tuple(place[at.reshape(ends.shape)])
+
+
+def _shared(
+    charted: Charted, edges: Edges, start: np.ndarray, end: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Edges (k,) and (k,) between the same numbers ``start`` and ``end`` (m,), and one in the image."""
     key = np.minimum(start, end).astype(np.int64) * (len(charted.vertices) + 1)
     key += np.maximum(start, end)
     order = np.argsort(key, kind="stable")

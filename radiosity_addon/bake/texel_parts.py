@@ -15,6 +15,7 @@ from .shown import Sheets
 NOTABLE = 0.01  # share of the surface: of fewer texels that cannot be fitted nobody is told
 TOUCH = 0.01  # of a texel: an island that has less of one does not count there
 NONE, SEVERAL = -1, -2  # codes for texels without, and with more than one, island
+QUARTERS = (-1, -1), (-1, 1), (1, -1), (1, 1)  # of a texel: up and right of its middle
 WHOLE = 0.999  # share [of a texel] covered: its mean is its value, and its island is not thinner
 
 
@@ -55,9 +56,7 @@ def anchored_texels(
 
     ``cell_texel`` and ``island`` (c,) are of cells.
     """
-    owner = np.full(int(sheets.first[-1]), NONE)
-    owner[cell_texel] = island
-    owner[cell_texel[owner[cell_texel] != island]] = SEVERAL
+    owner = _owners(sheets, cell_texel, island)
     inside = np.full(int(sheets.first[-1]), NONE)
     inside[texel[whole]] = owner[texel[whole]]
     own = owner[texel]
@@ -72,31 +71,67 @@ def anchored_texels(
     return beside & alone
 
 
-def unfit_shares(
-    texel: np.ndarray, island: np.ndarray, part: np.ndarray, surface: np.ndarray
-) -> tuple[int, float, float]:
-    """(texels, share, thin): how many texels islands share or are of islands thinner than a texel,
-    and the shares of the surface that these have.
+def _owners(sheets: Sheets, texel: np.ndarray, island: np.ndarray) -> np.ndarray:
+    """(n,) the island of each texel of the images, from those of cells (c,); or NONE, or SEVERAL."""
+    owner = np.full(int(sheets.first[-1]), NONE)
+    owner[texel] = island
+    owner[texel[owner[texel] != island]] = SEVERAL
+    return owner
 
-    ``texel``, ``island``, ``part`` [texels] and ``surface`` [m²] (c,) are of cells.
+
+def crowded_shares(
+    sheets: Sheets, parts: TexelParts, texel: np.ndarray, island: np.ndarray
+) -> np.ndarray:
+    """(c,) of each cell the share where the picture between texels is mixed with a texel of another
+    island: in each quarter of a texel it is that of this texel and of three around.
+
+    ``texel`` and ``island`` (c,) are of cells; those of half a texel or less are taken to lie where
+    their middles do, larger ones all over it.
+    """
+    owner = _owners(sheets, texel, island)
+    sheet, row, column = sheets.place(texel)
+    mixed = np.zeros((4, len(texel)), bool)
+    for dy, dx in ((y, x) for y in (-1, 0, 1) for x in (-1, 0, 1) if x or y):
+        near = sheets.texel(sheet, row + dy, column + dx)
+        other = (near >= 0) & (owner[near] != NONE) & (owner[near] != SEVERAL)
+        other &= owner[near] != island
+        for quarter, (up, right) in enumerate(QUARTERS):
+            if dy in (0, up) and dx in (0, right):
+                mixed[quarter] |= other
+    x, y = (parts.middle - np.stack([column, row], 1)).T
+    own = mixed[2 * (y > 0.5) + (x > 0.5), np.arange(len(texel))]
+    return np.where(parts.area > 0.5, mixed.mean(axis=0), own)
+
+
+def unfit_shares(
+    texel: np.ndarray, island: np.ndarray, part: np.ndarray, surface: np.ndarray,
+    crowded: np.ndarray,
+) -> tuple[int, float, float]:
+    """(texels, share, thin): how many texels islands share, are mixed with those of others, or are of
+    islands thinner than a texel; and the shares of the surface that the former, and the last, have.
+
+    ``texel``, ``island``, ``part`` [texels], ``surface`` [m²] and the share of it that is ``crowded``
+    (c,) are of cells.
     """
     order = np.lexsort((island, texel))
-    texel, island, part, surface = (x[order] for x in (texel, island, part, surface))
+    columns = texel, island, part, surface, crowded * surface
+    texel, island, part, surface, crowded = (x[order] for x in columns)
     new = (np.diff(texel, prepend=-1) != 0) | (np.diff(island, prepend=-1) != 0)
     first = np.flatnonzero(new)
     if not len(first):
         return 0, 0.0, 0.0
     texel, island = texel[first], island[first]
-    part, surface = (np.add.reduceat(x, first) for x in (part, surface))
+    part, surface, crowded = (np.add.reduceat(x, first) for x in (part, surface, crowded))
     number = np.unique(texel, return_inverse=True)[1]
     several = np.bincount(number, part > TOUCH) > 1
     shared = several[number]
     most = np.zeros(int(island.max()) + 1)
     np.maximum.at(most, island, part)
     thin = (most < WHOLE)[island] & ~shared
+    close = np.where(shared, surface, np.where(thin, 0.0, crowded))
     total = max(float(surface.sum()), 1e-300)
-    count = len(np.unique(texel[shared | thin]))
-    return count, float(surface[shared].sum()) / total, float(surface[thin].sum()) / total
+    count = len(np.unique(texel[(close > 0) | thin]))
+    return count, float(close.sum()) / total, float(surface[thin].sum()) / total
 
 
 def unfit_warning(name: str, texels: int, shared: float, thin: float) -> str:

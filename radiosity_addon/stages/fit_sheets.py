@@ -17,6 +17,7 @@ from ..bake.texel_parts import (
     WHOLE,
     TexelParts,
     anchored_texels,
+    crowded_shares,
     texel_parts,
     unfit_shares,
     unfit_warning,
@@ -81,7 +82,7 @@ def fit_sheets(
     for number, each in enumerate(drawn):
         own = sheet == number
         each.image[row[own], column[own], :3] = value[own]
-    return _warn_of_unfit(job, charts, parts.area, island)
+    return _warn_of_unfit(job, charts, parts, island)
 
 
 def _chart(job: Job, drawn: list[Sheet], layout: Layout) -> _Charts:
@@ -172,17 +173,17 @@ def _is_free(seams: SeamSamples, context: Context) -> np.ndarray:
     return is_path_clear(context, starts, seams.start_up, ends, seams.end_up)
 
 
-def _warn_of_unfit(job: Job, charts: _Charts, part: np.ndarray, island: np.ndarray) -> list[str]:
-    charted = charts.charted
+def _warn_of_unfit(job: Job, charts: _Charts, parts: TexelParts, island: np.ndarray) -> list[str]:
+    charted, texel, island = charts.charted, charts.cell_texel, island[charts.triangle]
     a, b, c = charted.vertices[charted.triangles].transpose(1, 0, 2)
     uv_area = np.abs(doubled_areas(charted.uv))
     scale = np.linalg.norm(np.cross(b - a, c - a), axis=1) / np.where(uv_area > 0, uv_area, 1)
-    surface, texel = part * scale[charts.triangle], charts.cell_texel
+    surface = parts.area * scale[charts.triangle]
+    crowded = crowded_shares(charts.sheets, parts, texel, island)
+    columns = texel, island, parts.area, surface, crowded
     told = []
     for index, target in enumerate(job.targets):
         own = charts.target == index
-        shares = unfit_shares(
-            texel[own], island[charts.triangle[own]], part[own], surface[own]
-        )
+        shares = unfit_shares(*(column[own] for column in columns))
         told.append(unfit_warning(target.name, *shares))
     return [text for text in told if text]

@@ -12,6 +12,7 @@ from radiosity_addon.bake.shown import Sheets
 from radiosity_addon.bake.texel_fit import EQUAL, Known, fit_texels
 from radiosity_addon.bake.texel_parts import (
     anchored_texels,
+    crowded_shares,
     texel_parts,
     unfit_shares,
     unfit_warning,
@@ -191,8 +192,51 @@ def test_texels_of_crowded_and_thin_islands_are_counted():
     """Texel 1 is 0.6 of island 0 and 0.4 of island 1: shared. Island 2 has only half a texel."""
     texel, island = np.array([0, 1, 1, 2, 3]), np.array([0, 0, 1, 1, 2])
     part = np.array([1, 0.6, 0.4, 1, 0.5])
-    count, shared, thin = unfit_shares(texel, island, part, part)
+    count, shared, thin = unfit_shares(texel, island, part, part, np.zeros(5))
     assert (count, shared, thin) == (2, pytest.approx(1 / 3.5), pytest.approx(0.5 / 3.5))
     text = unfit_warning("Wall", count, shared, thin)
     assert "2 texels" in text and "29 % of the surface" in text and "14 %" in text
     assert unfit_warning("Wall", 5, 0.004, 0.005) == ""
+
+
+def two_islands(gap):
+    """Squares of 4 × 4 texels beside each other in one image, far apart in space."""
+    charted = slabs(((0, 0, 0), (0.5, 0, 0), (0, 0.5, 0)), ((0, 9, 0), (0.5, 0, 0), (0, 0.5, 0)), corner=(2, 3))
+    charted.uv[2:] += 4 + gap, 0
+    charted.sheet[:] = 0
+    return charted
+
+
+@pytest.mark.parametrize(("gap", "share"), [(0, 1 / 8), (0.5, 1 / 16), (1, 0)])
+def test_texels_mixed_with_those_of_another_island_are_counted(gap, share):
+    """Islands of 4 texels' width that touch at a texel's border: half of the outermost texel to both
+    sides is mixed with the other island's, 1/8 of each. Half a texel apart that is so of the first, which
+    ends with its fourth texel; the second begins in the middle of one, from where on nothing of the first is
+    seen. A texel apart nothing is mixed. (Of the texel in the first one's upper right corner, which its
+    diagonal divides, the half to the right is counted, and the other not.)"""
+    charted = two_islands(gap)
+    sheets = Sheets(np.array([SIZE]), np.array([SIZE]))
+    receivers = texel_receivers(charted.uv / SIZE, np.arange(4), SIZE)
+    parts = texel_parts(receivers, charted.uv, receivers.triangle)
+    island = cut_into_islands(charted)[0][receivers.triangle]
+    texel = sheets.texel(0, *receivers.grid[:, 1:].T.astype(int))[receivers.receiver]
+    crowded = crowded_shares(sheets, parts, texel, island)
+    count, close, thin = unfit_shares(texel, island, parts.area, parts.area, crowded)
+    assert close == pytest.approx(share) and thin == 0
+    assert count == 64 * share
+
+
+def test_triangles_with_vertices_of_their_own_are_one_island():
+    """A mesh from a game, of which every triangle has its own three vertices: one island with four
+    borders, as of the same with vertices in common. Moved in the image, or in space, it is two."""
+    charted = slabs(FLOOR)
+    apart = Charted(charted.vertices[QUAD].reshape(6, 3), np.arange(6).reshape(2, 3), charted.uv,
+                    charted.sheet, charted.normals)  # fmt: skip
+    for mesh in (charted, apart):
+        island, edges = cut_into_islands(mesh)
+        assert island.tolist() == [0, 0] and len(edges.triangle) == 4
+    apart.uv[1] += 0.1
+    assert cut_into_islands(apart)[0].tolist() == [0, 1]
+    apart.uv[1] -= 0.1
+    apart.vertices[3:] += [0, 0, 1]
+    assert cut_into_islands(apart)[0].tolist() == [0, 1]
