@@ -40,7 +40,7 @@ class Place:
         return [str(self.scene), *image, str(self.size), "--report", report, "--quality=draft"]
 
     def contents(self) -> dict[str, str]:
-        """Digests of all files below, and the folders; the janitor may be at work there, so that
+        """Digests of all files below, and the folders; the cleanup process may be at work there, so that
         a folder goes while it is read, which ``os.walk`` passes over."""
         paths = [
             Path(root, name)
@@ -158,7 +158,7 @@ class Outcome:
 
 
 def outcome(bake: Bake, before: dict, began: float | None = None) -> Outcome:
-    """The end of ``bake``, and what is left after the janitor of a killed process has had time."""
+    """The end of ``bake``, and what is left after the cleanup process of a killed process has had time."""
     status, message, ended = bake.end()
     deadline = time.monotonic() + (5 if status < 0 else 0)
     while bake.place.contents() != before and time.monotonic() < deadline:

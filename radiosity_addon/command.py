@@ -13,7 +13,7 @@ from pathlib import Path
 
 from . import arguments, files, memory
 from .interrupt import INTERRUPTED, Interrupts
-from .meter import Meter
+from .overall_progress import OverallProgress
 from .replicate_process import peak_memory, start_replicate_process
 from .request_files import (
     BLEND_MAGIC,
@@ -22,8 +22,8 @@ from .request_files import (
     open_scene,
     output_of,  # fmt: skip
 )
-from .scratch import Scratch
 from .solver.workers.parallel import BLAS_ENVIRONMENT
+from .temporary_folders import TemporaryFolders
 from .terminal import Terminal, debugging
 
 DONE, FAILED = 0, 1
@@ -49,8 +49,8 @@ def main(argv: list[str], opened: bool = False, alone: bool = False) -> int:
     with ExitStack() as stack:
         terminal = stack.enter_context(Terminal())
         publication = stack.enter_context(files.Publication())
-        scratch = Scratch()
-        last_act = partial(_last_act, terminal, publication, scratch)
+        temporary = TemporaryFolders()
+        last_act = partial(_last_act, terminal, publication, temporary)
         interrupts = stack.enter_context(Interrupts(last_act))
         try:
             for each in request.each():
@@ -61,9 +61,9 @@ def main(argv: list[str], opened: bool = False, alone: bool = False) -> int:
             second = stack.enter_context(second)
             if alone:
                 with interrupts.held():  # a folder that is half made would stay
-                    scratch.make()
+                    temporary.make()
             with interrupts.quiet():  # an exception in the midst of its import crashes Blender
-                bpy = _import_bpy(scratch if alone else None)
+                bpy = _import_bpy(temporary if alone else None)
             return max(
                 _bake_one(bpy, each, progress, publication, second) for each in request.each()
             )
@@ -124,9 +124,9 @@ def _starved(error: MemoryError) -> str:
     )
 
 
-def _last_act(terminal: Terminal, publication: files.Publication, scratch: Scratch) -> None:
+def _last_act(terminal: Terminal, publication: files.Publication, temporary: TemporaryFolders) -> None:
     publication.discard()
-    scratch.remove()
+    temporary.remove()
     terminal.fail(_interrupted(publication))
 
 
@@ -161,7 +161,7 @@ def _bake(bpy, request, progress, publication, second) -> str:
         _make_single_user(bpy, request.settings)
     job = work.prepare(bpy.context, request.settings, progress.part("prepare"))
     prepared = time.perf_counter()
-    result = work.run(job, Meter(progress.part("run")), beside=second)
+    result = work.run(job, OverallProgress(progress.part("run")), beside=second)
     solved = time.perf_counter()
     job, result = work.without_bare(job, result)
     encoding = work.find_encoding(job, result)
@@ -213,12 +213,12 @@ class _Progress:
         return lambda stage, fraction: self(stage, low + (high - low) * fraction)
 
 
-def _import_bpy(scratch: Scratch | None):
+def _import_bpy(temporary: TemporaryFolders | None):
     """Import Blender and the libraries, now, so that no stage of the bake is charged for it."""
     if "bpy" not in sys.modules:
         memory.require_start()
     try:
-        with scratch.around_import() if scratch else nullcontext():
+        with temporary.around_import() if temporary else nullcontext():
             import bpy
     except ImportError as error:
         raise ImportError(

@@ -7,7 +7,7 @@ import os
 import stat
 from pathlib import Path
 
-from .janitor import Janitor
+from .cleanup_process import CleanupProcess
 
 WRITE_BITS = stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH
 
@@ -25,21 +25,21 @@ class Publication:
     def __init__(self) -> None:
         self._staged: list[tuple[Path, Path]] = []  # (temporary, final)
         self.committed: list[str] = []  # names of the files that are in their places
-        self._janitor = Janitor()
+        self._cleanup = CleanupProcess()
 
     def __enter__(self) -> Publication:
         return self
 
     def __exit__(self, *_) -> None:
         self.discard()
-        self._janitor.dismiss()
+        self._cleanup.dismiss()
 
     def stage(self, path: str | Path) -> Path:
         """A temporary path beside ``path``, with its ending, to write the contents to."""
         final = Path(path)
         _remove_stale(final)
         temporary = final.with_name(f"{_prefix(final)}{os.getpid()}{final.suffix}")
-        self._janitor.watch(temporary.parent, _traces(temporary))
+        self._cleanup.watch(temporary.parent, _traces(temporary))
         self._staged.append((temporary, final))
         return temporary
 

@@ -138,4 +138,4 @@ def test_no_janitor_is_no_failure(tmp_path, monkeypatch, caplog):
         files.stage(tmp_path / "a.blend").write_text("whole")
         files.commit()
     assert (tmp_path / "a.blend").read_text() == "whole"
-    assert "no janitor" in caplog.text
+    assert "no cleanup process" in caplog.text

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from radiosity_addon.bake.windows import Place, whole
+from radiosity_addon.bake.windows import TexelRect, whole
 from radiosity_addon.bake_job import Job, run
 from radiosity_addon.export.exported import ExportedObject
 from radiosity_addon.replicate_process import start_replicate_process
@@ -97,8 +97,8 @@ def test_parts_have_the_texels_of_the_whole():
         part = part_of(job, windows)
         found = lay_out_part(part, silent).receivers
         for k, (image, row, column) in enumerate(found.grid):
-            place = part.targets[image].place
-            other = known[row + place.row, column + place.column]
+            rect = part.targets[image].rect
+            other = known[row + rect.row, column + rect.column]
             seen.add(other)
             one, two = (
                 r.corners[np.flatnonzero(r.receiver == i)] for r, i in ((found, k), (receivers, other))
@@ -177,8 +177,8 @@ def test_tiles_of_objects_do_not_depend_on_threads_and_processes():
 def test_texels_of_several_objects_are_their_mean():
     """Two objects on one image: texels that both have, on the line between them, hold both's light."""
     job = room(size=47, error=0.1, objects=2)
-    place = Place("Atlas", (47, 47), 0, 0, 47, 47)
-    job = replace(job, targets=tuple(replace(target, place=place) for target in job.targets))
+    rect = TexelRect("Atlas", (47, 47), 0, 0, 47, 47)
+    job = replace(job, targets=tuple(replace(target, rect=rect) for target in job.targets))
     tiles, one = (run(job, tiling=tiling) for tiling in (replace(SMALL, whole=2000), None))
     assert len(tiles.colors) == 1
     row = 23  # v = 1/2 lies in the middle of it

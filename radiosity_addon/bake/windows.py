@@ -1,4 +1,4 @@
-"""Places: which image an object's texels are in, and which part of it. NumPy only.
+"""Windows: which image an object's texels are in, and which part of it. NumPy only.
 
 An atlas is one image, or a few, for several objects. Each object has a window of it: the texels
 around its own UVs. Inside its window it is baked as if it had an image of its own.
@@ -19,7 +19,7 @@ LEAST, LARGEST = RESOLUTION_RANGE
 
 
 @dataclass(frozen=True)
-class Place:
+class TexelRect:
     """A window of an image, in texels from the image's lower left corner."""
 
     sheet: str | None  # what the image is called after the bake's name; None: the object's name
@@ -30,20 +30,20 @@ class Place:
     height: int
 
 
-def whole(size: tuple[int, int]) -> Place:
+def whole(size: tuple[int, int]) -> TexelRect:
     """An image of the object's own."""
-    return Place(None, size, 0, 0, *size)
+    return TexelRect(None, size, 0, 0, *size)
 
 
-def window(sheet: str, size: tuple[int, int], uv: np.ndarray) -> tuple[Place, np.ndarray]:
+def window(sheet: str, size: tuple[int, int], uv: np.ndarray) -> tuple[TexelRect, np.ndarray]:
     """The part of an image that holds the UVs (n, 3, 2), and the UVs as 0 to 1 over that part."""
     points = np.where(np.isfinite(uv), uv, 0.5) * size
     flat = points.reshape(-1, 2)
     low = np.clip(np.floor(flat.min(0)), 0, np.subtract(size, 1)).astype(int)
     high = np.clip(np.ceil(flat.max(0)), low + 1, size).astype(int)
     extent = high - low
-    place = Place(sheet, tuple(size), *low.tolist(), *extent.tolist())
-    return place, (uv * size - low) / extent
+    rect = TexelRect(sheet, tuple(size), *low.tolist(), *extent.tolist())
+    return rect, (uv * size - low) / extent
 
 
 def sheet_name(atlas: str, number: int) -> str:

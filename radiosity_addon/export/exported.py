@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..bake.windows import Place
+from ..bake.windows import TexelRect
 from ..solver.scene import Scene
 
 
@@ -51,7 +51,7 @@ class ExportedObject:
     normals: np.ndarray | None = None  # (n, 3, 3) float32: how its triangles' corners are shaded
     texel_normals: np.ndarray | None = None  # (height, width, 3) float32: means over texels, of maps
     fades: bool = False  # light that grazes these texels, before maps turn them, fades
-    place: Place | None = None  # where its texels lie; None: an image of its own
+    rect: TexelRect | None = None  # where its texels lie; None: an image of its own
 
 
 @dataclass(frozen=True)

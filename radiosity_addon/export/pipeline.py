@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..bake.windows import Place, sheet_of, whole, window
+from ..bake.windows import TexelRect, sheet_of, whole, window
 from ..settings import Target
 from ..solver.scene import Scene, Sky
 from .assemble import (
@@ -204,7 +204,7 @@ def _receivers_first(parts, receivers):
     return [part for _, part in sorted(keyed, key=lambda pair: pair[0])]
 
 
-def _window(receiver: Receiver, placed: Placed) -> tuple[Place, np.ndarray]:
+def _window(receiver: Receiver, placed: Placed) -> tuple[TexelRect, np.ndarray]:
     """Where a receiver's texels lie, and its triangles' UVs (n, 3, 2) float64 there."""
     uv = placed.part.mesh.uvs[receiver.uv_map][corner_loops(placed)].astype(np.float64)
     if receiver.sheet is None or not len(uv):
@@ -213,7 +213,7 @@ def _window(receiver: Receiver, placed: Placed) -> tuple[Place, np.ndarray]:
 
 
 def _object(
-    receiver: Receiver, placed: Placed, settings, texels, place: Place | None, uv
+    receiver: Receiver, placed: Placed, settings, texels, rect: TexelRect | None, uv
 ) -> ExportedObject | str:
     """What the bake needs of one receiver, or why it is left out."""
     start, stop = placed.start, placed.stop
@@ -233,7 +233,7 @@ def _object(
         receiver.name, start, stop, uv, weights, vertex, groups,
         receiver.identity, receiver.n_loops, receiver.modifiers,
         _normals(placed, settings, texels), texels,
-        texels is not None and light_fades(placed.part), place,
+        texels is not None and light_fades(placed.part), rect,
     )  # fmt: skip
 
 

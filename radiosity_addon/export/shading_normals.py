@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..bake.windows import Place
+from ..bake.windows import TexelRect
 from .assemble import Placed, corner_loops
 from .bake_stage import aim, bake_pass, bake_stage, user_materials
 from .materials import slot_keys
@@ -34,16 +34,16 @@ def corner_normals(placed: Placed, flat_too: bool = False) -> np.ndarray | None:
     return found.astype(np.float32)
 
 
-def texel_normal_steps(places, find_scene, found: dict):
-    """Put into ``found``, by number of the (Placed, Place, UVs in its window), what the normals
+def texel_normal_steps(rects, find_scene, found: dict):
+    """Put into ``found``, by number of the (Placed, TexelRect, UVs in its window), what the normals
     that maps turn are in the mean over texels: (height, width, 3) float32, 0 where no face is. In
     steps that yield the fraction done."""
-    for index, (where, place, uv) in enumerate(places):
+    for index, (where, rect, uv) in enumerate(rects):
         if len(where.kept) == 0 or not _bent_keys(where.part):
             continue
         with traceless():
-            found[index] = _texel_normals(where, uv, place, find_scene())
-        yield index / len(places)
+            found[index] = _texel_normals(where, uv, rect, find_scene())
+        yield index / len(rects)
 
 
 def bent_materials(parts: list[Part]) -> list:
@@ -77,11 +77,11 @@ def _known(keys) -> dict:
     return {key: known[key] for key in keys if key in known}
 
 
-def _texel_normals(placed: Placed, turned_uv: np.ndarray, place: Place, like) -> np.ndarray:
+def _texel_normals(placed: Placed, turned_uv: np.ndarray, rect: TexelRect, like) -> np.ndarray:
     """(height, width, 3) float32 mean normals in the world, of a window."""
     import bpy
 
-    part, width, height = placed.part, place.width, place.height
+    part, width, height = placed.part, rect.width, rect.height
     finer = int(np.clip(FINEST // max(width, height), 1, PARTS))
     uv = turned_uv[:, placed.order]
     keys = tuple(dict.fromkeys(part.materials))

@@ -156,7 +156,7 @@ def _leave_others(job: Job, sheets: list[Sheet], undo) -> list:
 def _mark(image, job: Job, sheet: Sheet) -> None:
     """Note on the image whom it was baked for, and which passes it holds."""
     names = {job.targets[index].name for index in sheet.targets}
-    names.update(sheet.kept.objects if sheet.kept else ())
+    names.update(sheet.unbaked.objects if sheet.unbaked else ())
     image[OWNER], image[PASSES] = "\n".join(sorted(names)), ",".join(job.settings.passes)
     if job.settings.atlas:
         image[ATLAS] = image_name(job.settings, job.settings.atlas)

@@ -9,7 +9,7 @@ from ..bake.texels import OVERLAP, coverage
 from .draw_sheets import buried_texels, keep_others, overlap_warning, texels_of
 from .job import Job
 from .layout import Layout
-from .sheets import Sheet, place_of
+from .sheets import Sheet, rect_of
 from .tiling import Window
 
 NOBODY = -1
@@ -32,15 +32,15 @@ class Canvas:
     ) -> None:
         """Add the ``light`` (count, 3) of the receivers of the ``window`` that is the target
         ``index`` of a part; None where it has none."""
-        place, receivers = place_of(part, index), layout.part(index)
-        self._buried[buried_texels(layout, index, place)] = True
+        rect, receivers = rect_of(part, index), layout.part(index)
+        self._buried[buried_texels(layout, index, rect)] = True
         if light is None or receivers.count == 0:
             return
-        texels, grid = texels_of(receivers.grid, place), receivers.grid
+        texels, grid = texels_of(receivers.grid, rect), receivers.grid
         share = window.weight(grid[:, 1], grid[:, 2])
         if self._several:  # in a texel of several objects each counts by how much of it is its own
             target = part.targets[index]
-            size = place.width, place.height
+            size = rect.width, rect.height
             share = share * coverage(receivers, target.uv, target.start, size).astype(np.float32)
             fresh = texels[self._first[texels] == NOBODY]
             self._first[fresh] = window.target

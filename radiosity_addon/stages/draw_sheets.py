@@ -6,13 +6,13 @@ import numpy as np
 
 from ..bake.dilate import extended
 from ..bake.texels import OVERLAP, coverage
-from ..bake.windows import Place
+from ..bake.windows import TexelRect
 from ..solver.lights.context import Context
 from ..solver.solution import Solution
 from .fit_sheets import Drawn, fit_sheets
 from .job import Job
 from .layout import Layout
-from .sheets import Sheet, place_of, sheets_of
+from .sheets import Sheet, rect_of, sheets_of
 
 
 def draw_sheets(
@@ -34,7 +34,7 @@ def _draw(job: Job, sheet: Sheet, layout: Layout, light: np.ndarray, told: list[
     are dark. Of a kept image all texels stay but those that are baked now.
     """
     width, height = sheet.size
-    flat = [texels_of(layout.part(i).grid, place_of(job, i)) for i in sheet.targets]
+    flat = [texels_of(layout.part(i).grid, rect_of(job, i)) for i in sheet.targets]
     values = [light[slice(*layout.spans[i : i + 2])] for i in sheet.targets]
     covered, buried = (np.zeros(height * width, bool) for _ in range(2))
     pixels = np.zeros((height * width, 3), np.float32)
@@ -43,7 +43,7 @@ def _draw(job: Job, sheet: Sheet, layout: Layout, light: np.ndarray, told: list[
         pixels[texels] = mine
     told += _mix_shared(job, sheet, layout, flat, values, pixels)
     for index in sheet.targets:
-        buried[buried_texels(layout, index, place_of(job, index))] = True
+        buried[buried_texels(layout, index, rect_of(job, index))] = True
     keep_others(sheet, pixels, covered, buried)
     shape = height, width
     image, filled = extended(
@@ -57,24 +57,24 @@ def keep_others(
     sheet: Sheet, pixels: np.ndarray, covered: np.ndarray, buried: np.ndarray
 ) -> None:
     """Put what stays of a kept image into ``pixels`` (n, 3), and ``covered`` (n,) bool."""
-    if sheet.kept is not None:
-        kept = sheet.kept.pixels.reshape(-1, 4)
+    if sheet.unbaked is not None:
+        kept = sheet.unbaked.pixels.reshape(-1, 4)
         stays = (kept[:, 3] > 0) & ~covered & ~buried
         pixels[stays], covered[stays] = kept[stays, :3], True
 
 
-def buried_texels(layout: Layout, index: int, place: Place) -> np.ndarray:
-    """(n,) numbers of a target's texels, at its ``place``, that are buried."""
+def buried_texels(layout: Layout, index: int, rect: TexelRect) -> np.ndarray:
+    """(n,) numbers of a target's texels, at its ``rect``, that are buried."""
     if layout.buried is None:
         return np.zeros(0, np.int64)
     grid = layout.buried.grid
-    return texels_of(grid[grid[:, 0] == index], place)
+    return texels_of(grid[grid[:, 0] == index], rect)
 
 
-def texels_of(grid: np.ndarray, place: Place) -> np.ndarray:
+def texels_of(grid: np.ndarray, rect: TexelRect) -> np.ndarray:
     """(n,) numbers of a window's texels, row by row through the whole image."""
-    row, column = grid[:, 1].astype(np.int64) + place.row, grid[:, 2] + place.column
-    return row * place.size[0] + column
+    row, column = grid[:, 1].astype(np.int64) + rect.row, grid[:, 2] + rect.column
+    return row * rect.size[0] + column
 
 
 def _mix_shared(job: Job, sheet: Sheet, layout: Layout, flat, values, pixels) -> list[str]:
@@ -110,5 +110,5 @@ def overlap_warning(sheet: str, names: list[str], texels: int) -> str:
 
 def _covers(job: Job, layout: Layout, index: int) -> np.ndarray:
     """(count,) how much of each texel a target covers."""
-    target, place = job.targets[index], place_of(job, index)
-    return coverage(layout.part(index), target.uv, target.start, (place.width, place.height))
+    target, rect = job.targets[index], rect_of(job, index)
+    return coverage(layout.part(index), target.uv, target.start, (rect.width, rect.height))

@@ -28,7 +28,7 @@ from ..solver.passes import Pass
 from ..solver.solution import Solution
 from .job import Job
 from .layout import Layout
-from .sheets import Sheet, place_of
+from .sheets import Sheet, rect_of
 
 ALIKE = 0.02  # of the larger: reflectances and emissions that differ by less are the same
 
@@ -91,21 +91,21 @@ def _chart(job: Job, drawn: list[Sheet], layout: Layout) -> _Charts:
     sheet_of = np.zeros(len(job.targets), int)
     for number, sheet in enumerate(drawn):
         sheet_of[list(sheet.targets)] = number
-    places = [place_of(job, index) for index in range(len(job.targets))]
+    rects = [rect_of(job, index) for index in range(len(job.targets))]
     sizes = [target.stop - target.start for target in job.targets]
     owner = np.repeat(np.arange(len(sizes)), sizes)
     charted = Charted(
         scene.vertices,
         np.concatenate([scene.triangles[t.start : t.stop] for t in job.targets]),
         np.concatenate([
-            np.asarray(target.uv, float) * (place.width, place.height) + (place.column, place.row)
-            for target, place in zip(job.targets, places)
+            np.asarray(target.uv, float) * (rect.width, rect.height) + (rect.column, rect.row)
+            for target, rect in zip(job.targets, rects)
         ]),
         sheet_of[owner],
         np.concatenate([_normals(job, target) for target in job.targets]),
     )  # fmt: skip
     target = np.repeat(np.arange(len(sizes)), np.diff(layout.spans))
-    corner = np.array([(place.row, place.column) for place in places])[target]
+    corner = np.array([(rect.row, rect.column) for rect in rects])[target]
     row, column = (receivers.grid[:, 1:].astype(np.int64) + corner).T
     cells = target[receivers.receiver]
     shift = np.cumsum([0, *sizes[:-1]]) - [each.start for each in job.targets]

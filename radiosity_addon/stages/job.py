@@ -17,7 +17,7 @@ from ..solver.solution import Statistics
 
 
 @dataclass(frozen=True)
-class Kept:
+class UnbakedTexels:
     """What an atlas' image holds of objects that are not baked now."""
 
     pixels: np.ndarray  # (height, width, 4) float32
@@ -35,7 +35,7 @@ class Job:
     made_uv_maps: tuple[tuple[str, str], ...]  # (object name, UV map) that prepare added
     warnings: tuple[str, ...]
     replaced_uv_maps: tuple[HeldMap, ...] = ()  # what maps held before prepare laid them out anew
-    kept: dict[str, Kept] = field(default_factory=dict)  # by the name of the sheet
+    unbaked: dict[str, UnbakedTexels] = field(default_factory=dict)  # by the name of the sheet
 
 
 @dataclass(frozen=True)

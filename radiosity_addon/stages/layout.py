@@ -99,8 +99,8 @@ def _texels(job: Job):
 
     def make(index: int):
         target = job.targets[index]
-        place = target.place or whole(job.settings.size)
-        size = place.width, place.height
+        rect = target.rect or whole(job.settings.size)
+        size = rect.width, rect.height
         part = texel_receivers(target.uv, _numbers(target), size, index)
         shared = overlapping_texels(part, target.uv, target.start, size)
         missed = missed_shares(part, target.uv, target.start, areas[target.start : target.stop])

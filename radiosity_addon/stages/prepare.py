@@ -17,7 +17,7 @@ from ..settings import Settings, Target
 from ..solver.progress import Progress, silent
 from ..steps import finish
 from .job import Job
-from .kept import kept_parts
+from .unbaked import unbaked_texels
 
 UV_MAP = "Radiosity"  # made where no map is named
 
@@ -66,7 +66,7 @@ def prepare_steps(scene, view_layer, settings: Settings, tell=lambda fraction: N
         ),
     )
     if settings.atlas and not held:
-        job = replace(job, kept=kept_parts(job))
+        job = replace(job, unbaked=unbaked_texels(job))
     return job, held
 
 
@@ -175,7 +175,7 @@ def _check_triangles(exported: Exported, settings: Settings) -> None:
     sizes = [target.stop - target.start for target in exported.objects]
     triangles = len(exported.scene.triangles)
     if settings.target == Target.IMAGE:
-        images = {each.place.sheet or each.name: each.place.size for each in exported.objects}
+        images = {each.rect.sheet or each.name: each.rect.size for each in exported.objects}
         texels = [width * height for width, height in images.values()]
         needed = memory.of_images(sum(texels), max(texels), triangles)
     else:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..meter import Meter
+from ..overall_progress import OverallProgress
 from ..solver.lights.context import Context
 from ..solver.progress import Progress
 from ..solver.solution import compose
@@ -23,18 +23,18 @@ class Portions:
 
     def __init__(self, tell: Progress):
         self._tell, self._low, self._high = tell, 0.0, 0.0
-        self._meter = Meter(self._told)
+        self._progress = OverallProgress(self._told)
 
     def next(self, share: float) -> None:
         """Start with the next one."""
         self._low, self._high = self._high, self._high + share
-        self._meter = Meter(self._told)
+        self._progress = OverallProgress(self._told)
 
     def _told(self, stage: str, fraction: float) -> None:
         self._tell(STAGE, min(self._low + (self._high - self._low) * fraction, 1.0))
 
     def __call__(self, stage: str, fraction: float) -> None:
-        self._meter(stage, fraction)
+        self._progress(stage, fraction)
 
 
 def run_tiles(

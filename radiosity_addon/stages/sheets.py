@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..bake.windows import Place, whole
-from .job import Job, Kept
+from ..bake.windows import TexelRect, whole
+from .job import Job, UnbakedTexels
 
 
 @dataclass(frozen=True)
@@ -15,20 +15,20 @@ class Sheet:
     name: str
     size: tuple[int, int]  # width and height
     targets: tuple[int, ...]
-    kept: Kept | None  # of an earlier bake: the part of objects that are not baked now
+    unbaked: UnbakedTexels | None  # of an earlier bake: the part of objects that are not baked now
 
 
-def place_of(job: Job, index: int) -> Place:
+def rect_of(job: Job, index: int) -> TexelRect:
     """Where a target's texels lie."""
-    return job.targets[index].place or whole(job.settings.size)
+    return job.targets[index].rect or whole(job.settings.size)
 
 
 def sheets_of(job: Job) -> list[Sheet]:
     """The images of a bake in the order of their first targets."""
     members: dict[str, list[int]] = {}
     for index, target in enumerate(job.targets):
-        members.setdefault(place_of(job, index).sheet or target.name, []).append(index)
+        members.setdefault(rect_of(job, index).sheet or target.name, []).append(index)
     return [
-        Sheet(name, place_of(job, mine[0]).size, tuple(mine), job.kept.get(name))
+        Sheet(name, rect_of(job, mine[0]).size, tuple(mine), job.unbaked.get(name))
         for name, mine in members.items()
     ]

@@ -12,11 +12,11 @@ import numpy as np
 
 from .. import memory
 from ..bake.clip import doubled_areas
-from ..bake.windows import Place
+from ..bake.windows import TexelRect
 from ..export.exported import ExportedObject
 from ..settings import Target
 from .job import Job
-from .sheets import place_of
+from .sheets import rect_of
 
 LEAST = 0.25  # of an image: a window with less is taken to have that much
 
@@ -51,25 +51,25 @@ class Window:
         return result * _ramp(row, lower) * _ramp(self.height - 1 - row, upper)
 
 
-def _ramp(place: np.ndarray, width: int) -> np.ndarray:
-    """(n,) float32: from nearly 0 at place 0 to nearly 1 at ``width`` - 1, and 1 from there on."""
+def _ramp(position: np.ndarray, width: int) -> np.ndarray:
+    """(n,) float32: from nearly 0 at position 0 to nearly 1 at ``width`` - 1, and 1 from there on."""
     if width == 0:
-        return np.ones(len(place), np.float32)
-    return np.minimum((place + np.float32(0.5)) / np.float32(width), np.float32(1))
+        return np.ones(len(position), np.float32)
+    return np.minimum((position + np.float32(0.5)) / np.float32(width), np.float32(1))
 
 
 def tiles_of(job: Job, tiling: Tiling) -> list[list[Window]]:
     """The windows of each tile, image by image; [] for a job that is not divided."""
-    places = [place_of(job, index) for index in range(len(job.targets))]
+    rects = [rect_of(job, index) for index in range(len(job.targets))]
     if job.settings.target != Target.IMAGE:
         return []
     shares = [covered_share(target) for target in job.targets]
-    if sum(p.width * p.height * share for p, share in zip(places, shares)) <= tiling.whole:
+    if sum(p.width * p.height * share for p, share in zip(rects, shares)) <= tiling.whole:
         return []
     tiles, room = [], 0
     for index in _by_sheet(job):
         own = replace(tiling, tile=int(tiling.tile / shares[index]))
-        for each in windows_of(index, places[index], own):
+        for each in windows_of(index, rects[index], own):
             texels = each.width * each.height * shares[index]
             if not tiles or texels > room:
                 tiles.append([])
@@ -87,24 +87,24 @@ def covered_share(target: ExportedObject) -> float:
 
 def _by_sheet(job: Job) -> list[int]:
     """Targets, those of one image after each other, so that few images are open at a time."""
-    names = [place_of(job, i).sheet or target.name for i, target in enumerate(job.targets)]
+    names = [rect_of(job, i).sheet or target.name for i, target in enumerate(job.targets)]
     first = {name: i for i, name in reversed(list(enumerate(names)))}
     return sorted(range(len(names)), key=lambda i: (first[names[i]], i))
 
 
-def windows_of(index: int, place: Place, tiling: Tiling) -> list[Window]:
+def windows_of(index: int, rect: TexelRect, tiling: Tiling) -> list[Window]:
     """A target's texels in windows of about the same size, which are nearly square."""
     edge = int(np.sqrt(tiling.tile))
-    across, along = place.width, place.height
+    across, along = rect.width, rect.height
     if across * along > tiling.tile:
         across = -(-across // edge) if across > edge else 1
-        along = -(-along // max(tiling.tile * across // place.width, 1))
+        along = -(-along // max(tiling.tile * across // rect.width, 1))
     else:
         across = along = 1
     return [
         Window(index, left, low, right - left, high - low, (*fade_across, *fade_along))
-        for low, high, fade_along in _stretches(place.height, along, tiling.overlap)
-        for left, right, fade_across in _stretches(place.width, across, tiling.overlap)
+        for low, high, fade_along in _stretches(rect.height, along, tiling.overlap)
+        for left, right, fade_across in _stretches(rect.width, across, tiling.overlap)
     ]
 
 
@@ -125,11 +125,11 @@ def part_of(job: Job, windows: list[Window]) -> Job:
 
 
 def _windowed(job: Job, window: Window) -> ExportedObject:
-    target, place = job.targets[window.target], place_of(job, window.target)
-    whole = place.width, place.height
+    target, rect = job.targets[window.target], rect_of(job, window.target)
+    whole = rect.width, rect.height
     extent, offset = (window.width, window.height), (window.column, window.row)
     if extent == whole:
-        return replace(target, place=place)
+        return replace(target, rect=rect)
     uv = (target.uv * whole - offset) / extent
     low, high = uv.min(axis=1), uv.max(axis=1)
     uv[~((high > 0) & (low < 1)).all(axis=1)] = np.nan  # outside: it has no texel here
@@ -137,29 +137,29 @@ def _windowed(job: Job, window: Window) -> ExportedObject:
     if normals is not None:
         normals = normals[window.row :, window.column :][: window.height, : window.width]
     own = replace(
-        place, column=place.column + window.column, row=place.row + window.row,
+        rect, column=rect.column + window.column, row=rect.row + window.row,
         width=window.width, height=window.height,
     )  # fmt: skip
-    return replace(target, uv=uv, place=own, texel_normals=normals)
+    return replace(target, uv=uv, rect=own, texel_normals=normals)
 
 
 def survey_of(job: Job, tiling: Tiling) -> tuple[Job, int]:
     """The job with larger texels, and how many times as large their edges are."""
-    places = [place_of(job, index) for index in range(len(job.targets))]
-    texels = sum(place.width * place.height for place in places)
+    rects = [rect_of(job, index) for index in range(len(job.targets))]
+    texels = sum(rect.width * rect.height for rect in rects)
     factor = max(int(np.ceil(np.sqrt(texels / tiling.survey))), 2)
-    pairs = zip(job.targets, places)
+    pairs = zip(job.targets, rects)
     return replace(job, targets=tuple(_coarse(*pair, factor) for pair in pairs)), factor
 
 
-def _coarse(target: ExportedObject, place: Place, factor: int) -> ExportedObject:
-    width, height = (-(-edge // factor) for edge in (place.width, place.height))
+def _coarse(target: ExportedObject, rect: TexelRect, factor: int) -> ExportedObject:
+    width, height = (-(-edge // factor) for edge in (rect.width, rect.height))
     normals = target.texel_normals
     if normals is not None:
         rows, columns = (
             (2 * np.arange(n) + 1) * whole // (2 * n)
-            for n, whole in ((height, place.height), (width, place.width))
+            for n, whole in ((height, rect.height), (width, rect.width))
         )
         normals = normals[rows[:, None], columns]
-    own = replace(place, size=(width, height), column=0, row=0, width=width, height=height)
-    return replace(target, place=own, texel_normals=normals)
+    own = replace(rect, size=(width, height), column=0, row=0, width=width, height=height)
+    return replace(target, rect=own, texel_normals=normals)

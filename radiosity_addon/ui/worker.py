@@ -45,15 +45,15 @@ def _work(folder: Path, keep: Path | None, given: threading.Event, progress: Pro
     twins = importlib.import_module(f"{package}.replicate_process")
     twin = twins.start_replicate_process(0)
     numpy = importlib.import_module("numpy")
-    payload, keep_file, meter, work, _ = (
+    payload, keep_file, overall_progress, work, _ = (
         importlib.import_module(f"{package}.{name}")
-        for name in ("ui.payload", "ui.keep_file", "meter", "bake_job", "solver.sequence")
+        for name in ("ui.payload", "ui.keep_file", "overall_progress", "bake_job", "solver.sequence")
     )
     given.wait()
     try:
         kept = keep_file.read_kept(keep)
         job = payload.read_payload(folder / JOB)
-        result = work.run(job, meter.Meter(progress), kept, twin)
+        result = work.run(job, overall_progress.OverallProgress(progress), kept, twin)
         for index, colors in enumerate(result.colors):
             numpy.save(folder / f"{COLORS}{index}.npy", colors)
         figures = (replace(result, colors=()), len(result.colors))

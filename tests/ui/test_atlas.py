@@ -15,17 +15,17 @@ def pair(addon, one_core):
     for index, name in enumerate(NAMES):
         mesh = addon.data.meshes.new(name)
         mesh.from_pydata([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [], [(0, 1, 2, 3)])
-        place(addon, name, mesh, (3 * index, 0, 0))
+        rect(addon, name, mesh, (3 * index, 0, 0))
     lamp = addon.data.lights.new("Bulb", "POINT")
     lamp.energy = 300
-    place(addon, "Bulb", lamp, (1, 0, 2))
+    rect(addon, "Bulb", lamp, (1, 0, 2))
     properties = addon.context.scene.radiosity
     properties.target, properties.quality, properties.resolution = "IMAGE", "DRAFT", SIZE
     properties.use_atlas, properties.margin = True, 4
     return addon
 
 
-def place(bpy, name, data, location):
+def rect(bpy, name, data, location):
     item = bpy.data.objects.new(name, data)
     item.location = location
     bpy.context.scene.collection.objects.link(item)
@@ -147,7 +147,7 @@ def test_vertex_colors_do_not_mind_the_atlas(pair):
 
 def test_images_keep_their_texels_when_an_object_is_lost(pair):
     """Objects A and C in one image, B in another; A is deleted, so that B's image comes first."""
-    from radiosity_addon.bake.windows import Place
+    from radiosity_addon.bake.windows import TexelRect
     from radiosity_addon.bake_job import Job, Result
     from radiosity_addon.export.exported import ExportedObject
     from radiosity_addon.settings import Settings
@@ -157,11 +157,11 @@ def test_images_keep_their_texels_when_an_object_is_lost(pair):
 
     targets = []
     for name, sheet in (("A", "One"), ("B", "Two"), ("C", "One")):
-        place(pair, name, pair.data.meshes["Left"], (0, 0, 5))
+        rect(pair, name, pair.data.meshes["Left"], (0, 0, 5))
         identity = pair.data.objects[name].session_uid
-        where = Place(sheet, (4, 4), 0, 0, 4, 4)
+        where = TexelRect(sheet, (4, 4), 0, 0, 4, 4)
         targets.append(ExportedObject(
-            name, 0, 2, None, None, None, None, identity, 4, place=where
+            name, 0, 2, None, None, None, None, identity, 4, rect=where
         ))  # fmt: skip
     job = Job(Settings(target="image", atlas="X"), None, tuple(targets), (), (), ())
     pair.data.objects.remove(pair.data.objects["A"])

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from radiosity_addon.meter import OTHER, SHARES, Meter
+from radiosity_addon.overall_progress import OTHER, SHARES, OverallProgress
 
 
 def told(calls) -> list[float]:
     fractions = []
-    meter = Meter(lambda stage, fraction: fractions.append(fraction))
+    overall = OverallProgress(lambda stage, fraction: fractions.append(fraction))
     for call in calls:
-        meter(*call)
+        overall(*call)
     return fractions
 
 

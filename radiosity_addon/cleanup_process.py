@@ -1,7 +1,7 @@
-"""The janitor: a small process that outlives this one and removes its temporary files. No bpy.
+"""Cleanup process: a small process that outlives this one and removes its temporary files. No bpy.
 
 A process that is killed outright cannot clean up, but its end of a pipe is closed by the system.
-The janitor waits at the other end; unless it is told that all is done, it removes what it was
+It waits at the other end; unless it is told that all is done, it removes what it was
 told about.
 """
 
@@ -30,7 +30,7 @@ if last != b"done":
 """
 
 
-class Janitor:
+class CleanupProcess:
     """Call ``watch`` for the files of each pattern, then ``dismiss`` when none is left."""
 
     def __init__(self) -> None:
@@ -40,7 +40,7 @@ class Janitor:
         """Have files in ``folder`` that match ``pattern`` removed if this process is killed; all
         of the folder where it is None.
 
-        A bake is not given up where no janitor can be had: then the next bake cleans up.
+        A bake is not given up where the process cannot be started: then the next bake cleans up.
         """
         place = glob.escape(str(folder.absolute()))
         if pattern is not None:
@@ -51,10 +51,10 @@ class Janitor:
             self._process.stdin.write(os.fsencode(place) + b"\0")
             self._process.stdin.flush()
         except OSError as error:
-            log.warning("no janitor (%s): a kill may leave temporary files in %s", error, folder)
+            log.warning("no cleanup process (%s): a kill may leave temporary files in %s", error, folder)
 
     def dismiss(self) -> None:
-        """Let the janitor go with nothing removed."""
+        """End the process with nothing removed."""
         if self._process is not None:
             self._process.communicate(b"done")
             self._process = None

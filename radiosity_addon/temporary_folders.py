@@ -1,7 +1,7 @@
-"""Scratch: Blender's temporary folder, which goes however this process ends. No bpy.
+"""Temporary folders: Blender's own, which goes however this process ends. No bpy.
 
 Blender makes a folder when it starts and removes it when it ends in peace, but not when it is
-ended. So a janitor is told of it; and where Blender is a module still to be imported, it makes its
+ended. So a cleanup process is told of it; and where Blender is a module still to be imported, it makes its
 folder in one of ours, which is there to be told of before.
 """
 
@@ -15,17 +15,17 @@ import tempfile
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
-from .janitor import Janitor
+from .cleanup_process import CleanupProcess
 
 VARIABLE = "TEMP" if os.name == "nt" else "TMPDIR"  # where Blender looks first
 
 
-class Scratch:
+class TemporaryFolders:
     """The temporary folders of this process's Blender. It lasts as long as the process."""
 
     def __init__(self) -> None:
         self._folders: list[Path] = []
-        self._janitor = Janitor()
+        self._cleanup = CleanupProcess()
 
     def make(self) -> None:
         """Make the folder that a Blender still to be imported will use: not to be cut in two.
@@ -51,7 +51,7 @@ class Scratch:
     def _own(self, folder: str) -> None:
         if folder:
             self._folders.append(Path(folder))
-            self._janitor.watch(Path(folder))
+            self._cleanup.watch(Path(folder))
 
 
 @contextmanager

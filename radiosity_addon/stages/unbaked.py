@@ -1,4 +1,4 @@
-"""Kept: what an atlas' images hold of objects that are not baked now. bpy."""
+"""Unbaked: what an atlas' images hold of objects that are not baked now. bpy."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from ..bake.image import find_image
 from ..bake.made import PASSES
 from ..bake.windows import owners
 from ..settings import Settings
-from .job import Job, Kept
+from .job import Job, UnbakedTexels
 from .sheets import sheets_of
 
 
-def kept_parts(job: Job) -> dict[str, Kept]:
+def unbaked_texels(job: Job) -> dict[str, UnbakedTexels]:
     """What the atlas' images hold of objects that are not baked now, by the name of the sheet.
 
     Raises ValueError where it could not stand beside what is baked.
@@ -31,7 +31,7 @@ def kept_parts(job: Job) -> dict[str, Kept]:
         pixels = np.empty(4 * image.size[0] * image.size[1], np.float32)
         image.pixels.foreach_get(pixels)
         shape = image.size[1], image.size[0], 4
-        found[sheet.name] = Kept(pixels.reshape(shape), tuple(others))
+        found[sheet.name] = UnbakedTexels(pixels.reshape(shape), tuple(others))
     return found
 
 

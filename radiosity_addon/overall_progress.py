@@ -15,7 +15,7 @@ SHARES = {"receivers": 0.1, "elements": 0.02, "transport": 0.02, "Write": 0.9, "
 OTHER = 0.3
 
 
-class Meter:
+class OverallProgress:
     """A progress callback that passes the fraction of the whole on to another one."""
 
     def __init__(self, tell: Callable[[str, float], None]) -> None:
