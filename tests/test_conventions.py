@@ -16,6 +16,7 @@ MOST_PARAMETERS, MOST_LINES = 7, 40
 EXCEPTIONS: dict[str, str] = {}
 FUNCTION = (ast.FunctionDef, ast.AsyncFunctionDef)
 ROOT = PACKAGE.parent
+VAGUE = {"place", "turn", "told", "gone", "twin", "unseen", "apart", "parted", "reach", "kinds"}
 PLACES = ("radiosity_addon", "tests", "verification", "benchmarks", "tools", "docs")
 BRITISH = re.compile(
     r"""colour | neighbour | behaviour | favour | honour | labour | flavour | harbour
@@ -66,6 +67,41 @@ def test_lengths_are_counted():
     text = 'def f(self, a, *, b):\n    """One.\n    Two."""\n    return a\n'
     (node,) = ast.parse(text).body
     assert (parameters(node), lines(node)) == (2, 2)
+
+
+def names(tree):
+    """Every identifier that a syntax tree gives to something."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            yield node.id
+        elif isinstance(node, ast.arg):
+            yield node.arg
+        elif isinstance(node, (*FUNCTION, ast.ClassDef)):
+            yield node.name
+
+
+def words(name: str) -> set[str]:
+    """Of an identifier, in lower case."""
+    return set(re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name).lower().split("_"))
+
+
+def test_the_solver_uses_the_words_of_the_glossary():
+    """Words that have stood for several things; docs/architecture.md has better ones."""
+    found = [
+        f"{path}: {name}"
+        for path, tree in nodes(ast.Module)
+        if path.startswith("solver/")
+        for name in names(tree)
+        if words(name) & VAGUE
+    ]
+    assert found == []
+
+
+def test_words_of_identifiers_are_told_apart():
+    (tree,) = (
+        ast.parse("class TurnTable:\n    def f(self, my_turn):\n        turn, b = self.turned"),
+    )
+    assert [name for name in names(tree) if words(name) & VAGUE] == ["TurnTable", "my_turn", "turn"]
 
 
 def test_no_two_classes_share_a_name():

@@ -126,10 +126,10 @@ class Replicate:
             return self.take(without_reflection(context, size))
         key = (context.seed, Stream.SOLVE, self.number, plan.elements)
         everyone = np.arange(self.footprints.count)
-        place = points_on_footprints(self.footprints, everyone, plan.row_points, *key)
+        sample_points = points_on_footprints(self.footprints, everyone, plan.row_points, *key)
         own = replace(plan, elements=size, row_rays=rays)
         radiosity = solve_radiosity(
-            context, len(everyone), place, self._patches(plan.elements), own, self.error, key
+            context, len(everyone), sample_points, self._patches(plan.elements), own, self.error, key
         )
         return self.take(self._without_bias(radiosity, size, key))
 

@@ -176,11 +176,11 @@ def shape_digest(scene: Scene, receivers: Receivers, seed: int) -> str:
     baked = np.unique(scene.object[receivers.triangle])
     surfaces = [(m.reflectance, m.transmittance, _shines(m.emission), m.back is None)
                 for m in sides(scene.materials)]  # fmt: skip
-    places = [(replace(lamp, name="", **{LAMP_COLOR[type(lamp)]: None}), _shines(lamp))
+    lamps = [(replace(lamp, name="", **{LAMP_COLOR[type(lamp)]: None}), _shines(lamp))
               for lamp in scene.lamps]  # fmt: skip
     return digest(
         seed, channels_of(scene), baked, scene.vertices, scene.triangles, scene.material,
-        scene.object, surfaces, places, scene.lamp_objects, scene.lamp_blockers, scene.sky,
+        scene.object, surfaces, lamps, scene.lamp_objects, scene.lamp_blockers, scene.sky,
         scene.casts_shadow, scene.visible, scene.emission_objects, scene.emission_blockers,
     )  # fmt: skip
 

@@ -148,9 +148,9 @@ def _split_hidden(context: Context, elements: Elements, most: float) -> Elements
 def _inside(elements: Elements, cell: np.ndarray) -> np.ndarray:
     """(k, 2) barycentric places in the pieces of cut cells (k,), and (k,) bool whether they are:
     one may be too small for its place to be found."""
-    place = grid_cells(PROBES).mean(axis=1)
+    probes = grid_cells(PROBES).mean(axis=1)
     corners = elements.corners[cell]
-    uv = np.einsum("pi,kic->kpc", _weights(place), corners)
+    uv = np.einsum("pi,kic->kpc", _weights(probes), corners)
     shape = uv.shape[:2]
     triangle = np.broadcast_to(elements.triangle[cell, None], shape).ravel()
     found = elements.cells_at(triangle, uv[..., 0].ravel(), uv[..., 1].ravel()).reshape(shape)

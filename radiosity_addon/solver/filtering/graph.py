@@ -90,8 +90,8 @@ def build_graph(
         return []
     from scipy.spatial import cKDTree
 
-    place = _distinct(position)
-    distance, near = cKDTree(place).query(place, NEAREST, workers=threads or -1)
+    distinct = _distinct(position)
+    distance, near = cKDTree(distinct).query(distinct, NEAREST, workers=threads or -1)
     step = position[near] - position[:, None]
     length = np.linalg.norm(normal, axis=1)
     unit = normal / np.where(length > 0, length, 1)[:, None]

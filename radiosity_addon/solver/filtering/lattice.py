@@ -161,10 +161,10 @@ def build_lattices(
     start = np.unique(grid[:, 0], return_index=True)[1]
     for first, end in zip(start, [*start[1:], len(grid)]):
         index = slice(first, end)
-        places = grid[index, 1], grid[index, 2]
-        low, high = (np.array([f(axis) for axis in places]) for f in (np.min, np.max))
+        axes = grid[index, 1], grid[index, 2]
+        low, high = (np.array([f(axis) for axis in axes]) for f in (np.min, np.max))
         pad = 1 << (levels - 1)
-        row, column = (axis.astype(np.intp) - least + pad for axis, least in zip(places, low))
+        row, column = (axis.astype(np.intp) - least + pad for axis, least in zip(axes, low))
         shape = tuple((high - low + 1 + 2 * pad).tolist())
         lattice = Lattice(index, row * shape[1] + column, shape, pad, ())
         weights = _weights(lattice, position, normal, flat, levels, threads)
@@ -297,8 +297,8 @@ def _pairs(
         return (lattice.inner(picture, *side)[..., rows, :] for side in sides)
 
     center, one, other = three(surface.inner)
-    apart = one - other
-    width = dot(apart, apart)
+    across = one - other
+    width = dot(across, across)
     bent = one + other
     bent -= 2 * center
     ok = dot(bent, bent) <= lattice.inner(surface.flat, 0, 0)[rows] * width

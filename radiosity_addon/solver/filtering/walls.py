@@ -37,8 +37,8 @@ class Walls:
         divided = self.divided[one], self.divided[other]
         separated = divided[0] != divided[1]
         some = np.flatnonzero(~(divided[0] | divided[1]))
-        places = ((self.position[end[some]], self.normal[end[some]]) for end in (one, other))
-        separated[some] = ~is_path_clear(self.context, *(array for place in places for array in place))
+        pairs = ((self.position[end[some]], self.normal[end[some]]) for end in (one, other))
+        separated[some] = ~is_path_clear(self.context, *(array for pair in pairs for array in pair))
         return separated
 
 

@@ -45,11 +45,11 @@ class Gathered:
 @dataclass(frozen=True)
 class Bundle:
     """Rays to be shot: ``rays`` from each of ``owners`` (count,) int, from the Points that
-    ``place(chosen, group)`` gives of some of them. ``guide`` aims them; None: nobody."""
+    ``sample_points(chosen, group)`` gives of some of them. ``guide`` aims them; None: nobody."""
 
     owners: np.ndarray  # the receivers' numbers
     rays: int
-    place: PointSampler
+    sample_points: PointSampler
     key: tuple[int, ...]
     guide: Guide | None = None
 
@@ -104,7 +104,7 @@ def gather(
 
 def _shoot(context: Context, bundle: Bundle, group: int, chosen: slice) -> _Shot:
     """The rays of the owners ``chosen``, a ``group``."""
-    points, owners = bundle.place(chosen, group), bundle.owners[chosen]
+    points, owners = bundle.sample_points(chosen, group), bundle.owners[chosen]
     key, weight, bins = (*bundle.key, group, 3), None, None
     if bundle.guide is None:
         met, directions = shoot(context, points, bundle.rays, *key)

@@ -70,13 +70,13 @@ def no_light(count: int, channels: int) -> Lighting:
 def points_on_footprints(
     footprints: Footprints, owners: np.ndarray, per: int, *key: int
 ) -> PointSampler:
-    """``place(chosen, group)``: ``per`` points on ``owners[chosen]``."""
+    """``sample_points(chosen, group)``: ``per`` points on ``owners[chosen]``."""
     shift = uniform((len(owners), 3), *key)
 
-    def place(chosen: np.ndarray | slice, group: int) -> Points:
+    def sample_points(chosen: np.ndarray | slice, group: int) -> Points:
         return footprint_points(footprints, owners[chosen], shift[chosen], per, *key, group)
 
-    return place
+    return sample_points
 
 
 def _simple_first(footprints: Footprints, owners: np.ndarray) -> np.ndarray:
@@ -97,10 +97,10 @@ def add_direct(
     """Add ``per`` points of explicit light to each of ``owners`` (k,) int."""
     key = (split.rest.seed, Stream.DIRECT, *key)
     owners = _simple_first(footprints, owners)
-    place = points_on_footprints(footprints, owners, per, *key)
-    irradiance, _ = direct_light(split.rest, len(owners), per, place, key, "gather")
+    sample_points = points_on_footprints(footprints, owners, per, *key)
+    irradiance, _ = direct_light(split.rest, len(owners), per, sample_points, key, "gather")
     if split.beams is not None:
-        light, _ = direct_light(split.beams, len(owners), per, place, (*key, 1), "gather")
+        light, _ = direct_light(split.beams, len(owners), per, sample_points, (*key, 1), "gather")
         _add(lighting.beams, owners, per * light)
         irradiance += light
     _add(lighting.direct, owners, per * irradiance)
@@ -119,15 +119,15 @@ def add_gathered(
     for owners, rays in parts:
         own_key, owners = (*key, rays), _simple_first(footprints, owners)
         per = gcd(rays, int(np.clip(rays // 4, 4, MOST_POINTS)))  # every point has as many rays
-        place = points_on_footprints(footprints, owners, per, *own_key)
-        bundle = Bundle(owners, rays, place, own_key, guide)
+        sample_points = points_on_footprints(footprints, owners, per, *own_key)
+        bundle = Bundle(owners, rays, sample_points, own_key, guide)
         found = gather(context, radiosity, bundle, "gather", learns)
         worth = np.full((len(owners), 1), rays, float)
         if guide is not None:
             worth *= guide.worth[guide.cluster[owners]][:, None]
         bounced = found.bounced
         if split.spots is not None:
-            light, _ = direct_light(split.spots, len(owners), per, place, (*own_key, 7), "gather")
+            light, _ = direct_light(split.spots, len(owners), per, sample_points, (*own_key, 7), "gather")
             bounced = bounced + light
         _add(lighting.bounced, owners, worth * bounced)
         _add(lighting.first, owners, worth * found.first)

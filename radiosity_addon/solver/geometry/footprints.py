@@ -95,11 +95,11 @@ def build_footprints(geometry: Geometry, receivers: Receivers) -> Footprints:
     origin, u, v, normal = (np.empty((n, 3), np.float32) for _ in range(4))
     corners, area = np.empty((n, 3, 2), np.float32), np.empty(n)
     for band in ranges(n, BAND):  # in float64, which of all together would be a lot
-        triangle, place = receivers.triangle[band], receivers.corners[band]
+        triangle, barycentric = receivers.triangle[band], receivers.corners[band]
         shrink = geometry.shrink[triangle][:, None, None]
-        place = place * (1 - shrink) + shrink / 3
+        barycentric = barycentric * (1 - shrink) + shrink / 3
         e1, e2 = geometry.e1[triangle], geometry.e2[triangle]
-        first, edge_u, edge_v = place[:, 0], place[:, 1] - place[:, 0], place[:, 2] - place[:, 0]
+        first, edge_u, edge_v = barycentric[:, 0], barycentric[:, 1] - barycentric[:, 0], barycentric[:, 2] - barycentric[:, 0]
         normal[band] = up = geometry.normal[triangle]
         origin[band] = geometry.at(triangle, first) + OFFSET * up
         u[band] = edge_u[:, :1] * e1 + edge_u[:, 1:] * e2

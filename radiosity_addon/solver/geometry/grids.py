@@ -52,9 +52,9 @@ def inside(inverted: np.ndarray, x: np.ndarray, y: np.ndarray):
     return np.abs(flip - x), np.abs(flip - y)
 
 
-def _within(place: np.ndarray, last: np.ndarray) -> np.ndarray:
+def _within(coordinate: np.ndarray, last: np.ndarray) -> np.ndarray:
     """(n,) int32 of places in [0, last]; thin triangles may give others."""
-    found = place.astype(np.int32)
+    found = coordinate.astype(np.int32)
     np.minimum(found, last, out=found)
     return np.maximum(found, 0, out=found)
 

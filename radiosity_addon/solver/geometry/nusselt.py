@@ -201,8 +201,8 @@ def _azimuth(
 
 def _excess(outer: np.ndarray, inner: np.ndarray, angle: np.ndarray, target: np.ndarray):
     """(n,) the area up to an azimuth less the ``target``, and inner and outer r² there."""
-    place = np.cos(angle), np.sin(angle)
-    (far, high), (near, low) = _reached(outer, *place), _reached(inner, *place)
+    direction = np.cos(angle), np.sin(angle)
+    (far, high), (near, low) = _reached(outer, *direction), _reached(inner, *direction)
     return far - near - target, low, high
 
 

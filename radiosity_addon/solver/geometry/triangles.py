@@ -81,7 +81,7 @@ def build_geometry(vertices: np.ndarray, triangles: np.ndarray) -> Geometry:
 def rounding_warning(vertices: np.ndarray, geometry: Geometry) -> str | None:
     """What to say of vertices (n, 3) where the scene's shape may be lost to rounding: they are
     32-bit numbers too far from the origin for its size, or most faces are too small for it."""
-    return _far_from_origin(vertices, geometry) or _far_apart(geometry)
+    return _far_from_origin(vertices, geometry) or _small_faces(geometry)
 
 
 def _far_from_origin(vertices: np.ndarray, geometry: Geometry) -> str | None:
@@ -100,7 +100,7 @@ def _far_from_origin(vertices: np.ndarray, geometry: Geometry) -> str | None:
     )
 
 
-def _far_apart(geometry: Geometry) -> str | None:
+def _small_faces(geometry: Geometry) -> str | None:
     edges = np.maximum((geometry.e1**2).sum(axis=1), (geometry.e2**2).sum(axis=1))
     middle = float(np.sqrt(np.median(edges))) if len(edges) else 1.0
     if middle >= SMALL:

@@ -27,12 +27,12 @@ def is_unobstructed(geometry: Geometry, sources: Sources) -> bool:
     False also where that would take long to find out: shadow rays then tell.
     """
     triangles = np.flatnonzero(geometry.area > 0)
-    place, radius = _lights(sources)
+    corner, radius = _lights(sources)
     toward, sine = _suns(sources)
     glance = triangles[:: max(1, len(triangles) // GLANCE)]
     for chosen in (glance, triangles):
         corners = geometry.vertices[np.unique(geometry.triangles[chosen])]
-        points = np.concatenate([corners, place])
+        points = np.concatenate([corners, corner])
         margins = np.concatenate([np.zeros(len(corners)), radius])
         if len(chosen) * len(points) > MOST:
             return False

@@ -55,8 +55,8 @@ def make_distributions(shapes: list) -> Distributions | None:
     distinct = {id(shape): shape for shape in shapes if shape is not None}
     if not distinct:
         return None
-    place = {key: number for number, key in enumerate(distinct)}
-    number = np.array([-1 if shape is None else place[id(shape)] for shape in shapes])
+    number_of = {key: number for number, key in enumerate(distinct)}
+    number = np.array([-1 if shape is None else number_of[id(shape)] for shape in shapes])
     pictures = tuple(np.asarray(shape, np.float32) for shape in distinct.values())
     return Distributions(number, pictures, tuple(map(coarse_maxima, pictures)))
 
@@ -64,7 +64,7 @@ def make_distributions(shapes: list) -> Distributions | None:
 def interpolated(picture: np.ndarray, unit: np.ndarray) -> np.ndarray:
     """(n,) the picture in unit directions (3, n), bilinear, around the sphere and up to its poles."""
     height, width = picture.shape
-    row, column = _place(unit, height, width)
+    row, column = _row_and_column(unit, height, width)
     row, column = np.clip(row - 0.5, 0, height - 1), column - 0.5
     top, left = np.minimum(row.astype(int), max(height - 2, 0)), np.floor(column).astype(int)
     down, right = row - top, column - left
@@ -78,11 +78,11 @@ def interpolated(picture: np.ndarray, unit: np.ndarray) -> np.ndarray:
 def nearest(picture: np.ndarray, unit: np.ndarray) -> np.ndarray:
     """(n,) the pixels that unit directions (3, n) lie in."""
     height, width = picture.shape
-    row, column = (place.astype(int) for place in _place(unit, height, width))
+    row, column = (axis.astype(int) for axis in _row_and_column(unit, height, width))
     return picture[np.minimum(row, height - 1), column % width]
 
 
-def _place(unit: np.ndarray, height: int, width: int) -> tuple[np.ndarray, np.ndarray]:
+def _row_and_column(unit: np.ndarray, height: int, width: int) -> tuple[np.ndarray, np.ndarray]:
     """Rows and columns (n,) of directions (3, n) in a picture, in pixels from its corner."""
     x, y, z = unit.astype(float)
     row = (0.5 + np.arcsin(np.clip(z, -1, 1)) / np.pi) * height

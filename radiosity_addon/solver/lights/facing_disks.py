@@ -106,10 +106,10 @@ class FacingDisks:
         """(k, channels): 4π·intensity, and of a spot the same with the integral of its beam, a
         smoothstep, over the directions; of uneven lamps their mean in directions all over it."""
         beam = np.where(self.edge < -1, 2.0, 1 - self.edge - self.smooth / 2)
-        places = np.stack([(axis.ravel() + 0.5) / FINE for axis in np.indices((FINE, FINE))], 1)
+        xi = np.stack([(axis.ravel() + 0.5) / FINE for axis in np.indices((FINE, FINE))], 1)
         for light in range(len(beam)):
             if self.uneven(light):
-                _, _, brightness = self.leave(np.full(len(places), light), places)
+                _, _, brightness = self.leave(np.full(len(xi), light), xi)
                 beam[light] = (1 - max(self.edge[light], -1)) * brightness.mean()
         return self.color * (2 * np.pi * beam)[:, None]
 

@@ -16,7 +16,7 @@ from .light_tree import along_a_curve
 GROUPS = 256  # number [boxes around neighboring triangles] that stand for the scene
 
 
-def lights_that_reach(
+def useful_lights(
     batches: tuple[LightBatch, ...], linked: tuple, scene: Scene, geometry: Geometry
 ) -> np.ndarray:
     """(n,) bool: lights, numbered through their ``batches``, that may light some triangle.

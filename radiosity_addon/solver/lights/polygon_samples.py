@@ -70,9 +70,9 @@ def by_cosine(
     for some, rays in ((~ellipse, _rays), (ellipse, _slice_rays)):
         some = np.flatnonzero(some)
         if len(some):
-            places = which[some], position[:, some], normal[:, some], xi[:, some]
-            share, corners, level = rays(lights, *places)
-            total[some], direction[:, some] = cosine_toward(corners, places[2], level)
+            points = which[some], position[:, some], normal[:, some], xi[:, some]
+            share, corners, level = rays(lights, *points)
+            total[some], direction[:, some] = cosine_toward(corners, points[2], level)
             total[some] *= share
     return _met(lights, which, position, total, direction)
 

@@ -44,9 +44,9 @@ class OneLight:
     normal: np.ndarray
     area: float
 
-    def rays(self, position: np.ndarray, places: Sequence[tuple[float, float]]) -> list[np.ndarray]:
-        """(3, n) each, from ``position`` (3, n) to some of its ``places`` (s, t)."""
-        return [(self.origin + s * self.u + t * self.v)[:, None] - position for s, t in places]
+    def rays(self, position: np.ndarray, coordinates: Sequence[tuple[float, float]]) -> list[np.ndarray]:
+        """(3, n) each, from ``position`` (3, n) to some of its ``coordinates`` (s, t)."""
+        return [(self.origin + s * self.u + t * self.v)[:, None] - position for s, t in coordinates]
 
     def coordinates(self, position: np.ndarray) -> np.ndarray:
         """(2, n) of places (3, n) in its plane."""
@@ -94,8 +94,8 @@ def unoccluded_polygon(lights: Polygons, which: int, middles: Middles) -> Unoccl
 def _at_corners(light: OneLight, middles: Middles) -> np.ndarray:
     """(3 or 4, R) float32: the integrand at the origin, + u, + v, + both, up to a factor that is
     common to an owner's."""
-    places = ((0, 0), (1, 0), (0, 1), (1, 1))[: 3 if light.shape == TRIANGLE else 4]
-    rays = light.rays(middles.position, places)
+    coordinates = ((0, 0), (1, 0), (0, 1), (1, 1))[: 3 if light.shape == TRIANGLE else 4]
+    rays = light.rays(middles.position, coordinates)
     found = np.stack([
         np.maximum(dot(ray, middles.normal), 0) / np.maximum(dot(ray, ray) ** 2, 1e-30)
         for ray in rays
@@ -150,10 +150,10 @@ class _Shared:
         """See ``Unoccluded``."""
         light, lift = self.light, np.where(self.side[owners] > 0, OFFSET, -OFFSET)
         start = [here + lift * up for here, up in zip(light.origin, light.normal)]
-        places = self._places(owners, s, t)
-        return combined(start, (light.u, light.v), places, position)
+        coordinates = self._coordinates(owners, s, t)
+        return combined(start, (light.u, light.v), coordinates, position)
 
-    def _places(self, owners: np.ndarray | slice, s: np.ndarray, t: np.ndarray):
+    def _coordinates(self, owners: np.ndarray | slice, s: np.ndarray, t: np.ndarray):
         """Places on the light: those that are not warped lie in its shape already."""
         if self.light.shape == RECTANGLE:
             return s, t

@@ -71,12 +71,12 @@ class Polygons:
         near, gentle = self._near(which, position), np.zeros(len(which), bool)
         if alone and len(which):
             gentle = self._gentle(which[0], position, normal)
-            ways = (gentle, by_corners), (~gentle, by_cosine)
+            strategies = (gentle, by_corners), (~gentle, by_cosine)
         else:
             round = near & (self.shape[which] == ELLIPSE)
-            ways = (~near, by_area), (round, by_cosine), (near & ~round, by_solid_angle)
+            strategies = (~near, by_area), (round, by_cosine), (near & ~round, by_solid_angle)
         value, segment = np.zeros(len(which)), np.ones(position.shape)
-        for some, sampled in ways:
+        for some, sampled in strategies:
             some = np.flatnonzero(some)
             if len(some):
                 value[some], segment[:, some] = sampled(
@@ -90,7 +90,7 @@ class Polygons:
             )
         if len(textured):
             mine = which[textured]
-            uv = self._texture_place(mine, position[:, textured] + segment[:, textured])
+            uv = self._texture_uv(mine, position[:, textured] + segment[:, textured])
             surface = textured, self.triangle[mine], uv
         return Sample(value, np.ascontiguousarray(segment.T, np.float32), 1.0, whole, surface)
 
@@ -113,7 +113,7 @@ class Polygons:
         away = position - each(center, which)
         return size[which] ** 2 > NEAR**2 * dot(away, away)
 
-    def _texture_place(self, which: np.ndarray, target: np.ndarray) -> np.ndarray:
+    def _texture_uv(self, which: np.ndarray, target: np.ndarray) -> np.ndarray:
         """(n, 2) barycentric coordinates, in their triangles, of places (3, n) on lights."""
         origin, u, v = (each(array, which) for array in (self.origin, self.u, self.v))
         away = target - origin

@@ -14,7 +14,7 @@ from .emissive_faces import emissive_faces
 from .facing_disks import FacingDisks
 from .flat_shapes import ELLIPSE, RECTANGLE
 from .light_batch import LightBatch
-from .light_range import lights_that_reach
+from .light_range import useful_lights
 from .light_sampler import FEW, LightSampler, make_light_sampler
 from .light_tree import join_emitters
 from .polygons import Polygons, join_polygons
@@ -138,7 +138,7 @@ def build_sources(
     (link, allowed), (block, blocking) = (
         _links([pair[i] for pair in pairs], len(scene.objects)) for i in (0, 1)
     )
-    useful = lights_that_reach(batches, tuple(pair[0] for pair in pairs), scene, geometry)
+    useful = useful_lights(batches, tuple(pair[0] for pair in pairs), scene, geometry)
     always, samplers = _samplers(batches, batch, useful, block)
     allowed = allowed if len(allowed) > 1 else None
     sources = Sources(batches, batch, index, link, allowed, block, blocking, always, samplers)

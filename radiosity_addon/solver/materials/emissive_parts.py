@@ -133,8 +133,8 @@ def _depth(field: Field, triangle: np.ndarray) -> np.ndarray:
 def _texels(field: Texture, triangle: np.ndarray) -> np.ndarray:
     """(n,) extent of triangles in texels."""
     height, width = field.pixels.shape[:2]
-    place = field.uv[triangle].astype(float) * (width, height)
-    return np.abs(place - np.roll(place, 1, axis=1)).max(axis=(1, 2))
+    corners = field.uv[triangle].astype(float) * (width, height)
+    return np.abs(corners - np.roll(corners, 1, axis=1)).max(axis=(1, 2))
 
 
 def _four(corners: np.ndarray) -> np.ndarray:

@@ -39,23 +39,23 @@ def evaluate_field(field: Field, triangle: np.ndarray, uv: np.ndarray) -> np.nda
     weights = np.stack([1 - uv[:, 0] - uv[:, 1], uv[:, 0], uv[:, 1]], 1)
     if isinstance(field, CornerColors):
         return np.einsum("nc,ncd->nd", weights, field.values[triangle].astype(float))
-    place = np.einsum("nc,ncd->nd", weights, field.uv[triangle].astype(float))
-    found = _lookup(field, place)
+    point = np.einsum("nc,ncd->nd", weights, field.uv[triangle].astype(float))
+    found = _lookup(field, point)
     return (srgb_to_linear(found) if field.encoded else found) * field.factor
 
 
-def _lookup(texture: Texture, place: np.ndarray) -> np.ndarray:
-    """Nearest or bilinear texels at UV ``place`` (n, 2); texel centers lie at half integers."""
+def _lookup(texture: Texture, point: np.ndarray) -> np.ndarray:
+    """Nearest or bilinear texels at UV ``point`` (n, 2); texel centers lie at half integers."""
     height, width = texture.pixels.shape[:2]
-    x, y = place[:, 0] * width, place[:, 1] * height
+    x, y = point[:, 0] * width, point[:, 1] * height
     if texture.interpolation == "Closest":
         return texels(texture, np.floor(x).astype(int), np.floor(y).astype(int))
     return bilinear(texture, np.stack([x, y], 1))
 
 
-def bilinear(texture: Texture, place: np.ndarray) -> np.ndarray:
-    """(n, 3) pixels interpolated at ``place`` (n, 2) in texels, as they are encoded."""
-    x, y = place.T - 0.5
+def bilinear(texture: Texture, point: np.ndarray) -> np.ndarray:
+    """(n, 3) pixels interpolated at ``point`` (n, 2) in texels, as they are encoded."""
+    x, y = point.T - 0.5
     column, row = np.floor(x).astype(int), np.floor(y).astype(int)
     fx, fy = (x - column)[:, None], (y - row)[:, None]
     low = texels(texture, column, row) * (1 - fx) + texels(texture, column + 1, row) * fx

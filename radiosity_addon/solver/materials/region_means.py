@@ -91,14 +91,14 @@ class FieldMeans:
     def _of_picture(self, regions: Regions):
         corners = self.field.uv[regions.triangle].astype(float)
         first, edges = corners[:, 0], corners[:, 1:] - corners[:, :1]
-        place = first + np.einsum("nc,ncd->nd", regions.origin, edges)
+        point = first + np.einsum("nc,ncd->nd", regions.origin, edges)
         u, v = (np.einsum("nc,ncd->nd", step, edges) for step in (regions.u, regions.v))
         texels = np.array(self.field.pixels.shape[1::-1])
         extent = np.maximum(np.abs(u * texels), np.abs(v * texels)).max(axis=1)
         found, spread = self._at(regions, regions.middle()), np.zeros(len(u))
         some = np.flatnonzero(extent >= THIN)  # the others are points
         mean, square = np.split(
-            self._sums.means(place[some], u[some], v[some], regions.square), [3], axis=1
+            self._sums.means(point[some], u[some], v[some], regions.square), [3], axis=1
         )
         spread[some] = np.sqrt(np.maximum(square[:, 0] - (mean**2).mean(axis=1), 0))
         if self.field.interpolation != "Closest":
@@ -110,14 +110,14 @@ class FieldMeans:
         found[kept] = np.maximum(mean, 0)[(spread[some] > 0) | ~rounded]
         return found, spread
 
-    def _at(self, regions: Regions, place: np.ndarray) -> np.ndarray:
-        return np.maximum(evaluate_field(self.field, regions.triangle, place), 0)
+    def _at(self, regions: Regions, point: np.ndarray) -> np.ndarray:
+        return np.maximum(evaluate_field(self.field, regions.triangle, point), 0)
 
     def _spread(self, regions: Regions) -> np.ndarray:
         """(n,) deviation of what is nearly linear, from the values at three corners, or of
         parallelograms from its two differences: variances (Σf² − (Σf)²/3) / 12, (a² + b²) / 12."""
         o, u, v = regions.origin, regions.u, regions.v
-        a, b, c = (self._at(regions, place) for place in (o, o + u, o + v))
+        a, b, c = (self._at(regions, point) for point in (o, o + u, o + v))
         if regions.square:
             variance = ((b - a) ** 2 + (c - a) ** 2) / 12
         else:

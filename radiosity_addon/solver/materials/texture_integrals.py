@@ -63,18 +63,18 @@ class TextureSums:
         start, step = start[edge], step[edge]
         cell = np.floor(start + middle[:, None] * step).astype(np.int64)
         if self.linear:
-            places = (middle - GAUSS * length, middle + GAUSS * length)
+            parameters = (middle - GAUSS * length, middle + GAUSS * length)
         else:
-            places = (middle,)
-        value = sum(self._along_row(cell, start + t[:, None] * step) for t in places) / len(places)
+            parameters = (middle,)
+        value = sum(self._along_row(cell, start + t[:, None] * step) for t in parameters) / len(parameters)
         value *= (step[:, 1] * length)[:, None]
         total = [np.bincount(edge // k, column, n) for column in value.T]
         return np.stack(total, 1)
 
-    def _along_row(self, cell: np.ndarray, place: np.ndarray) -> np.ndarray:
-        """(m, p) F at ``place`` (m, 2) in texels, all in the texels ``cell`` (m, 2) int."""
+    def _along_row(self, cell: np.ndarray, point: np.ndarray) -> np.ndarray:
+        """(m, p) F at ``point`` (m, 2) in texels, all in the texels ``cell`` (m, 2) int."""
         column, row = cell.T
-        x, y = (place - cell).T[..., None]
+        x, y = (point - cell).T[..., None]
         if not self.linear:
             return self._before(column, row) + x * self._value(column, row)
         low, high = (
@@ -172,8 +172,8 @@ def _decoded_finely(texture: Texture) -> Texture:
     x, y = ((np.arange(size * parts) + 0.5) / parts for size in (width, height))
     fine = 0.0
     for dx, dy in np.stack(np.meshgrid([-GAUSS, GAUSS], [-GAUSS, GAUSS]), -1).reshape(-1, 2):
-        place = np.stack(np.meshgrid(x + dx / parts, y + dy / parts), -1).reshape(-1, 2)
-        fine = fine + srgb_to_linear(bilinear(texture, place)) / 4
+        point = np.stack(np.meshgrid(x + dx / parts, y + dy / parts), -1).reshape(-1, 2)
+        fine = fine + srgb_to_linear(bilinear(texture, point)) / 4
     pixels = fine.reshape(height * parts, width * parts, 3)
     return Texture(pixels, texture.uv, texture.extension, "Closest", texture.factor)
 

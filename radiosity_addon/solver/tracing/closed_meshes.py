@@ -80,10 +80,10 @@ def _welded(scene: Scene, geometry: Geometry, chosen: np.ndarray) -> np.ndarray:
     corner = corner.reshape(-1)
     owner = np.zeros(len(used))
     owner[corner] = np.repeat(scene.object[chosen], 3)
-    place = np.column_stack([owner, geometry.vertices[used]]) + 0.0
-    order = np.lexsort(place.T)
+    key = np.column_stack([owner, geometry.vertices[used]]) + 0.0
+    order = np.lexsort(key.T)
     new = np.ones(len(order), bool)
-    new[1:] = (place[order[1:]] != place[order[:-1]]).any(axis=1)
+    new[1:] = (key[order[1:]] != key[order[:-1]]).any(axis=1)
     number = np.empty(len(order), np.int64)
     number[order] = np.cumsum(new) - 1
     return number[corner].reshape(-1, 3)

@@ -69,11 +69,11 @@ def _covers(geometry: Geometry, triangle: int, others: np.ndarray) -> np.ndarray
     away = geometry.vertices[geometry.triangles[others]] - p0
     flat = np.abs(away @ normal).max(axis=1, initial=0) <= 4 * OFFSET
     edges = np.stack([geometry.e1[triangle], geometry.e2[triangle]])
-    place = away[flat] @ edges.T @ np.linalg.inv(edges @ edges.T)
-    one, other = place[:, 1] - place[:, 0], place[:, 2] - place[:, 0]
+    corners = away[flat] @ edges.T @ np.linalg.inv(edges @ edges.T)
+    one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     clockwise = one[:, 0] * other[:, 1] < one[:, 1] * other[:, 0]
-    place[clockwise] = place[clockwise, ::-1]
-    return place
+    corners[clockwise] = corners[clockwise, ::-1]
+    return corners
 
 
 def _cut_away(cells: EmissiveParts, covers: np.ndarray) -> EmissiveParts:

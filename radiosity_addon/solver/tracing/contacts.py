@@ -50,8 +50,8 @@ def find_contacts(crossings: Crossings, receivers: Receivers, threads: int = 1) 
         line, box = _spread(np.arange(some.start, some.stop), *bounds)
         hit = _meets_box(crossings.ends[line], low[box], high[box])
         line, box = line[hit], box[hit]
-        lines, place = _spread(line, start[box], start[box + 1])
-        cell = order[place]
+        lines, index = _spread(line, start[box], start[box + 1])
+        cell = order[index]
         hit = meets_cell(
             crossings.ends[lines], receivers.corners[cell], receivers.square[cell]
         )
@@ -73,8 +73,8 @@ def shares_above(
     """(k,) float64: how much of the cells (k,) lies above the plane of what makes the lines (k,).
     """
     corners, other = receivers.corners[cell], crossings.other[line]
-    place = geometry.at(receivers.triangle[cell, None], corners) - geometry.p0[other][:, None]
-    height = np.einsum("kic,kc->ki", place, geometry.normal[other])
+    offset = geometry.at(receivers.triangle[cell, None], corners) - geometry.p0[other][:, None]
+    height = np.einsum("kic,kc->ki", offset, geometry.normal[other])
     share = _above(height)
     square = receivers.square[cell]
     mirrored = height[square][:, [1, 2, 0]]
@@ -100,8 +100,8 @@ def _squares(triangle: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.
     many = np.bincount(triangle) / EACH
     fine = np.clip(np.ceil(np.sqrt(many)), 1, FINEST)[triangle]
     middle = corners.mean(axis=1)
-    place = np.clip(np.floor(middle * fine[:, None]), 0, fine[:, None] - 1).astype(np.int64)
-    key = (triangle.astype(np.int64) * FINEST + place[:, 0]) * FINEST + place[:, 1]
+    column = np.clip(np.floor(middle * fine[:, None]), 0, fine[:, None] - 1).astype(np.int64)
+    key = (triangle.astype(np.int64) * FINEST + column[:, 0]) * FINEST + column[:, 1]
     keys, square = np.unique(key, return_inverse=True)
     return square.reshape(-1), keys // FINEST**2
 
@@ -134,8 +134,8 @@ def meets_cell(ends: np.ndarray, corners: np.ndarray, square: np.ndarray) -> np.
     inverse = np.stack([v[:, 1], -v[:, 0], -u[:, 1], u[:, 0]], 1).reshape(-1, 2, 2)
     with np.errstate(divide="ignore", invalid="ignore"):
         inverse = inverse / twice[:, None, None]
-        place = np.einsum("kab,keb->kea", inverse, ends - corners[:, :1])
-        first, along = place[:, 0], place[:, 1] - place[:, 0]
+        local = np.einsum("kab,keb->kea", inverse, ends - corners[:, :1])
+        first, along = local[:, 0], local[:, 1] - local[:, 0]
         over = np.where(square[:, None], 1 - first, (1 - first.sum(axis=1))[:, None])
         along_over = np.where(square[:, None], -along, -along.sum(axis=1)[:, None])
         meets = _within(np.concatenate([first, over], 1) + NEAR, np.concatenate([along, along_over], 1))

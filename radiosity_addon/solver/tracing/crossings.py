@@ -101,12 +101,12 @@ def _verified(geometry: Geometry, triangle: np.ndarray, other: np.ndarray) -> Cr
     axis = axis[kept] / sine[kept, None]
     ends = np.empty((len(height), 2, 2))
     ends[across], ends[~across] = _line(height[across]), _nearest_edge(height[~across])
-    place = np.einsum("kec,kc->ke", geometry.at(triangle[:, None], ends), axis)
-    back = place[:, 0] > place[:, 1]
-    ends[back], place[back] = ends[back, ::-1], place[back, ::-1]
+    along_axis = np.einsum("kec,kc->ke", geometry.at(triangle[:, None], ends), axis)
+    back = along_axis[:, 0] > along_axis[:, 1]
+    ends[back], along_axis[back] = ends[back, ::-1], along_axis[back, ::-1]
     low, high = _extent(geometry, triangle, other, axis)
-    length = np.maximum(place[:, 1] - place[:, 0], 1e-300)
-    share = (np.stack([low - TOUCHING, high + TOUCHING], 1) - place[:, :1]) / length[:, None]
+    length = np.maximum(along_axis[:, 1] - along_axis[:, 0], 1e-300)
+    share = (np.stack([low - TOUCHING, high + TOUCHING], 1) - along_axis[:, :1]) / length[:, None]
     share = np.clip(share, 0, 1)
     met = (share[:, 1] - share[:, 0]) * length > 4 * TOUCHING
     ends = ends[:, :1] + share[..., None] * (ends[:, 1:] - ends[:, :1])
@@ -142,8 +142,8 @@ def _line(height: np.ndarray) -> np.ndarray:
     following = np.roll(height, -1, axis=1)
     crossed = (height > 0) != (following > 0)
     share = height / np.where(crossed, height - following, 1)
-    place = CORNERS + share[..., None] * (np.roll(CORNERS, -1, axis=0) - CORNERS)
-    return place[crossed].reshape(-1, 2, 2)  # two of the three edges, always
+    point = CORNERS + share[..., None] * (np.roll(CORNERS, -1, axis=0) - CORNERS)
+    return point[crossed].reshape(-1, 2, 2)  # two of the three edges, always
 
 
 def _extent(
@@ -155,12 +155,12 @@ def _extent(
     height, along = _heights(geometry, other, triangle), np.einsum("kic,kc->ki", corners, axis)
     mine, theirs = geometry.triangles[triangle], geometry.triangles[other]
     neighbors = (mine[:, :, None] == theirs[:, None]).any(axis=(1, 2))
-    reach = np.where(neighbors, 0, 2 * TOUCHING)[:, None]  # they touch where they are joined
-    level = reach[:, None] * np.array([-1.0, 1.0])[:, None]
+    tolerance = np.where(neighbors, 0, 2 * TOUCHING)[:, None]  # they touch where they are joined
+    level = tolerance[:, None] * np.array([-1.0, 1.0])[:, None]
     rise = np.roll(height, -1, axis=1) - height
     share = (level - height[:, None]) / np.where(rise == 0, 1, rise)[:, None]  # (n, 2, 3)
-    place = along[:, None] + share * (np.roll(along, -1, axis=1) - along)[:, None]
+    along_axis = along[:, None] + share * (np.roll(along, -1, axis=1) - along)[:, None]
     inside = (rise[:, None] != 0) & (share >= 0) & (share <= 1)
-    place = np.concatenate([place.reshape(-1, 6), along], axis=1)
-    inside = np.concatenate([inside.reshape(-1, 6), np.abs(height) <= reach], axis=1)
-    return np.where(inside, place, np.inf).min(axis=1), np.where(inside, place, -np.inf).max(axis=1)
+    along_axis = np.concatenate([along_axis.reshape(-1, 6), along], axis=1)
+    inside = np.concatenate([inside.reshape(-1, 6), np.abs(height) <= tolerance], axis=1)
+    return np.where(inside, along_axis, np.inf).min(axis=1), np.where(inside, along_axis, -np.inf).max(axis=1)

@@ -107,9 +107,9 @@ def _glowing(scene: Scene) -> np.ndarray:
 
 
 def _lamps(scene: Scene, geometry: Geometry) -> np.ndarray:
-    places = [getattr(lamp, "position", getattr(lamp, "center", None)) for lamp in scene.lamps]
-    places = [geometry.normalized(place) for place in places if place is not None]
-    return np.reshape(places, (-1, 3))
+    positions = [getattr(lamp, "position", getattr(lamp, "center", None)) for lamp in scene.lamps]
+    positions = [geometry.normalized(position) for position in positions if position is not None]
+    return np.reshape(positions, (-1, 3))
 
 
 def _is_inside(room: ClosedMesh, shell: ClosedMesh) -> bool:

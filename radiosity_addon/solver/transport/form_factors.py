@@ -135,8 +135,8 @@ def _between(
 
 def _places(geometry: Geometry, patch: _Patch, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Triangles (n,) int and positions (n, 3) float64 uniform over a patch."""
-    place = np.searchsorted(patch.cumulative, xi[:, 0], "right")
-    triangle = patch.triangles[np.minimum(place, len(patch.triangles) - 1)]
+    index = np.searchsorted(patch.cumulative, xi[:, 0], "right")
+    triangle = patch.triangles[np.minimum(index, len(patch.triangles) - 1)]
     root = np.sqrt(xi[:, 1])  # uniform in a triangle: Turk 1990, Generating Random Points
     uv = np.stack([root * (1 - xi[:, 2]), root * xi[:, 2]], 1) * (1 - SHRINK) + SHRINK / 3
     return triangle, geometry.at(triangle, uv)

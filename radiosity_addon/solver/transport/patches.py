@@ -63,9 +63,9 @@ class ReceiverPatches:
     def without(self, varied: np.ndarray) -> ReceiverPatches:
         """The same, where no ray ends on the patches ``varied`` (P,) bool: light varies inside, and what
         is seen of them may be a part of it, as at a gap's rim."""
-        gone = np.append(varied, False)  # the last for what is no patch, which is below 0
+        omitted = np.append(varied, False)  # the last for what is no patch, which is below 0
         patch, values = (
-            np.where(gone[np.maximum(found, -1)], np.int32(ONWARD), found)
+            np.where(omitted[np.maximum(found, -1)], np.int32(ONWARD), found)
             for found in (self.patch, self.values)
         )
         return replace(self, patch=patch, values=values)
@@ -86,8 +86,8 @@ class ReceiverPatches:
         several = np.flatnonzero(found == SEVERAL)
         if len(several):
             key = receiver[several].astype(np.int64) * len(self.baked) + triangle[some[several]]
-            place = np.minimum(np.searchsorted(self.keys, key), len(self.keys) - 1)
-            found[several] = np.where(self.keys[place] == key, self.values[place], ONWARD)
+            index = np.minimum(np.searchsorted(self.keys, key), len(self.keys) - 1)
+            found[several] = np.where(self.keys[index] == key, self.values[index], ONWARD)
         found += (found >= 0) * np.where(front[some], 0, np.int32(self.footprints.count))
         patch[some] = found
         return patch
@@ -221,10 +221,10 @@ def build_receiver_patches(
     if len(numbers) == 0 or len(numbers) > MOST_PATCHES:
         return None
     group = np.where(fine, np.searchsorted(numbers, group), np.where(used, NOTHING, ONWARD))
-    place = build_receiver_map(receivers, triangles)
+    receiver_map = build_receiver_map(receivers, triangles)
     own = np.bincount(objects[footprints.triangle], fine * cell_area, int(objects.max()) + 1)
     mostly = own > BAKED * np.bincount(objects, areas)
-    baked = mostly[objects] | ((own[objects] > 0) & (place.first >= 0))
+    baked = mostly[objects] | ((own[objects] > 0) & (receiver_map.first >= 0))
     patch = group[footprints.start[:-1]].astype(np.int32)
     several = np.zeros(footprints.count, bool)
     several[owner[group != patch[owner]]] = True
@@ -232,7 +232,7 @@ def build_receiver_patches(
     some = several[owner[first]]
     grouped = footprints.grouped(group)
     return ReceiverPatches(
-        place, patch, pair[some],
+        receiver_map, patch, pair[some],
         group[first[some]].astype(np.int32), baked, grouped,
         footprints.triangle[footprints.start[:-1]], footprints.area.astype(np.float32),
         np.sqrt(grouped.area).astype(np.float32),

@@ -24,7 +24,7 @@ class Places:
     front: np.ndarray
 
     def __getitem__(self, index: np.ndarray) -> Places:
-        return Places(*(getattr(self, name)[index] for name in _PLACE_ARRAYS))
+        return Places(*(getattr(self, name)[index] for name in _ARRAYS))
 
     @property
     def uv(self) -> np.ndarray:
@@ -42,7 +42,7 @@ class Places:
         return Places(entry, self.triangle, self.u, self.v, self.front)
 
 
-_PLACE_ARRAYS = ("entry", "triangle", "u", "v", "front")
+_ARRAYS = ("entry", "triangle", "u", "v", "front")
 
 
 def places_hit(entries: np.ndarray, hits: Hits, patches: Patches) -> Places:
@@ -57,7 +57,7 @@ def places_at(entries: np.ndarray, hits: Hits, some: np.ndarray) -> Places:
 
 def join_places(parts: list[Places]) -> Places:
     """All places of all parts."""
-    arrays = (np.concatenate([getattr(part, name) for part in parts]) for name in _PLACE_ARRAYS)
+    arrays = (np.concatenate([getattr(part, name) for part in parts]) for name in _ARRAYS)
     return Places(*arrays)
 
 

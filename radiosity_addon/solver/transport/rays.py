@@ -45,18 +45,18 @@ def shoot(context: Context, points: Points, rays: int, *key: int) -> tuple[list[
 
 def shoot_shifted(context: Context, points: Points, rays: int, *key: int):
     """The same with a shift of the set for each owner, so that owners' errors are independent."""
-    return _trace(context, points, _own_directions(points, *_own_places(points, rays, *key)))
+    return _trace(context, points, _own_directions(points, *_own_samples(points, rays, *key)))
 
 
 def shoot_guided(
     context: Context, points: Points, rays: int, guide: Guide, owners: np.ndarray, *key: int
 ):
     """The same as ``guide`` aims them for ``owners`` (R,), and its bins (rays, R) that they are in."""
-    *place, bins = guide.aim(owners, *_own_places(points, rays, *key))
-    return *_trace(context, points, _own_directions(points, *place)), bins
+    *xi, bins = guide.aim(owners, *_own_samples(points, rays, *key))
+    return *_trace(context, points, _own_directions(points, *xi)), bins
 
 
-def _own_places(points: Points, rays: int, *key: int) -> list[np.ndarray]:
+def _own_samples(points: Points, rays: int, *key: int) -> list[np.ndarray]:
     """u and v, (rays, R) float32 each: a Sobol set, shifted for each owner by its ``shift``."""
     table = sobol(rays, 2, *key).astype(np.float32)
     return [shifted(table[:, axis, None], points.shift[:, axis]) for axis in (0, 1)]

@@ -39,9 +39,9 @@ class ReceiverMap:
         entry = np.empty(len(some), np.int64)
         t = triangle[image]
         corner, along, across = (self.texel[t, k] for k in range(3))
-        place = corner + u[image, None] * along + v[image, None] * across
-        column = np.clip(place[:, 0].astype(np.int64), 0, width[image] - 1)
-        row = np.clip(place[:, 1].astype(np.int64), 0, self.size[t] - 1)
+        position = corner + u[image, None] * along + v[image, None] * across
+        column = np.clip(position[:, 0].astype(np.int64), 0, width[image] - 1)
+        row = np.clip(position[:, 1].astype(np.int64), 0, self.size[t] - 1)
         entry[image] = row * width[image] + column
         t = triangle[~image]
         entry[~image] = cell_in_grid(self.size[t], u[~image], v[~image])[0]
@@ -101,8 +101,8 @@ def _texel_maps(receivers: Receivers, triangles: int):
     largest, t, origin, step = (part[usable] for part in (largest, t, origin, step))
     inverse = np.linalg.inv(step)  # (k, texel axis, barycentric axis)
     maps, image = np.zeros((triangles, 3, 2)), np.zeros(triangles, np.int64)
-    place = grid[largest, :0:-1]  # column, row
-    maps[t, 0] = place - np.einsum("kab,kb->ka", inverse, origin)
+    position = grid[largest, :0:-1]  # column, row
+    maps[t, 0] = position - np.einsum("kab,kb->ka", inverse, origin)
     maps[t, 1], maps[t, 2] = inverse[:, :, 0], inverse[:, :, 1]
     image[t] = grid[largest, 0]
     middle = _middles(receivers)
@@ -148,6 +148,6 @@ def _grids(receivers: Receivers, cells: np.ndarray, triangles: int):
     entries = np.repeat(largest, size**2).astype(np.int32)
     middle = _middles(receivers)[cells]
     u, v = (np.ascontiguousarray(axis, np.float32) for axis in middle.T)
-    place = cell_in_grid(size[slot[triangle]].astype(np.int32), u, v)[0]
-    entries[start[slot[triangle[order]]] + place[order]] = receivers.receiver[cells[order]]
+    index = cell_in_grid(size[slot[triangle]].astype(np.int32), u, v)[0]
+    entries[start[slot[triangle[order]]] + index[order]] = receivers.receiver[cells[order]]
     return which, size, entries

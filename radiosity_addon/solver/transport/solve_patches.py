@@ -57,17 +57,17 @@ class SolvePlan(Protocol):
 
 
 def solve_radiosity(
-    context: Context, receivers: int, place: PointSampler, own: ReceiverPatches | None,
+    context: Context, receivers: int, sample_points: PointSampler, own: ReceiverPatches | None,
     plan: SolvePlan, tolerance: float, key: tuple[int, ...],
 ) -> Radiosity:
     """Solve with the patches ``own`` of receivers, and on about ``plan.elements`` elements elsewhere.
 
-    ``place`` gives Points of the ``receivers``, whose rays find the elements.
+    ``sample_points`` gives Points of the ``receivers``, whose rays find the elements.
     """
     target, per = plan.elements, plan.row_points
     elements = build_elements(context.geometry, _groups(context.scene), target)
     patches = Patches(elements, own)
-    places, all_places = _seeds(context, patches, receivers, place, target, key)
+    places, all_places = _seeds(context, patches, receivers, sample_points, target, key)
     known = []
     if own is not None:
         lit = light_receivers(context, own.footprints, plan.patch_points, (*key, 9))
@@ -159,7 +159,7 @@ def without_reflection(context: Context, target: int) -> Radiosity:
 
 
 def _seeds(
-    context: Context, patches: Patches, receivers: int, place: PointSampler, target: int,
+    context: Context, patches: Patches, receivers: int, sample_points: PointSampler, target: int,
     key: tuple[int, ...],
 ):
     """Where rays from a sample of the receivers meet elements, and how many met the surface."""
@@ -167,7 +167,7 @@ def _seeds(
     some = np.unique((np.arange(wanted) * (receivers / wanted)).astype(int))
 
     def work(part: slice):
-        points = place(some[part], 0)
+        points = sample_points(some[part], 0)
         met, _ = shoot(context, points, SEED_RAYS, *key, 10, part.start)
         return join_places([places_hit(patches.hit(m.hits), m.hits, patches) for m in met])
 
