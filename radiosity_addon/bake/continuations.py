@@ -45,27 +45,18 @@ class Seams:
     other: Parts
 
 
-def find_seams(charted: Charted, edges: Edges) -> Seams:
-    """Where the borders ``edges`` continue each other, wholly or in part."""
+def find_seams(charted: Charted, edges: Edges, bent: float = BENT) -> Seams:
+    """Where the borders ``edges`` continue each other, wholly or in part; normals' cosines are at
+    least ``bent``."""
     ends, place = _weld(charted, edges)
     number = np.arange(len(edges.triangle))
-    whole = _whole(charted, edges, ends, BENT)
+    parts = _parts(number, np.tile([0.0, 1.0], (len(number), 1)), ends)
+    whole = _continued(charted, edges, parts, bent)
     alone = np.ones(len(number), bool)
     for part in (whole.one, whole.other):
         alone[part.edge] = False
-    cut = _continued(charted, edges, _cut(number[alone], ends, place), BENT)
+    cut = _continued(charted, edges, _cut(number[alone], ends, place), bent)
     return Seams(_joined(whole.one, cut.one), _joined(whole.other, cut.other))
-
-
-def find_whole_seams(charted: Charted, edges: Edges, bent: float) -> Seams:
-    """Where whole ``edges`` continue each other; normals' cosines are at least ``bent``."""
-    return _whole(charted, edges, _weld(charted, edges)[0], bent)
-
-
-def _whole(charted: Charted, edges: Edges, ends: np.ndarray, bent: float) -> Seams:
-    number = np.arange(len(edges.triangle))
-    parts = _parts(number, np.tile([0.0, 1.0], (len(number), 1)), ends)
-    return _continued(charted, edges, parts, bent)
 
 
 def _joined(one: Parts, other: Parts) -> Parts:
@@ -111,8 +102,10 @@ def _cut(edge: np.ndarray, ends: np.ndarray, place: np.ndarray) -> Parts:
 def _points_on(ends: np.ndarray, place: np.ndarray):
     """(owner, point, along): where on which edges (k, 2) lie ends of others on the same line, but
     for their own."""
+    if not len(ends):
+        return np.zeros(0, int), np.zeros(0, int), np.zeros(0)
     start, step = place[ends[:, 0]], place[ends[:, 1]] - place[ends[:, 0]]
-    extent = np.ptp(place[ends].reshape(-1, 3), axis=0).max() if len(ends) else 1.0
+    extent = np.ptp(place[ends].reshape(-1, 3), axis=0).max()
     length = np.linalg.norm(step, axis=1)
     long = np.flatnonzero(length > LONG * extent)
     line, way = _lines((start[long] - place.mean(0)) / extent, step[long] / length[long, None])

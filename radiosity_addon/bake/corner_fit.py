@@ -25,6 +25,7 @@ from ..settings import Domain
 from ..solver.adaptive.relative_error import FLOOR
 from ..solver.receivers import Receivers
 from .bounded import solve_bounded, solve_roughly
+from .hanging import NOTHING, Hanging, spread
 
 STIFFNESS = (0.03, 1e-10)  # ε of triangles with fewer than, and at least, three receivers
 
@@ -59,8 +60,10 @@ class CornerFit:
     group: np.ndarray  # (n_loops,) the unknown of each loop
     corners: csr_matrix  # (3 n, unknowns)
     light: _Light
-    sampling: csr_matrix  # (count, unknowns): light at receivers from the unknowns
-    normal: csr_matrix  # (unknowns, unknowns) by areas
+    free: np.ndarray  # (free,) those that are solved for: they hang on no others,
+    spread: csr_matrix  # (unknowns, free) which all are made of
+    sampling: csr_matrix  # (count, free): light at receivers
+    normal: csr_matrix  # (free, free) by areas
     shown: np.ndarray  # (n,) the unknown of each color that is given back
     name: str
     hidden: np.ndarray  # (unknowns,) bool: around them nothing is seen
@@ -81,17 +84,20 @@ class CornerFit:
             self.hidden,
         )
         weights = self.weights * _importance(values, self.weights)
-        normal = _normal_equations(self.sampling, self.corners, self.light, weights)
+        corners = self.corners @ self.spread
+        normal = _normal_equations(self.sampling, corners, self.light, weights)
         right = self.sampling.T @ (weights[:, None] * values)
-        colors = np.empty((self.corners.shape[1], 3))
+        colors = np.empty((len(self.free), 3))
         for channel in range(3):
             same = [c for c in range(channel) if np.array_equal(values[:, c], values[:, channel])]
             colors[:, channel] = (
                 colors[:, same[0]]
                 if same
-                else solve_bounded(normal, right[:, channel], *(x[:, channel] for x in bounds))
+                else solve_bounded(
+                    normal, right[:, channel], *(x[self.free, channel] for x in bounds)
+                )
             )
-        return colors[self.shown]
+        return (self.spread @ colors)[self.shown]
 
     def areas(self) -> np.ndarray:
         """(n_loops,) or (n_vertices,) float64: the area that each color stands for. A face gives a
@@ -104,16 +110,18 @@ class CornerFit:
         linear in the light, for telling what becomes of its errors."""
         right = self.sampling.T @ (self.weights[:, None] * values)
         colors = np.stack([solve_roughly(self.normal, column) for column in right.T], 1)
-        return colors[self.shown]
+        return (self.spread @ colors)[self.shown]
 
 
 def corner_fit(
     target: ExportedObject, receivers: Receivers, weights: np.ndarray, domain: str = "corner",
     hidden: np.ndarray | None = None, joined: np.ndarray | None = None,
+    hanging: Hanging | None = None,
 ) -> CornerFit:
     """The fit for a target's colors on ``domain``, corner or point.
 
-    ``joined`` (m,) says which of the m unknowns of the object's own are one, from 0 on.
+    ``joined`` (m,) says which of the m unknowns of the object's own are one, from 0 on, and ``hanging``
+    which of the joined ones lie on lines between others.
 
     ``receivers`` lie on the target's triangles (scene numbers) and stand for the areas ``weights``
     (count,); weight 0 leaves a receiver out (a part of the face that nobody can see, inside
@@ -129,12 +137,14 @@ def corner_fit(
     group = unknowns_of(target, domain)
     number = np.arange(int(group.max(initial=-1)) + 1) if joined is None else joined
     shown, group = (number if domain == Domain.POINT else number[group]), number[group]
-    corners = _corner_map(target, group, int(number.max(initial=-1)) + 1)
+    unknowns = int(number.max(initial=-1)) + 1
+    corners = _corner_map(target, group, unknowns)
     light = _data(receivers, weights, target.start, target.stop - target.start)
-    sampling = (light.sampling @ corners).tocsr()
-    normal = _normal_equations(sampling, corners, light, weights)
+    free, matrix = spread(NOTHING if hanging is None else hanging, unknowns)
+    sampling = (light.sampling @ corners @ matrix).tocsr()
+    normal = _normal_equations(sampling, corners @ matrix, light, weights)
     return CornerFit(
-        weights, target.loop_vertex, group, corners, light, sampling, normal, shown,
+        weights, target.loop_vertex, group, corners, light, free, matrix, sampling, normal, shown,
         target.name, _nowhere_seen(corners, light, hidden),
     )
 

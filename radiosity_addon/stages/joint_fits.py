@@ -12,6 +12,7 @@ import numpy as np
 
 from ..bake.corner_fit import CornerFit, corner_fit, unknowns_of
 from ..bake.faces import receiver_areas
+from ..bake.hanging import Hanging
 from ..bake.pieces import Ways, joined_unknowns
 from ..components import connected_components
 from ..export.exported import CornerMap, ExportedObject
@@ -47,15 +48,21 @@ class JointFit:
 
 def joint_fits(job: Job, layout: Layout, context: Context) -> list[JointFit]:
     """The fits of all targets."""
-    label, start = _labels(job, context)
-    return [
-        _fit(job, layout, members.tolist(), label, start)
-        for members in _clusters(label, start)
-    ]
+    unknowns = _unknowns(job, context)
+    return [_fit(job, layout, members.tolist(), unknowns) for members in _clusters(unknowns)]
 
 
-def _labels(job: Job, context: Context) -> tuple[np.ndarray, np.ndarray]:
-    """(m,) which of all targets' unknown colors are one; and where each target's begin among them."""
+@dataclass(frozen=True)
+class _Unknowns:
+    """All targets' unknown colors: ``label`` (m,) which are one, ``start`` (targets + 1,) where each
+    target's begin, and which of the labels hang on others."""
+
+    label: np.ndarray
+    start: np.ndarray
+    hanging: Hanging
+
+
+def _unknowns(job: Job, context: Context) -> _Unknowns:
     for target in job.targets:
         if target.corner_map is None or target.loop_vertex is None:
             raise ValueError(f"{target.name!r} was exported without its loops; export for vertices")
@@ -63,11 +70,11 @@ def _labels(job: Job, context: Context) -> tuple[np.ndarray, np.ndarray]:
     owned = np.concatenate([np.arange(target.start, target.stop) for target in job.targets])
     unknown, start = _at_corners(job.targets, job.settings.domain)
     group, _ = _at_corners(job.targets, Domain.CORNER)
-    label = joined_unknowns(
+    label, hanging = joined_unknowns(
         scene.vertices, scene.triangles[owned], unknown, int(start[-1]),
         _materials(scene)[scene.material[owned]], lambda ways: _is_free(ways, context), group,
     )  # fmt: skip
-    return label, start
+    return _Unknowns(label, start, hanging)
 
 
 def _at_corners(targets, domain: str) -> tuple[np.ndarray, np.ndarray]:
@@ -108,20 +115,20 @@ def _is_free(ways: Ways, context: Context) -> np.ndarray:
     return is_path_clear(context, starts, ways.start_up, ends, ways.end_up)
 
 
-def _clusters(label: np.ndarray, start: np.ndarray) -> list[np.ndarray]:
-    """Targets (k,) that have unknowns in common, cluster by cluster."""
-    count = len(start) - 1
-    owner = np.repeat(np.arange(count), np.diff(start))
+def _clusters(unknowns: _Unknowns) -> list[np.ndarray]:
+    """Targets (k,) that have unknowns in common, or some that hang on others', cluster by cluster."""
+    label, hanging, count = unknowns.label, unknowns.hanging, len(unknowns.start) - 1
+    owner = np.repeat(np.arange(count), np.diff(unknowns.start))
     first = np.full(len(label), count)
     np.minimum.at(first, label, owner)
-    cluster = connected_components(count, first[label], owner)
+    one = first[np.concatenate([label, hanging.corner, hanging.corner])]
+    other = np.concatenate([owner, first[hanging.start], first[hanging.end]])
+    cluster = connected_components(count, one, other)
     order = np.argsort(cluster, kind="stable")
     return np.split(order, np.flatnonzero(np.diff(cluster[order])) + 1)
 
 
-def _fit(
-    job: Job, layout: Layout, members: list[int], label: np.ndarray, start: np.ndarray
-) -> JointFit:
+def _fit(job: Job, layout: Layout, members: list[int], unknowns: _Unknowns) -> JointFit:
     own, parts = [job.targets[i] for i in members], [layout.part(i) for i in members]
     first = np.cumsum([0] + [target.stop - target.start for target in own])
     areas = [receiver_areas(job.scene.vertices, job.scene.triangles, part) for part in parts]
@@ -129,18 +136,26 @@ def _fit(
         replace(part, triangle=part.triangle - np.int32(target.start - at), shading=None)
         for target, part, at in zip(own, parts, first)
     ]
-    _, joined = np.unique(
-        np.concatenate([label[start[i] : start[i + 1]] for i in members]), return_inverse=True
-    )
+    joined, hanging = _of_members(unknowns, members)
     hidden = np.concatenate([_hidden_faces(layout, each.start, each.stop) for each in own])
     fit = corner_fit(
         _as_one(own), concatenate(moved), np.concatenate(areas), job.settings.domain, hidden,
-        joined.reshape(-1),
+        joined, hanging,
     )  # fmt: skip
     point = job.settings.domain == Domain.POINT
     sizes = [_vertices(each) if point else len(each.loop_vertex) for each in own]
     spans = tuple(slice(*layout.spans[i : i + 2]) for i in members)
     return JointFit(fit, tuple(members), spans, tuple(np.cumsum([0, *sizes]).tolist()))
+
+
+def _of_members(unknowns: _Unknowns, members: list[int]) -> tuple[np.ndarray, Hanging]:
+    """(m,) which of the members' unknowns are one, from 0 on, and which of these hang."""
+    start, number = unknowns.start, np.full(len(unknowns.label), -1)
+    own = np.concatenate([unknowns.label[start[i] : start[i + 1]] for i in members])
+    used, joined = np.unique(own, return_inverse=True)
+    number[used] = np.arange(len(used))
+    hanging = unknowns.hanging.take(number[unknowns.hanging.corner] >= 0)
+    return joined.reshape(-1), hanging.renamed(number)
 
 
 def _as_one(targets: list[ExportedObject]) -> ExportedObject:

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from radiosity_addon.bake.pieces import joined_unknowns
+from radiosity_addon.bake.hanging import Hanging, spread
+from radiosity_addon.bake.pieces import MOST, joined_unknowns
 from radiosity_addon.bake_job import Job, run
 from radiosity_addon.export.exported import CornerMap, ExportedObject
 from radiosity_addon.settings import Settings
@@ -25,7 +26,7 @@ def join(second, material=(0, 0, 0, 0), free=True):
     label = joined_unknowns(
         vertices, triangles, triangles, 8, np.array(material),
         lambda ways: np.full(len(ways.starts), free),
-    )  # fmt: skip
+    )[0]  # fmt: skip
     return label.max() + 1
 
 
@@ -56,6 +57,50 @@ def test_corners_of_other_materials_and_beside_walls_stay_apart():
     assert join(turned(0), free=False) == 8
 
 
+def beside(count, free=True):
+    """What hangs, of ``count`` rectangles beside the unit square's side x = 1, together as long: places
+    of the corners that do, and where on the side."""
+    parts = [turned(0) * [1, 1 / count, 1] + [0, i / count, 0] for i in range(count)]
+    vertices = np.concatenate([SQUARE, *parts])
+    triangles = (QUAD + 4 * np.arange(count + 1)[:, None, None]).reshape(-1, 3)
+    number, hanging = joined_unknowns(
+        vertices, triangles, triangles, len(vertices), np.zeros(len(triangles), int),
+        lambda ways: np.full(len(ways.starts), free),
+    )  # fmt: skip
+    place = np.zeros((number.max() + 1, 3))
+    place[number] = vertices
+    ends = (1 - hanging.share[:, None]) * place[hanging.start] + hanging.share[:, None] * place[hanging.end]
+    assert place[hanging.corner] == pytest.approx(ends)
+    return place[hanging.corner], number.max() + 1
+
+
+@pytest.mark.parametrize("count", [2, 3, MOST + 1])
+def test_corners_between_an_edge_s_ends_hang_on_these(count):
+    """``count`` + 1 corners to both sides of the rectangles, and two of the square's left."""
+    places, left = beside(count)
+    assert sorted(places[:, 1]) == pytest.approx(np.arange(1, count) / count)
+    assert left == 2 * (count + 1) + 2
+    # Where something stands there none hang; the rectangles are no more one, either.
+    assert len(beside(count, free=False)[0]) == 0
+
+
+def test_corners_hang_on_no_edge_that_has_too_many():
+    assert len(beside(MOST + 2)[0]) == 0
+
+
+def test_what_hangs_on_each_other_in_a_ring_is_found():
+    """A pinwheel: each of four corners 4 to 7 is half-way from an outer one, 0 to 3, to the next of the
+    ring: 4 = (0 + 5) / 2, and so on around. By the formula for the sum of a geometric series 4 has
+    8/15, 4/15, 2/15 and 1/15 of the outer ones."""
+    four = np.arange(4)
+    free, matrix = spread(Hanging(4 + four, four, 4 + (four + 1) % 4, np.full(4, 0.5)), 8)
+    assert free.tolist() == [0, 1, 2, 3]
+    assert matrix.toarray()[:4] == pytest.approx(np.eye(4))
+    for i in four:
+        row = np.roll(np.array([8, 4, 2, 1]) / 15, i)
+        assert matrix.toarray()[4 + i] == pytest.approx(row, abs=1e-8)
+
+
 CUBE = np.array([(x, y, z) for z in (-1, 0) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))], float)
 SIDES = np.array([(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)])
 BOX = CUBE, np.concatenate([(side[[0, 1, 2]], side[[0, 2, 3]]) for side in SIDES])
@@ -68,8 +113,8 @@ def test_cubes_side_by_side_are_one_over_their_sharp_edges():
     triangles = np.concatenate([BOX[1], BOX[1] + 8])
     group = np.unique(_by_face(triangles), return_inverse=True)[1].reshape(-1, 3)
     material, free = np.zeros(24, int), lambda ways: np.ones(len(ways.starts), bool)
-    points = joined_unknowns(vertices, triangles, triangles, 16, material, free, group)
-    corners = joined_unknowns(vertices, triangles, group, 48, material, free)
+    points = joined_unknowns(vertices, triangles, triangles, 16, material, free, group)[0]
+    corners = joined_unknowns(vertices, triangles, group, 48, material, free)[0]
     assert points.max() + 1 == 16 - 4 and corners.max() + 1 == 48 - 4 * 2
 
 
@@ -149,6 +194,21 @@ def _tops(target, colors, domain):
     return dict(zip(BOX[1][2:4].ravel().tolist(), shown))
 
 
+@pytest.mark.parametrize("domain", ["corner", "point"])
+def test_a_slab_beside_two_of_half_its_length_shows_the_same(domain):
+    """Apart from it, they do not: the corner between the short ones is 20 % off the line between the long
+    one's corners."""
+    half = turned(0) * [1, 0.5, 1]
+    parts = [(SQUARE, QUAD), (half, QUAD), (half + [0, 0.5, 0], QUAD)]
+    long, low, high = by_corner(level(parts, 3, domain=domain))
+    assert np.array_equal(long[1], low[0]) and np.array_equal(long[2], high[3])
+    assert np.array_equal(low[3], high[0])
+    assert low[3] == pytest.approx((long[1] + long[2]) / 2, rel=1e-12)
+    parts[1:] = [(place + [1e-2, 0, 0], faces) for place, faces in parts[1:]]
+    long, low, high = by_corner(level(parts, 3, domain=domain))
+    assert abs(low[3] / (long[1] + long[2]) * 2 - 1).min() > 0.05
+
+
 def test_a_wall_between_pieces_keeps_their_colors_apart():
     wall = np.array([(1, -3, 0), (1, 4, 0), (1, 4, 3), (1, -3, 3)], float), QUAD
     first, second = by_corner(level([(SQUARE, QUAD), (turned(0), QUAD), wall], 2, domain="point"))
@@ -161,5 +221,5 @@ def test_a_closed_smooth_mesh_stays_as_it_is():
     triangles = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])
     label = joined_unknowns(
         vertices, triangles, triangles, 4, np.zeros(4, int), lambda ways: np.ones(len(ways.starts), bool)
-    )
+    )[0]
     assert label.tolist() == [0, 1, 2, 3]
