@@ -15,38 +15,42 @@ from tests.solver.test_buried import FLOOR, SQUARE, UV, block
 from verification import meshes
 
 WALL = block((0.2, 80.0, 40.0), (0.47, -40.0, -0.1))  # x from 0.47 to 0.67, black, all but endless
+STANDING = block((0.2, 80.0, 40.0), (0.47, -40.0, 0.0))  # the same, on the floor
 RHO = 0.5
 
 
-def job_of(parts, number: int, **options) -> Job:
-    """One of the parts is baked, under a white sky; the first one reflects."""
-    scene = meshes.scene(parts, [[RHO]] + [[0.0]] * (len(parts) - 1))
+def job_of(parts, number: int, uv=UV, others=0.0, **options) -> Job:
+    """One of the parts is baked, under a white sky; ``others`` than the first one reflect so much."""
+    scene = meshes.scene(parts, [[RHO]] + [[others]] * (len(parts) - 1))
     scene = replace(scene, sky=Sky(np.ones((1, 1, 3), np.float32)))
     mine = np.flatnonzero(scene.object == number)
     loops = 3 * len(mine)
     vertex = np.unique(scene.triangles[mine], return_inverse=True)[1].reshape(-1).astype(np.int32)
     one_hot = CornerMap(np.arange(loops + 1), np.arange(loops), np.ones(loops), loops)
-    uv = UV if number == 0 else None
-    target = ExportedObject("Part", int(mine[0]), int(mine[-1]) + 1, uv, one_hot, vertex,
-                            np.arange(loops, dtype=np.int32) // 6, n_loops=loops)  # fmt: skip
+    face = np.repeat(np.arange(len(mine)) % (len(mine) // 2), 3)  # of two triangles each, as ``block`` has
+    group = np.unique(100 * face + vertex, return_inverse=True)[1].reshape(-1).astype(np.int32)
+    target = ExportedObject("Part", int(mine[0]), int(mine[-1]) + 1, uv, one_hot, vertex, group,
+                            n_loops=loops)  # fmt: skip
     settings = Settings(resolution=16, error=0.02, passes=("direct", "indirect", "color"), **options)
     return Job(settings, scene, (target,), (), (), ())
 
 
-def test_texels_beside_a_wall_are_as_bright_as_what_shows_of_them():
+@pytest.mark.parametrize("wall", [WALL, STANDING])
+def test_texels_beside_a_wall_are_as_bright_as_what_shows_of_them(wall):
     """Beside a black wall of height h at distance d the sky's factor is ½ + ½ d / √(d² + h²)
     (endless strip). With h = 40 and d <= 0.5 it is ½ within 0.7 %, so that ρ/2 is shown by all
     texels, also by those of which 0.03/0.0625 = 48 % and 28 % lie under the wall, and by those
     that are filled. Counted whole they would have 52 and 72 % of it, and 0 below the wall."""
-    image = run(job_of([FLOOR, WALL], 0, target="image")).colors[0]
+    image = run(job_of([FLOOR, wall], 0, target="image")).colors[0]
     assert (image[..., 3] == 1).all()
     assert image[..., :3] == pytest.approx(RHO / 2, rel=0.04)
 
 
+@pytest.mark.parametrize("wall", [WALL, STANDING])
 @pytest.mark.parametrize("domain", ["corner", "point"])
-def test_vertex_colors_of_a_floor_do_not_see_what_a_wall_covers(domain):
+def test_vertex_colors_of_a_floor_do_not_see_what_a_wall_covers(domain, wall):
     """The same floor by its four corners."""
-    colors = run(job_of([FLOOR, WALL], 0, target="vertex", domain=domain)).colors[0]
+    colors = run(job_of([FLOOR, wall], 0, target="vertex", domain=domain)).colors[0]
     assert colors == pytest.approx(RHO / 2, rel=0.06)
 
 
@@ -54,9 +58,32 @@ def test_the_underside_of_a_box_on_a_sheet_is_black():
     """From just below the sheet the whole sky could be seen."""
     floor = SQUARE * 20 - 10, FLOOR[1]
     floor[0][:, 2] = 0
-    colors = run(job_of([floor, block()], 1, target="vertex")).colors[0]
+    colors = run(job_of([floor, block()], 1, others=RHO, target="vertex")).colors[0]
     triangles = np.arange(len(colors)).reshape(-1, 3)
     vertices, faces = block()
     p = vertices[faces]
     down = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])[:, 2] < 0
     assert down.sum() == 2 and not colors[triangles[down]].any()
+    assert (colors[triangles[~down]] > 0).all()
+
+
+def test_the_underside_of_a_box_on_a_sheet_is_black_in_images():
+    """Faces of two triangles each in cells of a grid of 4 × 2, with 4 of 16 texels' width, a texel apart:
+    the underside's own is black, the others' are not."""
+    floor = SQUARE * 20 - 10, FLOOR[1]
+    floor[0][:, 2] = 0
+    vertices, faces = block()
+    p = vertices[faces]
+    normal = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    axis = np.abs(normal).argmax(1)
+    side = 2 * axis + (normal[np.arange(12), axis] > 0)  # of 6
+    inside = np.stack([np.delete(p[i], axis[i], 1) - np.delete(vertices, axis[i], 1).min(0)
+                       for i in range(12)])  # fmt: skip
+    inside /= np.ptp(inside, axis=(1), keepdims=True)
+    uv = (4 * np.stack([side % 4, side // 4], 1)[:, None] + 0.5 + 3 * inside) / 16
+    box = vertices, faces
+    image = run(job_of([floor, box], 1, uv, others=RHO, target="image", margin=0)).colors[0]
+    for number in range(6):
+        row, column = 4 * (number // 4) + 1, 4 * (number % 4) + 1
+        own = image[row : row + 2, column : column + 2]
+        assert (own[..., 3] == 1).all() and own[..., :3].any() == (number != 4)
