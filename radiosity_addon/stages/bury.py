@@ -24,8 +24,6 @@ def open_layout(layout: Layout, context: Context) -> Layout:
 def surroundings_of(context: Context) -> Surroundings | None:
     """What may bury receivers; None where nothing does."""
     scene = context.scene
-    if context.crossings is None:
-        return None
     opaque = ~context.transmits
     for objects in (scene.casts_shadow, scene.visible):
         if objects is not None:

@@ -167,7 +167,7 @@ def _same_material(seams: SeamSamples, known: Known, material: np.ndarray) -> np
 
 def _is_free(seams: SeamSamples, context: Context) -> np.ndarray:
     """(k,) bool: nothing stands on the seam."""
-    if context.blockers[0].shadow is None or not len(seams.weight):
+    if not len(seams.weight):
         return np.ones(len(seams.weight), bool)
     starts, ends = (context.geometry.normalized(each) for each in (seams.starts, seams.ends))
     return is_path_clear(context, starts, seams.start_up, ends, seams.end_up)

@@ -109,7 +109,7 @@ def _look(material: Material, index: int) -> object:
 
 
 def _is_free(ways: Ways, context: Context) -> np.ndarray:
-    if context.blockers[0].shadow is None or not len(ways.starts):
+    if not len(ways.starts):
         return np.ones(len(ways.starts), bool)
     starts, ends = (context.geometry.normalized(each) for each in (ways.starts, ways.ends))
     return is_path_clear(context, starts, ways.start_up, ends, ways.end_up)

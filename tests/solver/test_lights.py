@@ -78,7 +78,7 @@ def test_dropping_useless_lights_saves_rays_and_changes_nothing(monkeypatch):
     room = replace(scenes.lamp_room(), lamps=(*USEFUL, *USELESS))
     found, _, solution = scenes.radiosity(room, 0.02)
     monkeypatch.setattr(
-        sources_module, "lights_that_reach", lambda kinds, linked, *_: np.ones(len(linked), bool)
+        sources_module, "useful_lights", lambda kinds, linked, *_: np.ones(len(linked), bool)
     )
     with_all, _, solution_with_all = scenes.radiosity(room, 0.02)
     apart = (found - with_all) / np.maximum(found, found.mean())

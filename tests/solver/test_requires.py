@@ -19,7 +19,7 @@ from radiosity_addon.solver.lights import context as context_module
 from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.materials.channels import channels_of
 from radiosity_addon.solver.progress import silent
-from radiosity_addon.solver.scene import AreaLamp, Material, PointLamp, Sky, SunLamp
+from radiosity_addon.solver.scene import Material, PointLamp, Sky, SunLamp
 from radiosity_addon.solver.solution import compose
 from radiosity_addon.solver.transport import solve_patches
 from radiosity_addon.solver.transport.places import Places, join_places
@@ -127,41 +127,6 @@ def test_one_channel_gives_what_three_give_in_less_time(monkeypatch):
     three, _ = solve(scene, divisions=24)
     assert apart(one, three) < 1e-3  # rounding may tip what gets another sample
     assert min(seconds[0]) < 0.9 * min(seconds[1])
-
-
-CLOSE_LAMP = AreaLamp(
-    "Panel", np.array([0.5, 0.5, 1.0]), np.array([0.2, 0, 0]), np.array([0, 0.2, 0]),
-    np.array([0, 0, -1.0]), np.ones(3),
-)  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("scene", "free"),
-    [
-        (room(), True),
-        (room(lamps=(CLOSE_LAMP,)), True),
-        (room(lamps=(BULB, SUN)), False),  # the sun is outside
-        (room(lamps=(replace(BULB, position=np.array([0.5, 0.5, 0.95])),)), False),  # sticks out
-        (furnished(), False),
-        (floor(lamps=(SUN, BULB)), True),
-        (floor(lamps=(SUN, replace(BULB, position=np.array([0.5, 0.5, -1])))), False),
-    ],
-)
-def test_scenes_in_which_nothing_stands_in_the_way(scene, free):
-    context = build_context(scene, 0, 1, silent)
-    assert (context.blockers[0].shadow is None) == free
-
-
-@pytest.mark.parametrize("lamp", [BULB, CLOSE_LAMP])
-def test_no_shadow_rays_in_an_empty_room(monkeypatch, lamp):
-    """All but the points that face away are lit, with shadow rays and without."""
-    monkeypatch.setattr(sequence, "energy_balance", lambda _: {})  # which follows light by rays
-    free, statistics = solve(room(lamps=(lamp,)), ("direct", "color"))
-    assert statistics.rays == 0
-    monkeypatch.setattr(context_module, "is_unobstructed", lambda *_: False)
-    traced, with_all = solve(room(lamps=(lamp,)), ("direct", "color"))
-    assert with_all.rays > 1000
-    assert np.allclose(free, traced, rtol=1e-6)
 
 
 @pytest.mark.parametrize(

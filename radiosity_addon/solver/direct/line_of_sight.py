@@ -51,7 +51,7 @@ class LineOfSight:
         """(k,) bool: from the middle of the receivers ``one`` (k,) int there are free ways to every
         corner of the footprints ``other`` (k,) int."""
         sees = np.ones(len(one), bool)
-        if self.context.blockers[0].shadow is None or len(one) == 0:
+        if len(one) == 0:
             return sees
         footprints = self.footprints
         first, cells = footprints.start[other], np.diff(footprints.start)[other]

@@ -55,10 +55,7 @@ def visibility(
     """
     if shade is not None:
         return _shaded_visibility(context, blockers, origins, segments, length, shade)
-    if blockers.shadow is None:
-        clear = np.ones(len(origins), bool)
-    else:
-        clear = blockers.shadow.clear(origins, segments, length)
+    clear = blockers.shadow.clear(origins, segments, length)
     if blockers.transmitting is None:
         return clear
     share = np.repeat(clear[:, None].astype(float), context.channels, axis=1)

@@ -30,8 +30,6 @@ ROUNDS = 4  # number [elements] that small faces of one may fall into: with more
 
 def split_at_discontinuities(context: Context, elements: Elements, target: int, tolerance: float) -> Elements:
     """Divide elements so that none lies on both sides of something; a few coarse ones may."""
-    if context.crossings is None:
-        return elements
     most = SPENT * max(elements.count, target)
     elements = _split_hidden(context, _cut_along_crossings(context, elements, most), most)
     return _refine_obstructed(context, elements, target, tolerance)

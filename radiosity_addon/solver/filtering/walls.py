@@ -45,7 +45,7 @@ class Walls:
 def find_walls(context: Context, footprints: Footprints, receivers: Receivers) -> Walls | None:
     """None where nothing stands on anything."""
     crossings = context.crossings
-    if crossings is None or len(crossings.triangle) == 0:
+    if len(crossings.triangle) == 0:
         return None
     position, normal = footprints.middle()
     normal = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)

@@ -18,7 +18,6 @@ from ..tracing.blockers import Blockers, build_blockers, trace_visible
 from ..tracing.crossings import Crossings, find_crossings
 from ..tracing.embree import Tracer
 from ..workers.parallel import Tick
-from .convex import is_unobstructed
 from .sky import Skylight, split_sky
 from .sky_spots import sky_spots
 from .sources import Sources, build_sources
@@ -59,11 +58,9 @@ class Context:
         return sum(tracer.seconds for tracer in self._distinct())
 
     @cached_property
-    def crossings(self) -> Crossings | None:
-        """Where triangles are cut by others that block light; None where nothing blocks any."""
+    def crossings(self) -> Crossings:
+        """Where triangles are cut by others that block light."""
         shadow = self.blockers[0].shadow
-        if shadow is None:
-            return None
         return find_crossings(self.geometry, shadow, self.threads, self.tick("elements"))
 
     def under(self, sources: Sources) -> Context:
@@ -131,10 +128,7 @@ def build_context(scene: Scene, seed: int, threads: int, progress: Progress) -> 
         spots = sky_spots(pixels.shape[:2], found)
         sky = Skylight(pixels)
     sources, explicit = build_sources(scene, geometry, tracer, spots)
-    if is_unobstructed(geometry, sources):
-        blockers = (Blockers(None, None),) * len(sources.blocking)
-    else:
-        blockers = build_blockers(scene, geometry, transmits, tracer, sources.blocking)
+    blockers = build_blockers(scene, geometry, transmits, tracer, sources.blocking)
     unit, channels = _brightest(scene, sources, sky), channels_of(scene)
     sources = sources.scaled(1 / unit).narrowed(channels)
     if sky is not None:

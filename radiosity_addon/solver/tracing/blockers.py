@@ -14,9 +14,9 @@ from .embree import Tracer
 
 @dataclass(frozen=True)
 class Blockers:
-    """``shadow`` blocks light altogether; ``transmitting`` lets some through; None: nothing does either."""
+    """``shadow`` blocks light altogether; ``transmitting`` lets some through, None: nothing does."""
 
-    shadow: Tracer | None
+    shadow: Tracer
     transmitting: Tracer | None
 
 
