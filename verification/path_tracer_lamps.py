@@ -68,7 +68,7 @@ def _of_point(lamp: PointLamp, place, normal, s, t, x, y):
     square = (toward**2).sum(axis=1)
     unit = toward / np.sqrt(square)[:, None]
     one, other = across(unit)
-    if lamp.ball and lamp.radius > 0:  # directions in the cone under which a sphere is seen
+    if lamp.sphere and lamp.radius > 0:  # directions in the cone under which a sphere is seen
         drop = 1 - np.sqrt(np.maximum(1 - lamp.radius**2 / square, 0))
         z, turn = 1 - drop * s, 2 * np.pi * t
         flat = np.sqrt(1 - z * z)

@@ -125,7 +125,7 @@ def luminaires(random):
         shape = shape.astype(np.float32)
         beam = {"axis": DOWN, "cone": 2.0, "blend": 0.5} if k % 4 == 3 else {}
         radius = (0.0, 0.05, 0.1, 0.05)[k % 4]
-        lamps.append(PointLamp(f"{k}", place, np.ones(3), radius, ball=k % 4 == 2,
+        lamps.append(PointLamp(f"{k}", place, np.ones(3), radius, sphere=k % 4 == 2,
                                distribution=shape, **beam))  # fmt: skip
     return build, build.scene(lamps), None
 

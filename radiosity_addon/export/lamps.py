@@ -56,7 +56,7 @@ def _point(name, light, matrix, power, warnings) -> PointLamp:
     if not getattr(light, "normalize", True):
         intensity = power * (radius**2 if radius > 0.0 else 1.0 / np.pi)
     soft = getattr(light, "use_soft_falloff", True)
-    return PointLamp(name, matrix[:3, 3].copy(), intensity, radius, ball=not soft)
+    return PointLamp(name, matrix[:3, 3].copy(), intensity, radius, sphere=not soft)
 
 
 def _spot(name, light, matrix, power, warnings) -> PointLamp:
@@ -67,7 +67,7 @@ def _spot(name, light, matrix, power, warnings) -> PointLamp:
         cone = SMALLEST_CONE
     return PointLamp(
         name, plain.position, plain.intensity, plain.radius,
-        axis=_unit(-matrix[:3, 2]), cone=cone, blend=float(light.spot_blend), ball=plain.ball,
+        axis=_unit(-matrix[:3, 2]), cone=cone, blend=float(light.spot_blend), sphere=plain.sphere,
     )  # fmt: skip
 
 

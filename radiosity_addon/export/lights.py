@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..solver.scene import AreaLamp, Lamp, PointLamp, SunLamp
+from ..solver.scene import Lamp, PointLamp
 from .colors import NotSimple, multiply
 from .images import working_space_is_rec709
 from .lamp_shape import ShapeStage, split, tree_varies, unreadable
@@ -19,7 +19,6 @@ from .remarks import tree_remarks
 from .sockets import Reader, source, uses_nodes
 
 BY_DIRECTION = (5, 0, 0)  # the first Blender whose lamps that are spheres are shaped by direction
-STRENGTH = {PointLamp: "intensity", SunLamp: "irradiance", AreaLamp: "radiance"}
 
 
 @dataclass(frozen=True)
@@ -68,7 +67,7 @@ def with_node_colors(lights: list[Light], frame: int, warnings: list[str]) -> li
 
 def _times(light: Light, color: np.ndarray, distribution) -> list[Light]:
     """The light with its lamp's strength times a ``color`` (3,), and shaped; none where dark."""
-    name = STRENGTH[type(light.lamp)]
+    name = light.lamp.color_field
     values = {name: getattr(light.lamp, name) * color}
     if distribution is not None:
         values["distribution"] = distribution
@@ -120,7 +119,7 @@ class Shapes:
                 f"{owner}: its light changes with distance in another way than the inverse square "
                 f"({what}); in the bake it falls with that"
             )
-        if light.lamp.ball and light.lamp.radius > 0.0 and bpy.app.version < BY_DIRECTION:
+        if light.lamp.sphere and light.lamp.radius > 0.0 and bpy.app.version < BY_DIRECTION:
             warnings.append(
                 f"{owner}: without soft falloff Cycles of this Blender shapes its light by the place "
                 "on the sphere, the bake by direction; turn Soft Falloff on, or the radius to 0"

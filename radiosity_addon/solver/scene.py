@@ -8,7 +8,7 @@ radiance 1), and exitance is π times that.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Union
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -39,9 +39,25 @@ def sides(materials: tuple[Material, ...]) -> list[Material]:
     return [*materials, *(material.back for material in materials if material.back)]
 
 
+class Lamp(Protocol):
+    """A lamp: a frozen dataclass, whose numbers are checked, with a ``name``.
+
+    ``color_field`` names the field (3,) that tells how bright it is, in the lamp's own unit.
+    """
+
+    color_field: ClassVar[str]
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def middle(self) -> np.ndarray | None:
+        """(3,) where it is; None: infinitely far."""
+
+
 @dataclass(frozen=True)
 class PointLamp:
-    """A disk of ``radius`` that faces every point it lights, as in Cycles; a ``ball`` is a sphere.
+    """A disk of ``radius`` that faces every point it lights, as in Cycles; a ``sphere`` is one.
 
     ``intensity`` (3,) is its radiant intensity [W/sr] (P/4π for P watts).
 
@@ -52,6 +68,8 @@ class PointLamp:
     which light leaves, laid out as a ``Sky``'s pixels and linear between their middles; None: 1.
     """
 
+    color_field: ClassVar[str] = "intensity"
+
     name: str
     position: np.ndarray  # (3,)
     intensity: np.ndarray  # (3,)
@@ -59,8 +77,13 @@ class PointLamp:
     axis: np.ndarray | None = None
     cone: float = np.pi
     blend: float = 0.0
-    ball: bool = False
+    sphere: bool = False
     distribution: np.ndarray | None = None
+
+    @property
+    def middle(self) -> np.ndarray:
+        """See ``Lamp``."""
+        return self.position
 
 
 @dataclass(frozen=True)
@@ -68,10 +91,17 @@ class SunLamp:
     """A distant disk. ``direction`` (3,) unit, in which light travels; ``irradiance`` (3,) [W/m²]
     on a surface that faces it; ``angle`` its full angular diameter [rad]."""
 
+    color_field: ClassVar[str] = "irradiance"
+
     name: str
     direction: np.ndarray
     irradiance: np.ndarray
     angle: float = 0.0
+
+    @property
+    def middle(self) -> None:
+        """See ``Lamp``."""
+        return None
 
 
 @dataclass(frozen=True)
@@ -83,6 +113,8 @@ class AreaLamp:
     π is plain Lambertian, less narrows the beam.
     """
 
+    color_field: ClassVar[str] = "radiance"
+
     name: str
     center: np.ndarray
     u: np.ndarray
@@ -92,14 +124,15 @@ class AreaLamp:
     ellipse: bool = False
     spread: float = np.pi
 
-
-Lamp = Union[PointLamp, SunLamp, AreaLamp]
-LAMP_COLOR = {PointLamp: "intensity", SunLamp: "irradiance", AreaLamp: "radiance"}
+    @property
+    def middle(self) -> np.ndarray:
+        """See ``Lamp``."""
+        return self.center
 
 
 def lamp_color(lamp: Lamp) -> np.ndarray:
     """(3,) how bright a lamp is, in its own unit."""
-    return getattr(lamp, LAMP_COLOR[type(lamp)])
+    return getattr(lamp, lamp.color_field)
 
 
 @dataclass(frozen=True)

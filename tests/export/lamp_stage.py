@@ -18,7 +18,7 @@ def irradiance(lamp):
         # A soft lamp is a disk of radius r that faces the receiver: E = I / (d² + r²). A ball seen
         # whole brings I / d², seen from inside I / r².
         square, soft = np.sum(lamp.position**2), lamp.radius**2
-        whole = max(square, soft) if lamp.ball else square + soft
+        whole = max(square, soft) if lamp.sphere else square + soft
         return lamp.intensity / whole * falloff(lamp)
     area = np.linalg.norm(np.cross(lamp.u, lamp.v)) * (np.pi / 4 if lamp.ellipse else 1.0)
     toward = lamp.center / np.linalg.norm(lamp.center)

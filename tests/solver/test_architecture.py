@@ -11,7 +11,7 @@ from radiosity_addon.solver.sampling.streams import Stream
 SOLVER = Path(__file__).resolve().parents[2] / "radiosity_addon" / "solver"
 # From the lowest to the highest. A module imports its own layer's package or lower ones only.
 LAYERS = (
-    "workers", "progress", "passes", "fields", "scene", "receivers", "solution", "check", "geometry",
+    "workers", "array_struct", "progress", "passes", "fields", "scene", "receivers", "solution", "check", "geometry",
     "materials", "sampling", "tracing", "lights", "direct", "elements", "transport", "gather",
     "filtering", "adaptive", "energy", "sequence", "tiles",
 )

@@ -143,7 +143,7 @@ def test_half_hidden_round_lamp(ball, distance, per):
     radiance 1 / πr². A sphere is seen as the disk that its outline spans, which lies d cos²σ away
     and has the radius r cosσ, sinσ = r / d."""
     radius = 0.25
-    lamp = PointLamp("Lamp", EDGE * Z, np.ones(3), radius, ball=ball)
+    lamp = PointLamp("Lamp", EDGE * Z, np.ones(3), radius, sphere=ball)
     flat, areas = disk_grid(1.0)
 
     def truth(x, y):

@@ -64,7 +64,7 @@ def test_below_a_soft_lamp(ball):
     uniform up to S = sin²σ. cosα = √(1 − s) has the mean ⅔ (1 − (1 − S)^{3/2}) / S. A disk that faces
     the place brings 1 / (h² + r²) and has S = r² / (h² + r²), a sphere 1 / h² and S = r² / h²."""
     radius = 0.3
-    light = lamp(picture(lambda x, y, z: np.maximum(-z, 0)), radius, ball=ball)
+    light = lamp(picture(lambda x, y, z: np.maximum(-z, 0)), radius, sphere=ball)
     n = 40_000
     found = sampled(light, np.tile([0.5, 0.5, 0], (n, 1)), np.tile(-DOWN, (n, 1)))
     square = HEIGHT**2 + (0 if ball else radius**2)

@@ -22,7 +22,7 @@ from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import Material, PointLamp, Sky, SunLamp
 from radiosity_addon.solver.solution import compose
 from radiosity_addon.solver.transport import solve_patches
-from radiosity_addon.solver.transport.places import Places, join_places
+from radiosity_addon.solver.transport.places import Places
 from verification.meshes import box_polygons, box_scene, grid, triangle_receivers
 from verification.meshes import scene as make_scene
 
@@ -167,7 +167,7 @@ def test_sides_that_no_light_leaves_get_no_unknowns(monkeypatch):
         every = [Places(cells, elements.triangle[cells], *middle.T, side).on(patches)
                  for side in (fronts, ~fronts)]  # fmt: skip
         found, number = seeds(context, patches, *rest)
-        return join_places([found, *every]), number
+        return Places.join([found, *every]), number
 
     monkeypatch.setattr(solve_patches, "_seeds", everywhere)
     more, with_all = solve(scene, ("indirect",))

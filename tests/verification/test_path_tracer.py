@@ -104,7 +104,7 @@ def test_point_sun_and_sky():
 def test_soft_lamps():
     """A disk of radius 1 that faces from a distance 2 brings I / (d² + r²), a sphere I / d²."""
     for ball, expected in ((False, 0.2), (True, 0.25)):
-        lamp = PointLamp("soft", np.array([0, -1.0, 2]), np.ones(3), 1.0, ball=ball)
+        lamp = PointLamp("soft", np.array([0, -1.0, 2]), np.ones(3), 1.0, sphere=ball)
         found = seen(above_floor(lamps=(lamp,)))
         close(found.direct, found.direct_error, expected, 0.01)
 

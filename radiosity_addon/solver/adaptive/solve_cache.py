@@ -18,7 +18,7 @@ from ..lights.context import Context
 from ..materials.channels import channels_of
 from ..receivers import Receivers
 from ..sampling.streams import Stream
-from ..scene import LAMP_COLOR, Lamp, Scene, lamp_color, sides
+from ..scene import Lamp, Scene, lamp_color, sides
 from ..transport.lit_patches import light_points
 from ..transport.radiosity import Radiosity, solve_rows
 from .plan import Plan
@@ -174,9 +174,9 @@ def shape_digest(scene: Scene, receivers: Receivers, seed: int) -> str:
     whether each light shines at all: elements are small where the shadows of those that do have
     their edges. The sky counts as shape: rows remember what their rays brought from it."""
     baked = np.unique(scene.object[receivers.triangle])
-    surfaces = [(m.reflectance, m.transmittance, _shines(m.emission), m.back is None)
+    surfaces = [(m.reflectance, m.transmittance, _glows(m.emission), m.back is None)
                 for m in sides(scene.materials)]  # fmt: skip
-    lamps = [(replace(lamp, name="", **{LAMP_COLOR[type(lamp)]: None}), _shines(lamp))
+    lamps = [(replace(lamp, name="", **{lamp.color_field: None}), _shines(lamp))
               for lamp in scene.lamps]  # fmt: skip
     return digest(
         seed, channels_of(scene), baked, scene.vertices, scene.triangles, scene.material,
@@ -191,11 +191,15 @@ def light_digest(scene: Scene) -> str:
     return digest(lamps, [material.emission for material in sides(scene.materials)])
 
 
-def _shines(thing: Lamp | Field) -> tuple[str, bool]:
-    """The kind of a lamp or an emission field, and whether it gives any light."""
-    names = (*LAMP_COLOR.values(), "value", "factor", "values")
-    values = [getattr(thing, name, 1.0) for name in names]
-    return type(thing).__name__, all(np.any(np.asarray(v) > 0) for v in values)
+def _shines(lamp: Lamp) -> tuple[str, bool]:
+    """The type of a lamp, and whether it gives any light."""
+    return type(lamp).__name__, bool(np.any(np.asarray(lamp_color(lamp)) > 0))
+
+
+def _glows(field: Field) -> tuple[str, bool]:
+    """The type of a field of emission, and whether it may give any light."""
+    values = [getattr(field, name, 1.0) for name in ("value", "factor", "values")]
+    return type(field).__name__, all(np.any(np.asarray(v) > 0) for v in values)
 
 
 def digest(*things: object) -> str:

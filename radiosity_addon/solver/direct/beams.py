@@ -6,17 +6,18 @@ a beam's reflection lights is sampled as other direct light is, and no ray has t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..geometry.vectors import tangents
 from ..lights.context import Context
-from ..lights.facing_disks import FacingDisks
 from ..lights.flat_shapes import ELLIPSE
-from ..lights.polygons import Polygons
+from ..lights.light_batch import Leaving, LightBatch
+from ..lights.polygons import Polygons, lamp_polygons
 from ..sampling.sobol import sobol
 from ..sampling.streams import Stream
+from ..tracing.embree import Hits
 from .transmission import followed
 
 TRIAL = 64  # number [particles of each spot] that find how much of the surface it lights
@@ -65,27 +66,27 @@ def find_beams(context: Context) -> np.ndarray:
     used = sources.used()
     used = used[sources.block[used] == 0]
     found = [_beams_of(context, batch, used[sources.batch[used] == number])
-             for number, batch in enumerate(sources.batches) if isinstance(batch, FacingDisks)]  # fmt: skip
+             for number, batch in enumerate(sources.batches)]  # fmt: skip
     return np.concatenate([np.zeros(0, int), *found])
 
 
-def _beams_of(context: Context, batch: FacingDisks, lights: np.ndarray) -> np.ndarray:
+def _beams_of(context: Context, batch: LightBatch, lights: np.ndarray) -> np.ndarray:
     """Those of the ``lights`` (n,) int of one kind."""
-    index = context.sources.index
-    spots = lights[batch.edge[index[lights]] > -1]
+    index, (angle, radius) = context.sources.index, batch.cones()
+    spots = lights[np.isfinite(angle[index[lights]])]
     if len(spots) == 0:
         return spots
-    which = np.repeat(index[spots], TRIAL)
+    own = index[spots]
     xi = np.tile(sobol(TRIAL, 2, Stream.BEAM_TRIALS), (len(spots), 1))
-    _, direction, _, hits = _shot(context, batch, which, xi)
+    xi = np.hstack([xi, np.zeros_like(xi)])  # from the lights' middles
+    left, hits = _shot(context, batch, np.repeat(own, TRIAL), xi)
     met = hits.triangle >= 0
     normal = context.geometry.normal[hits.triangle[met]]
-    cosine = np.abs(np.einsum("ij,ij->i", normal, direction[met]))
-    across = np.zeros(len(which))
+    cosine = np.abs(np.einsum("ij,ij->i", normal, left.direction[met]))
+    across = np.zeros(len(met))
     across[met] = hits.distance[met] ** 2 / np.maximum(cosine, STEEPEST)
-    angle = 2 * np.pi * (1 - batch.edge[index[spots]])
-    lit = angle * across.reshape(len(spots), TRIAL).mean(axis=1)
-    lit += np.pi * batch.radius[index[spots]] ** 2
+    lit = angle[own] * across.reshape(len(spots), TRIAL).mean(axis=1)
+    lit += np.pi * radius[own] ** 2
     landed = met.reshape(len(spots), TRIAL).mean(axis=1)
     return spots[(landed > LANDED) & (lit < NARROW * context.geometry.area.sum())]
 
@@ -97,11 +98,11 @@ def beam_spots(context: Context, beams: np.ndarray) -> Polygons | None:
     found = [spot for light in beams for spot in _spots_of(context, light)]
     if not found:
         return None
-    return Polygons(*(np.array(column) for column in zip(*found)))
+    return lamp_polygons(*(np.array(column) for column in zip(*found)))
 
 
 def _spots_of(context: Context, light: int):
-    """Rows of Polygons: what a beam makes."""
+    """What a beam makes: arguments of ``lamp_polygons``."""
     position, normal, power = _landed(context, light)
     level = power.mean(axis=1)
     if level.sum() <= 0:
@@ -117,7 +118,7 @@ def _spots_of(context: Context, light: int):
 
 
 def _ellipse(position: np.ndarray, normal: np.ndarray, level: np.ndarray, power: np.ndarray):
-    """A row of Polygons of ``power`` (channels,): an even ellipse whose second moments are those of
+    """Arguments of ``lamp_polygons``, of ``power`` (channels,): an even ellipse whose second moments are those of
     positions (n, 3) with weights ``level`` (n,) on one plane. Along a half axis a they are a² / 4."""
     weight = level / level.sum()
     middle = weight @ position
@@ -127,10 +128,7 @@ def _ellipse(position: np.ndarray, normal: np.ndarray, level: np.ndarray, power:
     half = np.maximum(2 * np.sqrt(np.maximum(moments, 0)), SMALLEST)
     u, v = (2 * h * (t @ axes) for h, t in zip(half, directions.T))
     area = np.pi * half.prod()
-    return (
-        power / (np.pi * area), ELLIPSE, middle - (u + v) / 2, u, v, normal, False, np.pi, 1.0, 0.0,
-        -1, np.zeros((3, 2)), -1,
-    )  # fmt: skip
+    return power / (np.pi * area), ELLIPSE, middle - (u + v) / 2, u, v, normal, np.pi
 
 
 def _landed(context: Context, light: int):
@@ -138,11 +136,11 @@ def _landed(context: Context, light: int):
     (n, channels) that is reflected there."""
     batch, index = context.sources.named(light)
     xi = sobol(PARTICLES, 4, context.seed, Stream.BEAMS, light)
-    origin, direction, beam, first = _shot(context, batch, np.full(PARTICLES, index), xi)
-    power = batch.color[index] * (2 * np.pi * (1 - batch.edge[index]) / PARTICLES * beam)[:, None]
+    left, first = _shot(context, batch, np.full(PARTICLES, index), xi)
+    power = batch.color[index] * (left.power / PARTICLES)[:, None]
     met = [(np.arange(PARTICLES), first, np.ones(power.shape))]
     if context.transmits.any():
-        met += followed(context, origin, direction, first)
+        met += followed(context, left.origin, left.direction, first)
     parts = []
     for rays, hits, weight in met:
         some = np.flatnonzero(hits.triangle >= 0)
@@ -157,9 +155,11 @@ def _landed(context: Context, light: int):
     return tuple(np.concatenate(part) for part in zip(*parts))
 
 
-def _shot(context: Context, batch: FacingDisks, which: np.ndarray, xi: np.ndarray):
-    """Particles of lamps ``which`` (n,): origins and directions (n, 3) float32, brightness (n,), and
-    what they hit. See ``FacingDisks.leave``."""
-    origin, direction, beam = batch.leave(which, xi)
-    origin, direction = (np.ascontiguousarray(a, np.float32) for a in (origin, direction))
-    return origin, direction, beam, context.tracer.intersect(origin, direction)
+def _shot(
+    context: Context, batch: LightBatch, which: np.ndarray, xi: np.ndarray
+) -> tuple[Leaving, Hits]:
+    """Particles of lights ``which`` (n,), in float32, and what they hit. See ``LightBatch.leave``."""
+    left = batch.leave(which, xi)
+    left = replace(left, origin=np.ascontiguousarray(left.origin, np.float32),
+                   direction=np.ascontiguousarray(left.direction, np.float32))  # fmt: skip
+    return left, context.tracer.intersect(left.origin, left.direction)

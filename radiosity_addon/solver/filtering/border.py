@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from ..array_struct import ArrayStruct
+
 LEVELS = 2  # number [levels] of kernels that borders have: neighbors up to two texels away
 PLANE = 0.1  # height [of its distance] of a neighbor over a texel's plane, at most
 FACING = 0.99  # cosine between the normals of neighbors, at least
@@ -20,7 +22,7 @@ Missing = tuple[int, float, float, np.ndarray]  # a direction: see ``find_border
 
 
 @dataclass(frozen=True)
-class Border:
+class Border(ArrayStruct):
     """``weight`` of the texels in the pixels ``other``, for those in ``pixel`` (k,) each."""
 
     pixel: np.ndarray
@@ -35,10 +37,6 @@ class Border:
         values = np.concatenate([self.weight, -total]).astype(np.float32)
         columns = np.concatenate([self.other, pixels])
         return pixels, csr_matrix((values, (rows, columns)), shape=(len(pixels), size))
-
-    def take(self, kept: np.ndarray) -> Border:
-        """Some of the neighbors."""
-        return Border(self.pixel[kept], self.other[kept], self.weight[kept])
 
 
 def find_border(

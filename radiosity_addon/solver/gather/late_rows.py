@@ -27,5 +27,5 @@ def light_of_unknown(
     ends = join_ends([unknown.take(late), ends], context.channels)
     unknown = np.flatnonzero(radiosity.unknown[ends.places.entry])
     if len(unknown):
-        radiosity = extended(context, radiosity, ends.places[unknown], (*key, 3))
+        radiosity = extended(context, radiosity, ends.places.take(unknown), (*key, 3))
     return bounced + light_at(radiosity.reflected, ends, count), first, radiosity

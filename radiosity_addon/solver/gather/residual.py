@@ -21,7 +21,7 @@ from ..lights.context import Context
 from ..sampling.points import Points, footprint_points
 from ..sampling.sobol import uniform
 from ..transport.onward import Ends, ends_of, join_ends
-from ..transport.places import Places, join_places, no_places
+from ..transport.places import Places, no_places
 from ..transport.radiosity import Radiosity
 from ..transport.rays import Met, find_lost, mean_of_rays, shoot_shifted, sums_of
 from ..workers.parallel import map_chunks, ranges
@@ -74,7 +74,7 @@ def join_residuals(parts: list[Residuals]) -> Residuals:
         for name in ("owner", "irradiance", "lack", "value")
     }
     visit = np.concatenate([part.visit + start for part, start in zip(parts, first)])
-    return Residuals(places=join_places([part.places for part in parts]), visit=visit, **arrays)
+    return Residuals(places=Places.join([part.places for part in parts]), visit=visit, **arrays)
 
 
 def _follow(
@@ -108,7 +108,7 @@ def _follow(
         *visits or [(nothing, no_places(), np.zeros((0, context.channels)))]
     )
     return Residuals(
-        owners, known.astype(np.float32), lack.astype(np.float32), join_places(list(places)),
+        owners, known.astype(np.float32), lack.astype(np.float32), Places.join(list(places)),
         np.concatenate(path), np.concatenate(value),
     )
 

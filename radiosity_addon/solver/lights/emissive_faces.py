@@ -13,7 +13,7 @@ import numpy as np
 
 from ..fields import Constant, is_black, same_field
 from ..geometry.triangles import OFFSET, Geometry
-from ..materials.emissive_parts import EmissiveParts, cut, join_parts, undivided
+from ..materials.emissive_parts import EmissiveParts, cut, undivided
 from ..materials.evaluate import evaluate_material
 from ..sampling.sobol import cosine_directions, sobol, tangent_frames
 from ..sampling.streams import Stream
@@ -83,7 +83,7 @@ def _cells_of_sides(scene: Scene, geometry: Geometry) -> tuple[EmissiveParts, np
         cells, found = _cells(seen, geometry, some)
         share[some] = np.maximum(share[some], found)
         parts.append(replace(cells, side=np.where(by_side[cells.triangle], side, 0)))
-    return join_parts(parts), share
+    return EmissiveParts.join(parts), share
 
 
 def _glowing(scene: Scene, geometry: Geometry) -> np.ndarray:
@@ -106,7 +106,7 @@ def _cells(scene: Scene, geometry: Geometry, triangle: np.ndarray) -> tuple[Emis
     if not varies.any():
         return undivided(constant, radiance), share
     cells, share[varies] = cut(scene, triangle[varies], geometry.area[triangle[varies]])
-    return join_parts([undivided(constant, radiance), cells]), share
+    return EmissiveParts.join([undivided(constant, radiance), cells]), share
 
 
 def _small(scene: Scene, geometry: Geometry, triangle: np.ndarray, share: np.ndarray) -> np.ndarray:

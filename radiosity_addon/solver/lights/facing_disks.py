@@ -6,12 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.triangles import Geometry
 from ..geometry.vectors import columns, dot, size, tangents
 from ..sampling.points import Middles
 from ..sampling.sobol import tangent_frames
+from ..scene import PointLamp
 from .cones import cone_directions, sphere_form_factor
-from .distributions import FINE, Distributions
-from .light_batch import Sample, Unoccluded, chord, combined, in_disk, unknown
+from .distributions import FINE, Distributions, make_distributions
+from .light_batch import Leaving, Sample, Unoccluded, chord, combined, in_disk, unknown
 from .light_tree import Emitters
 
 NODES = 24  # number [nodes] of the quadrature across a soft spot
@@ -33,9 +35,10 @@ class FacingDisks:
     smooth: np.ndarray  # (k,) width of the spot's blend, in cosines
     shapes: Distributions | None = None  # how intensity varies with direction; None: it does not
 
-    def middle(self) -> tuple[np.ndarray, np.ndarray]:
-        """Centers (k, 3) and radii (k,)."""
-        return self.position, self.radius
+    @property
+    def distant(self) -> bool:
+        """False."""
+        return False
 
     def sample(
         self, which: int | np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
@@ -109,25 +112,30 @@ class FacingDisks:
         xi = np.stack([(axis.ravel() + 0.5) / FINE for axis in np.indices((FINE, FINE))], 1)
         for light in range(len(beam)):
             if self.uneven(light):
-                _, _, brightness = self.leave(np.full(len(xi), light), xi)
+                direction = self._directions(np.full(len(xi), light), xi)
+                brightness = self.leaving(np.full(len(xi), light), -direction.T)
                 beam[light] = (1 - max(self.edge[light], -1)) * brightness.mean()
         return self.color * (2 * np.pi * beam)[:, None]
 
-    def leave(self, which: np.ndarray, xi: np.ndarray):
-        """Where particles leave lamps ``which`` (n,), from ``xi`` (n, 2 or 4) in [0, 1): origins (n, 3),
-        unit directions (n, 3), uniform in the lamps' cones, and the brightness (n,) there. With four
-        numbers they leave the disk across their way, with two its middle."""
+    def leave(self, which: np.ndarray, xi: np.ndarray) -> Leaving:
+        """Uniformly into the lamps' cones, from the disks across the particles' ways."""
+        direction = self._directions(which, xi)
+        x, y = self.radius[which] * np.stack(in_disk(xi[:, 2], xi[:, 3]))
+        one, other = tangents(np.ascontiguousarray(direction.T))
+        power = 2 * np.pi * (1 - np.maximum(self.edge[which], -1)) * self.leaving(which, -direction.T)
+        return Leaving(self.position[which] + (x * one + y * other).T, direction, power)
+
+    def cones(self) -> tuple[np.ndarray, np.ndarray]:
+        """Those of spots."""
+        return np.where(self.edge > -1, 2 * np.pi * (1 - self.edge), np.inf), self.radius
+
+    def _directions(self, which: np.ndarray, xi: np.ndarray) -> np.ndarray:
+        """(n, 3) unit, uniform in the lamps' cones, from the first two of ``xi`` (n, m)."""
         edge = np.maximum(self.edge[which], -1)
         z = 1 - (1 - edge) * xi[:, 0]
         flat, azimuth = np.sqrt(np.maximum(1 - z**2, 0)), 2 * np.pi * xi[:, 1]
         local = np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), z], 1)
-        direction = np.einsum("ni,nij->nj", local, tangent_frames(self.axis[which]))
-        origin = self.position[which]
-        if xi.shape[1] > 2:
-            x, y = self.radius[which] * np.stack(in_disk(xi[:, 2], xi[:, 3]))
-            across = tangents(np.ascontiguousarray(direction.T))
-            origin = origin + (x * across[0] + y * across[1]).T
-        return origin, direction, self.leaving(which, -direction.T)
+        return np.einsum("ni,nij->nj", local, tangent_frames(self.axis[which]))
 
     def _mean_beam(self, which: int, toward: np.ndarray, normal: np.ndarray, distance: np.ndarray):
         """(n,) a soft spot's beam averaged over its disk, all of it above the horizons of unit
@@ -214,3 +222,21 @@ class FacingDisks:
         spot = self.edge > -1
         return Emitters(self.position, self.radius, self.axis, np.where(spot, 1, 0.5) * power * 2,
                         np.where(spot, 0, power), ~spot)  # fmt: skip
+
+
+def batch_of_point_lamps(
+    lamps: list[PointLamp], geometry: Geometry, batch: type[FacingDisks] = FacingDisks
+) -> FacingDisks:
+    """Of point and spot lamps, as a ``batch`` of disks or of spheres."""
+    spot = np.array([lamp.axis is not None for lamp in lamps])
+    half = np.array([min(lamp.cone, 2 * np.pi) / 2 for lamp in lamps])
+    edge = np.where(spot, np.cos(half), -2.0)
+    return batch(
+        np.array([np.asarray(lamp.intensity, float) / geometry.scale**2 for lamp in lamps]),
+        np.array([geometry.normalized(lamp.position) for lamp in lamps]),
+        np.array([lamp.radius / geometry.scale for lamp in lamps]),
+        np.array([np.asarray((0, 0, -1) if lamp.axis is None else lamp.axis, float) for lamp in lamps]),
+        edge,
+        np.where(spot, (1 - edge) * np.array([lamp.blend for lamp in lamps]), 1.0),
+        make_distributions([lamp.distribution for lamp in lamps]),
+    )

@@ -1,10 +1,10 @@
-"""Light batch: what the kinds of explicitly sampled light have in common.
+"""Light batch: what all types of explicitly sampled light have in common.
 
-The kinds are ``polygons``, ``facing_disks``, ``spheres``, ``suns`` and ``sky_spots``. A kind holds
+The types are ``polygons``, ``facing_disks``, ``spheres``, ``suns`` and ``sky_spots``. A batch holds
 arrays, one entry a light. It gives, at points: the irradiance that would arrive without obstacles,
 and rays that test whether it does. Where that irradiance is the same at all of an owner's points it
-is found once, and only the rays are made for each. A new kind of light is one more class that has
-what ``LightBatch`` asks for, and a line in ``sources``.
+is found once, and only the rays are made for each. A new type of light is one more class that has
+what ``LightBatch`` asks for, and a line in ``sources.BATCHES``.
 """
 
 from __future__ import annotations
@@ -63,12 +63,39 @@ class Unoccluded:
     warp: Callable | None = None
 
 
+@dataclass(frozen=True)
+class Leaving:
+    """n particles that leave lights: where, in which unit direction, and the ``power`` per unit of the
+    light's color that each stands for: its mean over the particles of a light is all that it sends
+    out."""
+
+    origin: np.ndarray  # (n, 3)
+    direction: np.ndarray  # (n, 3)
+    power: np.ndarray  # (n,)
+
+
 class LightBatch(Protocol):
-    """k lights of one kind."""
+    """k lights of one type."""
 
     @property
     def color(self) -> np.ndarray:
         """(k, channels) what the irradiances are multiplied by; [W/m²] then."""
+
+    @property
+    def distant(self) -> bool:
+        """Whether they are infinitely far away: no distance compares them with others."""
+
+    @property
+    def power(self) -> np.ndarray:
+        """(k, channels) in normalized lengths; of distant lights what passes the scene."""
+
+    def leave(self, which: np.ndarray, xi: np.ndarray) -> Leaving:
+        """Particles of lights ``which`` (n,), from ``xi`` (n, 4) in [0, 1): the first two are for the
+        direction, the others for the place."""
+
+    def cones(self) -> tuple[np.ndarray, np.ndarray]:
+        """Of lights that shine from one place into a cone, its solid angle (k,) [sr], inf for others,
+        and the radius (k,) of that place."""
 
     def sample(
         self, which: int | np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
@@ -90,6 +117,11 @@ class LightBatch(Protocol):
 
     def emitters(self) -> Emitters:
         """How they shine, roughly: a tree of lights is made of that."""
+
+
+def no_cones(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """``LightBatch.cones`` of ``count`` lights that shine into none."""
+    return np.full(count, np.inf), np.zeros(count)
 
 
 def unknown(middles: Middles) -> Unoccluded:

@@ -8,9 +8,11 @@ of Many Lights with Adaptive Tree Splitting"): its cost grows with the logarithm
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+
+from ..array_struct import ArrayStruct
 
 LEAST = 0.02  # share [of a node's power] that is always taken to leave toward a point
 SLACK = 0.25  # factor [a node's apparent size]: light that leaves although its mean faces away
@@ -19,7 +21,7 @@ BITS = 10  # number [bits] of each coordinate in the order along which lights ar
 
 
 @dataclass(frozen=True)
-class Emitters:
+class Emitters(ArrayStruct):
     """How n lights shine, roughly. ``front`` and ``back`` [W/sr]: radiant intensity along the
     normal and against it; from there it falls with the cosine, unless ``round``: then both are
     half of what goes into every direction."""
@@ -30,16 +32,6 @@ class Emitters:
     front: np.ndarray  # (n,)
     back: np.ndarray  # (n,)
     round: np.ndarray  # (n,) bool
-
-    def take(self, chosen: np.ndarray) -> Emitters:
-        """Some of them."""
-        return Emitters(*(getattr(self, field.name)[chosen] for field in fields(self)))
-
-
-def join_emitters(parts: list[Emitters]) -> Emitters:
-    """The lights of all parts, of which there is at least one."""
-    names = [field.name for field in fields(Emitters)]
-    return Emitters(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 @dataclass(frozen=True)

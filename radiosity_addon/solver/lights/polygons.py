@@ -2,23 +2,35 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from ..array_struct import ArrayStruct
 from ..geometry.lambert import polygon_form_factor
+from ..geometry.triangles import OFFSET, Geometry
 from ..geometry.vectors import columns, dot
 from ..sampling.points import Middles
-from .flat_shapes import ELLIPSE, RECTANGLE, TRIANGLE, coordinates_in, corner_coordinates, each
-from .light_batch import Sample, Unoccluded, partly_above
+from ..sampling.sobol import cosine_directions, tangent_frames
+from ..scene import AreaLamp
+from .flat_shapes import (
+    ELLIPSE,
+    RECTANGLE,
+    TRIANGLE,
+    coordinates_in,
+    corner_coordinates,
+    each,
+    spread_falloff,
+)
+from .light_batch import Leaving, Sample, Unoccluded, no_cones, partly_above
 from .light_tree import Emitters
 from .polygon_samples import by_area, by_corners, by_cosine, by_solid_angle
 from .polygon_unoccluded import NEAR, SMALL, unoccluded_polygon
 
 
 @dataclass(frozen=True)
-class Polygons:
+class Polygons(ArrayStruct):
     """Flat lights of constant radiance: origin + s·u + t·v, as triangles, rectangles, ellipses."""
 
     color: np.ndarray  # (k, 3) radiance
@@ -42,9 +54,33 @@ class Polygons:
         return share * np.linalg.norm(np.cross(self.u, self.v), axis=1)
 
     @property
+    def distant(self) -> bool:
+        """False."""
+        return False
+
+    @property
     def power(self) -> np.ndarray:
         """(k, channels): π·radiance·area a side."""
         return self.color * (np.pi * self.area * (1 + self.two_sided))[:, None]
+
+    def leave(self, which: np.ndarray, xi: np.ndarray) -> Leaving:
+        """By the cosine law, but for the beams of narrowed ones, from either side of two."""
+        s, t = self.coordinates(which, xi[:, 2], xi[:, 3])
+        both, spread = self.two_sided[which], self.spread[which]
+        side = np.where(both & (xi[:, 0] < 0.5), -1.0, 1.0)
+        level = np.where(both, 2 * xi[:, 0] % 1, xi[:, 0])
+        widest = np.sin(np.minimum(spread, np.pi) / 2) ** 2
+        local = cosine_directions(np.stack([widest * level, xi[:, 1]], 1))
+        beam = widest * spread_falloff(local[:, 2], spread)
+        normal = side[:, None] * self.normal[which]
+        origin = self.origin[which] + s[:, None] * self.u[which] + t[:, None] * self.v[which]
+        direction = np.einsum("ni,nij->nj", local, tangent_frames(normal))
+        power = np.pi * self.area[which] * (1 + both) * beam
+        return Leaving(origin + 2 * OFFSET * normal, direction, power)
+
+    def cones(self) -> tuple[np.ndarray, np.ndarray]:
+        """None."""
+        return no_cones(len(self.color))
 
     def middle(self) -> tuple[np.ndarray, np.ndarray]:
         """Centers (k, 3) and radii (k,) of spheres around the lights."""
@@ -172,7 +208,24 @@ class Polygons:
                         np.zeros(len(power), bool))  # fmt: skip
 
 
-def join_polygons(parts: list[Polygons]) -> Polygons:
-    """The lights of all parts."""
-    names = [field.name for field in fields(Polygons)]
-    return Polygons(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+def lamp_polygons(
+    color: np.ndarray, shape: np.ndarray, origin: np.ndarray, u: np.ndarray, v: np.ndarray,
+    normal: np.ndarray, spread: np.ndarray,
+) -> Polygons:
+    """One-sided lights (k,) that are no surface of any object. The arguments are as in ``Polygons``."""
+    k = len(color)
+    one, none = np.ones(k), np.full(k, -1)
+    return Polygons(color, shape, origin, u, v, normal, np.zeros(k, bool), spread, one, 0 * one, none,
+                    np.zeros((k, 3, 2)), none)  # fmt: skip
+
+
+def batch_of_area_lamps(lamps: list[AreaLamp], geometry: Geometry) -> Polygons:
+    """Of area lamps."""
+    u, v, normal, color, center = (
+        np.array([np.asarray(getattr(lamp, name), float) for lamp in lamps])
+        for name in ("u", "v", "normal", "radiance", "center")
+    )
+    u, v = u / geometry.scale, v / geometry.scale
+    shape = np.array([ELLIPSE if lamp.ellipse else RECTANGLE for lamp in lamps])
+    spread = np.array([min(lamp.spread, np.pi) for lamp in lamps])
+    return lamp_polygons(color, shape, geometry.normalized(center) - (u + v) / 2, u, v, normal, spread)

@@ -11,7 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.triangles import SURROUND
 from ..scene import Sky
+from .light_batch import Leaving
+from .suns import through_the_scene
 
 BRIGHT = 16.0  # radiance [of the mean]: brighter regions are spots
 LARGEST = 0.2  # solid angle [sr]: larger bright regions are gathered like the rest
@@ -28,6 +31,27 @@ class Skylight:
     def constant(self) -> bool:
         """The same radiance everywhere."""
         return self.pixels.shape[:2] == (1, 1)
+
+    @property
+    def color(self) -> np.ndarray:
+        """(n_pixels, channels): irradiance by each pixel on a surface that faces it."""
+        height, width, channels = self.pixels.shape
+        return (self.pixels / np.pi * solid_angles(height, width)[:, None]).reshape(-1, channels)
+
+    @property
+    def power(self) -> np.ndarray:
+        """(n_pixels, channels): what passes the scene, in normalized lengths."""
+        return np.pi * SURROUND**2 * self.color
+
+    def leave(self, which: np.ndarray, xi: np.ndarray) -> Leaving:
+        """Particles from the middles of pixels ``which`` (n,); of a constant sky from anywhere. See
+        ``LightBatch``."""
+        toward = pixel_directions(*self.pixels.shape[:2]).reshape(-1, 3)[which]
+        if self.constant:
+            z, azimuth = 2 * xi[:, 0] - 1, 2 * np.pi * xi[:, 1]
+            flat = np.sqrt(1 - z**2)
+            toward = np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), z], 1)
+        return through_the_scene(toward, xi)
 
     def __call__(self, directions: np.ndarray) -> np.ndarray:
         """(n, channels) float32 radiosity from unit ``directions`` (n, 3), nearest pixel."""

@@ -1,26 +1,26 @@
-"""Sources: which of a scene's lights are sampled explicitly, gathered into kinds."""
+"""Sources: which of a scene's lights are sampled explicitly, gathered into batches."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from ..geometry.triangles import Geometry
-from ..scene import Lamp, PointLamp, Scene, SunLamp, lamp_color
+from ..scene import AreaLamp, Lamp, PointLamp, Scene, SunLamp, lamp_color
 from ..tracing.embree import Tracer
-from .distributions import make_distributions
 from .emissive_faces import emissive_faces
-from .facing_disks import FacingDisks
-from .flat_shapes import ELLIPSE, RECTANGLE
+from .facing_disks import batch_of_point_lamps
 from .light_batch import LightBatch
 from .light_range import useful_lights
 from .light_sampler import FEW, LightSampler, make_light_sampler
-from .light_tree import join_emitters
-from .polygons import Polygons, join_polygons
+from .light_tree import Emitters
+from .polygons import Polygons, batch_of_area_lamps
 from .sky_spots import SkySpots
-from .spheres import SphereLights
-from .suns import Suns
+from .spheres import batch_of_spheres, is_sphere
+from .suns import batch_of_suns
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Sources:
     """All explicit lights, numbered through their kinds."""
 
     batches: tuple[LightBatch, ...]  # Polygons, FacingDisks, SphereLights, Suns, SkySpots
-    batch: np.ndarray  # (n,) int: which kind a light belongs to
+    batch: np.ndarray  # (n,) int: which batch a light belongs to
     index: np.ndarray  # (n,) int: its index in there
     link: np.ndarray  # (n,) int: which row of ``allowed`` tells what it lights
     allowed: np.ndarray | None  # (m, n_objects) bool: objects that are lit; None: always all
@@ -75,7 +75,7 @@ class Sources:
     def without(self, lights: np.ndarray) -> Sources:
         """The same with no point sampling ``lights`` (k,) int."""
         always = [light for light in self.always if light not in lights]
-        emitters, samplers = join_emitters([batch.emitters() for batch in self.batches]), []
+        emitters, samplers = Emitters.join([batch.emitters() for batch in self.batches]), []
         for sampler in self.samplers:
             left = np.setdiff1d(sampler.blocks[sampler.blocks >= 0], lights)
             if len(left) <= FEW:
@@ -110,31 +110,27 @@ class Sources:
         return max((float(batch.color.max()) for batch in self.batches), default=0.0)
 
 
+# Which scene lamps become which batch, and how, in the order of the batches.
+BATCHES: tuple[tuple[Callable[[Lamp], bool], Callable[[list, Geometry], LightBatch]], ...] = (
+    (lambda lamp: isinstance(lamp, AreaLamp), batch_of_area_lamps),
+    (lambda lamp: isinstance(lamp, PointLamp) and not is_sphere(lamp), batch_of_point_lamps),
+    (lambda lamp: isinstance(lamp, PointLamp) and is_sphere(lamp), batch_of_spheres),
+    (lambda lamp: isinstance(lamp, SunLamp), batch_of_suns),
+)
+Links = tuple[Any, Any]  # the objects that a light lights, and those that shade it; None: all
+
+
 def build_sources(
     scene: Scene, geometry: Geometry, tracer: Tracer, spots: SkySpots | None
 ) -> tuple[Sources, np.ndarray]:
     """Every light to sample, and (n_triangles,) bool: whose emission that covers."""
     faces, explicit = emissive_faces(scene, geometry, tracer)
-    rows = {Polygons: [], FacingDisks: [], SphereLights: [], Suns: [], SkySpots: []}
-    linked, shaped = {batch: [] for batch in rows}, {batch: [] for batch in rows}
-    glow = _pairs(scene.emission_objects, scene.emission_blockers, len(scene.objects))
-    linked[Polygons] = [glow[owner] for owner in faces.object]
-    pairs = _pairs(scene.lamp_objects, scene.lamp_blockers, len(scene.lamps))
-    for lamp, pair in zip(scene.lamps, pairs):
-        if _shines(lamp):
-            batch, row = _lamp_row(lamp, geometry)
-            rows[batch].append(row)
-            linked[batch].append(pair)
-            shaped[batch].append(getattr(lamp, "distribution", None))
-    made = _batches(rows, shaped, faces, spots)
-    if spots is not None:
-        linked[SkySpots] = [(None, None)] * len(spots.color)
-    present = [batch for batch in rows if batch in made]
-    batches = tuple(made[batch] for batch in present)
+    found = _batches(scene, geometry, faces, spots)
+    batches = tuple(batch for batch, _ in found)
     sizes = [len(batch.color) for batch in batches]
-    batch = np.repeat(np.arange(len(present)), sizes)
+    batch = np.repeat(np.arange(len(sizes)), sizes)
     index = np.concatenate([np.arange(size) for size in sizes] or [np.zeros(0, int)])
-    pairs = [pair for batch in present for pair in linked[batch]]
+    pairs = [pair for _, own in found for pair in own]
     (link, allowed), (block, blocking) = (
         _links([pair[i] for pair in pairs], len(scene.objects)) for i in (0, 1)
     )
@@ -146,23 +142,25 @@ def build_sources(
 
 
 def _batches(
-    rows: dict[type, list], shaped: dict[type, list], faces: Polygons, spots: SkySpots | None
-) -> dict[type, LightBatch]:
-    """Batches of the lamps' ``rows``, of which those of some kinds are ``shaped`` by distributions,
-    of emissive ``faces``, and of the sky's bright ``spots``."""
-    made = {
-        batch: batch(*(np.array(column) for column in zip(*mine)))
-        for batch, mine in rows.items() if mine
-    }  # fmt: skip
-    for batch in (FacingDisks, SphereLights):
-        if batch in made:
-            shapes = make_distributions(shaped[batch])
-            made[batch] = replace(made[batch], shapes=shapes)
-    if len(faces.color):
-        made[Polygons] = join_polygons([faces, made[Polygons]]) if Polygons in made else faces
+    scene: Scene, geometry: Geometry, faces: Polygons, spots: SkySpots | None
+) -> list[tuple[LightBatch, list[Links]]]:
+    """Batches of emissive ``faces``, of the lamps that shine, and of the sky's bright ``spots``, with
+    the links of each light."""
+    glow = _pairs(scene.emission_objects, scene.emission_blockers, len(scene.objects))
+    lamps = zip(scene.lamps, _pairs(scene.lamp_objects, scene.lamp_blockers, len(scene.lamps)))
+    lamps = [(lamp, pair) for lamp, pair in lamps if _shines(lamp)]
+    found: list = [(faces, [glow[owner] for owner in faces.object])] if len(faces.color) else []
+    for belongs, make in BATCHES:
+        mine = [(lamp, pair) for lamp, pair in lamps if belongs(lamp)]
+        if mine:
+            batch = make([lamp for lamp, _ in mine], geometry)
+            found.append((batch, [pair for _, pair in mine]))
+    if [type(batch) for batch, _ in found[:2]] == [Polygons, Polygons]:  # one is quicker than two
+        (one, own), (two, others) = found[:2]
+        found[:2] = [(Polygons.join([one, two]), own + others)]
     if spots is not None:
-        made[SkySpots] = spots
-    return made
+        found.append((spots, [(None, None)] * len(spots.color)))
+    return found
 
 
 def _pairs(lit: tuple | None, shading: tuple | None, count: int) -> list[tuple]:
@@ -191,52 +189,17 @@ def _samplers(batches: tuple[LightBatch, ...], batch: np.ndarray, useful: np.nda
     always, samplers = [], []
     for row in np.unique(block[useful]):
         for distant in (False, True):
-            mine = [k for k, lights in enumerate(batches) if isinstance(lights, Suns) == distant]
+            mine = [k for k, lights in enumerate(batches) if lights.distant == distant]
             every = np.flatnonzero(np.isin(batch, mine))
             some = useful[every] & (block[every] == row)
             lights = every[some]
             if len(lights) <= FEW:
                 always += lights.tolist()
             else:
-                emitters = join_emitters([batches[k].emitters() for k in mine])
+                emitters = Emitters.join([batches[k].emitters() for k in mine])
                 samplers.append(make_light_sampler(lights, emitters.take(some), int(row)))
     return tuple(always), tuple(samplers)
 
 
 def _shines(lamp: Lamp) -> bool:
     return bool(np.any(np.asarray(lamp_color(lamp)) > 0))
-
-
-def _lamp_row(lamp: Lamp, geometry: Geometry):
-    """The kind of a lamp and its row in there, in normalized lengths."""
-    if isinstance(lamp, SunLamp):
-        toward = -np.asarray(lamp.direction, float)
-        toward = toward / np.linalg.norm(toward)
-        return Suns, (np.asarray(lamp.irradiance, float), toward, np.tan(lamp.angle / 2))
-    if isinstance(lamp, PointLamp):
-        spot = lamp.axis is not None
-        edge = np.cos(min(lamp.cone, 2 * np.pi) / 2) if spot else -2.0
-        return SphereLights if lamp.ball and lamp.radius > 0 else FacingDisks, (
-            np.asarray(lamp.intensity, float) / geometry.scale**2,
-            geometry.normalized(lamp.position),
-            lamp.radius / geometry.scale,
-            np.asarray(lamp.axis if spot else (0, 0, -1), float),
-            edge,
-            (1 - edge) * lamp.blend if spot else 1.0,
-        )
-    u, v = np.asarray(lamp.u, float) / geometry.scale, np.asarray(lamp.v, float) / geometry.scale
-    return Polygons, (
-        np.asarray(lamp.radiance, float),
-        ELLIPSE if lamp.ellipse else RECTANGLE,
-        geometry.normalized(lamp.center) - (u + v) / 2,
-        u,
-        v,
-        np.asarray(lamp.normal, float),
-        False,
-        min(lamp.spread, np.pi),
-        1.0,
-        0.0,
-        -1,
-        np.zeros((3, 2)),
-        -1,
-    )

@@ -10,11 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.triangles import Geometry
 from ..geometry.vectors import columns, dot, size, tangents
 from ..sampling.points import Middles
 from ..sampling.sobol import cosine_lifted
+from ..scene import PointLamp
 from .cones import cone_directions
-from .facing_disks import FacingDisks
+from .facing_disks import FacingDisks, batch_of_point_lamps
 from .light_batch import Sample, Unoccluded, chord, partly_above, unknown
 
 
@@ -63,3 +65,13 @@ class SphereLights(FacingDisks):
         inside = square <= radius**2
         rough = np.where(inside, 1, partly_above(facing, slack) * beam)
         return self.color.mean(axis=1)[which] * rough / np.maximum(square, radius**2)
+
+
+def is_sphere(lamp: PointLamp) -> bool:
+    """Whether it is one, not a disk."""
+    return lamp.sphere and lamp.radius > 0
+
+
+def batch_of_spheres(lamps: list[PointLamp], geometry: Geometry) -> FacingDisks:
+    """Of point and spot lamps that are spheres."""
+    return batch_of_point_lamps(lamps, geometry, SphereLights)

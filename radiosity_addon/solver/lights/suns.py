@@ -6,9 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.triangles import SURROUND, Geometry
 from ..geometry.vectors import columns, dot, size, tangents
 from ..sampling.points import Middles
-from .light_batch import Sample, Unoccluded, combined, in_disk
+from ..sampling.sobol import tangent_frames
+from ..scene import SunLamp
+from .light_batch import Leaving, Sample, Unoccluded, combined, in_disk, no_cones
 from .light_tree import Emitters
 
 FAR = 1e3  # distance [scenes] at which a tree of lights takes suns to be
@@ -21,6 +24,24 @@ class Suns:
     color: np.ndarray  # (k, 3)
     toward: np.ndarray  # (k, 3) unit, to the sun
     radius: np.ndarray  # (k,) tangent of the half angle
+
+    @property
+    def distant(self) -> bool:
+        """True."""
+        return True
+
+    @property
+    def power(self) -> np.ndarray:
+        """(k, channels): irradiance · area of the disk that covers the scene."""
+        return np.pi * SURROUND**2 * self.color
+
+    def leave(self, which: np.ndarray, xi: np.ndarray) -> Leaving:
+        """Through the disk that covers the scene, from the suns' middles."""
+        return through_the_scene(self.toward[which], xi)
+
+    def cones(self) -> tuple[np.ndarray, np.ndarray]:
+        """None."""
+        return no_cones(len(self.color))
 
     def sample(
         self, which: int | np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
@@ -77,3 +98,22 @@ class Suns:
         power = self.color.mean(axis=1) * FAR**2
         none = np.zeros(len(power))
         return Emitters(self.toward * FAR, none, self.toward, power, power, none == 0)
+
+
+def through_the_scene(toward: np.ndarray, xi: np.ndarray) -> Leaving:
+    """Particles from infinitely far, out of the unit directions ``toward`` (n, 3): uniform over a disk
+    that covers the scene, by the last two of ``xi`` (n, 4)."""
+    radius, azimuth = SURROUND * np.sqrt(xi[:, 2]), 2 * np.pi * xi[:, 3]
+    disk = np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), 0 * azimuth + SURROUND], 1)
+    origin = np.einsum("ni,nij->nj", disk, tangent_frames(toward))
+    return Leaving(origin, -toward, np.full(len(toward), np.pi * SURROUND**2))
+
+
+def batch_of_suns(lamps: list[SunLamp], geometry: Geometry) -> Suns:
+    """Of sun lamps."""
+    toward = [-np.asarray(lamp.direction, float) for lamp in lamps]
+    return Suns(
+        np.array([np.asarray(lamp.irradiance, float) for lamp in lamps]),
+        np.array([each / np.linalg.norm(each) for each in toward]),
+        np.array([np.tan(lamp.angle / 2) for lamp in lamps]),
+    )

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..array_struct import ArrayStruct
 from ..fields import Field, Texture, srgb_to_linear
 from ..scene import Scene
 from .region_means import FieldMeans, triangle_regions
@@ -25,7 +26,7 @@ UNIT_TRIANGLE = np.array([[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]])  # corners of a
 
 
 @dataclass(frozen=True)
-class EmissiveParts:
+class EmissiveParts(ArrayStruct):
     """n parts of triangles. ``deviation`` is the standard deviation of the radiance in there."""
 
     triangle: np.ndarray  # (n,) int
@@ -34,18 +35,6 @@ class EmissiveParts:
     deviation: np.ndarray  # (n,) mean over channels
     share: np.ndarray  # (n,) of the triangle's area
     side: np.ndarray  # (n,) int: 1 only the front emits so, -1 only the back, 0 both do
-
-    def take(self, chosen: np.ndarray) -> EmissiveParts:
-        """Some of them."""
-        return EmissiveParts(*(getattr(self, name)[chosen] for name in _ARRAYS))
-
-
-_ARRAYS = ("triangle", "corners", "radiance", "deviation", "share", "side")
-
-
-def join_parts(parts: list[EmissiveParts]) -> EmissiveParts:
-    """All of all parts, of which there is at least one."""
-    return EmissiveParts(*(np.concatenate([getattr(part, name) for part in parts]) for name in _ARRAYS))
 
 
 def undivided(triangle: np.ndarray, radiance: np.ndarray) -> EmissiveParts:
@@ -72,7 +61,7 @@ def cut(scene: Scene, triangle: np.ndarray, area: np.ndarray) -> tuple[EmissiveP
     for means, rows, cells in whole:
         room = MOST - sum(len(part.triangle) for part in parts)
         parts += _leaves(means, cells, area[rows], COARSE * total, room)
-    return join_parts(parts), glowing
+    return EmissiveParts.join(parts), glowing
 
 
 def _measured(means: FieldMeans, triangle: np.ndarray, corners: np.ndarray, share: float) -> EmissiveParts:

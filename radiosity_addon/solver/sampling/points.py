@@ -46,6 +46,13 @@ class Points:
         uv = (lambda: owned(self.uv, chosen)) if callable(uv) else owned(uv, chosen)
         return Points(*arrays, uv, self.shift[chosen], shade)
 
+    @classmethod
+    def join(cls, parts: list[Points]) -> Points:
+        """The owners of all parts, which have as many points each and no shade."""
+        names = ("position", "normal", "triangle", "uv")
+        arrays = (np.concatenate([getattr(p, name) for p in parts], axis=1) for name in names)
+        return cls(*arrays, np.concatenate([p.shift for p in parts]))
+
     def single(self) -> Points:
         """Every point an owner of its own, in the order of (per, R) flattened."""
         per, count = self.shape
@@ -111,15 +118,6 @@ def masked(chosen: np.ndarray):
 def owned(array: np.ndarray, some: np.ndarray | slice) -> np.ndarray:
     """(a, k, ...) what the owners ``some``, (k,) int or a slice of them, have of (a, R, ...)."""
     return array[:, some] if isinstance(some, slice) else np.take(array, some, axis=1)
-
-
-_POINT_ARRAYS = ("position", "normal", "triangle", "uv")
-
-
-def join_points(parts: list[Points]) -> Points:
-    """The owners of all parts, which have as many points each."""
-    arrays = (np.concatenate([getattr(p, name) for p in parts], axis=1) for name in _POINT_ARRAYS)
-    return Points(*arrays, np.concatenate([p.shift for p in parts]))
 
 
 def footprint_points(

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..geometry.triangles import OFFSET, Geometry
-from ..materials.emissive_parts import EmissiveParts, join_parts
+from ..materials.emissive_parts import EmissiveParts
 from .embree import Tracer
 
 MANY = 1024  # number [overlapping faces] that are cut: more are left to rays
@@ -42,7 +42,7 @@ def uncovered(geometry: Geometry, tracer: Tracer, cells: EmissiveParts) -> tuple
     for i, triangle in enumerate(shared):
         covers = _covers(geometry, triangle, shared[:i])
         parts.append(_cut_away(cells.take(cells.triangle == triangle), covers))
-    return join_parts(parts), np.zeros(len(chosen), bool)
+    return EmissiveParts.join(parts), np.zeros(len(chosen), bool)
 
 
 def _with_flush(geometry: Geometry, shared: np.ndarray, others: np.ndarray) -> np.ndarray:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..array_struct import ArrayStruct
 from ..geometry.triangles import OFFSET, Geometry
 from ..workers.parallel import Tick, map_chunks, ranges
 from .embree import Tracer
@@ -26,7 +27,7 @@ CORNERS = np.array([[0.0, 0], [1, 0], [0, 1]])
 
 
 @dataclass(frozen=True)
-class Crossings:
+class Crossings(ArrayStruct):
     """``triangle`` (k,) int is cut along a line. ``height`` (k, 3) float64 above the other one's
     plane [unit box] at the triangle's corners, ``ends`` (k, 2, 2) barycentric of where they meet.
     ``other`` (k,) int is what cuts it, or, where not ``across`` (k,) bool, stands on its edge.
@@ -37,11 +38,6 @@ class Crossings:
     ends: np.ndarray
     other: np.ndarray
     across: np.ndarray
-
-    def take(self, kept: np.ndarray) -> Crossings:
-        """Some of them."""
-        names = ("triangle", "height", "ends", "other", "across")
-        return Crossings(*(getattr(self, name)[kept] for name in names))
 
     def large(self, least: float) -> Crossings:
         """Those across triangles that are more than ``least`` [unit box] high over the other."""

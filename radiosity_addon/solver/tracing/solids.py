@@ -107,9 +107,8 @@ def _glowing(scene: Scene) -> np.ndarray:
 
 
 def _lamps(scene: Scene, geometry: Geometry) -> np.ndarray:
-    positions = [getattr(lamp, "position", getattr(lamp, "center", None)) for lamp in scene.lamps]
-    positions = [geometry.normalized(position) for position in positions if position is not None]
-    return np.reshape(positions, (-1, 3))
+    middles = [lamp.middle for lamp in scene.lamps if lamp.middle is not None]
+    return np.reshape([geometry.normalized(middle) for middle in middles], (-1, 3))
 
 
 def _is_inside(room: ClosedMesh, shell: ClosedMesh) -> bool:

@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..array_struct import ArrayStruct
 from ..direct.irradiance import direct_at
 from ..geometry.footprints import Footprints
 from ..lights.context import Context
-from ..sampling.points import Points, footprint_points, join_points, points_on
+from ..sampling.points import Points, footprint_points, points_on
 from ..sampling.sobol import uniform
 from .places import Places
 
@@ -17,7 +18,7 @@ STAGE = "transport"
 
 
 @dataclass(frozen=True)
-class LitPatches:
+class LitPatches(ArrayStruct):
     """R patches and what is known of them from their points."""
 
     patch: np.ndarray  # (R,) int64
@@ -26,13 +27,6 @@ class LitPatches:
     lit: np.ndarray  # (R, channels): reflectance × direct irradiance, mean over the points
     spread: np.ndarray  # (R,): standard deviation of that over the points, mean of channels
     share: np.ndarray  # (R,): of all places, those on this patch
-
-    def take(self, chosen: np.ndarray) -> LitPatches:
-        """Some of the patches."""
-        return LitPatches(
-            self.patch[chosen], self.points.take(chosen), self.reflectance[chosen],
-            self.lit[chosen], self.spread[chosen], self.share[chosen],
-        )
 
 
 def light_patches(
@@ -45,7 +39,7 @@ def light_patches(
     order = np.argsort(patch, kind="stable")
     patches, first, number = np.unique(patch[order], return_index=True, return_counts=True)
     spread = ((np.arange(per)[:, None] + 0.5) / per * number).astype(np.int64)
-    chosen = places[order[first + spread]]
+    chosen = places.take(order[first + spread])
     shift = uniform((len(patches), 3), *key, 7)
     points = points_on(
         context.geometry, chosen.triangle, chosen.u, chosen.v, chosen.front, shift
@@ -86,12 +80,3 @@ def light_points(context: Context, points: Points, key: tuple[int, ...]):
     noise = (reflectance.mean(axis=1) ** 2 * variance).reshape(per, -1).mean(axis=0)
     spread = np.sqrt(np.maximum(lit.std(axis=0).mean(axis=1) ** 2 - noise, 0))
     return reflectance.reshape(lit.shape), lit.mean(axis=0), spread
-
-
-def join_patches(parts: list[LitPatches]) -> LitPatches:
-    """All patches of all parts."""
-    arrays = {
-        name: np.concatenate([getattr(part, name) for part in parts])
-        for name in ("patch", "reflectance", "lit", "spread", "share")
-    }
-    return LitPatches(points=join_points([part.points for part in parts]), **arrays)

@@ -9,13 +9,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..array_struct import ArrayStruct
 from ..direct.irradiance import direct_at
 from ..geometry.triangles import OFFSET
 from ..lights.context import Context
 from ..sampling.points import Points
 from ..sampling.sobol import uniform
 from .patches import Patches
-from .places import Places, join_places, no_places, places_at
+from .places import Places, no_places, places_at
 from .rays import Met, shoot_shifted, sums_of
 
 MOST_BOUNCES = 64  # number [bounces] of one ray: chance ends nearly all long before
@@ -25,7 +26,7 @@ STAGE = "transport"
 
 
 @dataclass(frozen=True)
-class Ends:
+class Ends(ArrayStruct):
     """Where k rays ended: their owners (k,) int, the places, ``weight`` (k, channels) of the light
     that comes back to the owner, and ``back`` (k, 3) float32 from there a little on the way they came."""
 
@@ -33,12 +34,6 @@ class Ends:
     places: Places
     weight: np.ndarray
     back: np.ndarray
-
-    def take(self, chosen: np.ndarray) -> Ends:
-        """Some of them."""
-        return Ends(
-            self.owner[chosen], self.places[chosen], self.weight[chosen], self.back[chosen]
-        )
 
     def points(self, context: Context, shift: np.ndarray) -> Points:
         """A point of its own at each end, a little back on the ray's way: a hit close to a wall that
@@ -74,11 +69,7 @@ def join_ends(parts: list[Ends], channels: int) -> Ends:
     if not parts:
         nothing = np.zeros((0, 3), np.float32)
         return Ends(np.zeros(0, np.int64), no_places(), np.zeros((0, channels)), nothing)
-    owner, weight, back = (
-        np.concatenate([getattr(part, name) for part in parts])
-        for name in ("owner", "weight", "back")
-    )
-    return Ends(owner, join_places([part.places for part in parts]), weight, back)
+    return Ends.join(parts)
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..array_struct import ArrayStruct
 from ..geometry.triangles import Geometry
 from ..sampling.points import Points, points_on
 from ..tracing.embree import Hits
@@ -13,7 +14,7 @@ from .patches import Patches
 
 
 @dataclass(frozen=True)
-class Places:
+class Places(ArrayStruct):
     """Where rays met the surface, n places: entry (see ``patches``), triangle, barycentric u and v,
     whether on the front."""
 
@@ -22,9 +23,6 @@ class Places:
     u: np.ndarray
     v: np.ndarray
     front: np.ndarray
-
-    def __getitem__(self, index: np.ndarray) -> Places:
-        return Places(*(getattr(self, name)[index] for name in _ARRAYS))
 
     @property
     def uv(self) -> np.ndarray:
@@ -42,9 +40,6 @@ class Places:
         return Places(entry, self.triangle, self.u, self.v, self.front)
 
 
-_ARRAYS = ("entry", "triangle", "u", "v", "front")
-
-
 def places_hit(entries: np.ndarray, hits: Hits, patches: Patches) -> Places:
     """The hits with ``entries`` (n,) that met something that is somewhere."""
     return places_at(entries, hits, np.flatnonzero(patches.somewhere(entries)))
@@ -53,12 +48,6 @@ def places_hit(entries: np.ndarray, hits: Hits, patches: Patches) -> Places:
 def places_at(entries: np.ndarray, hits: Hits, some: np.ndarray) -> Places:
     """Of the hits with ``entries`` (n,) those ``some`` (k,) int."""
     return Places(entries[some], hits.triangle[some], hits.u[some], hits.v[some], hits.front[some])
-
-
-def join_places(parts: list[Places]) -> Places:
-    """All places of all parts."""
-    arrays = (np.concatenate([getattr(part, name) for part in parts]) for name in _ARRAYS)
-    return Places(*arrays)
 
 
 def no_places() -> Places:

@@ -16,13 +16,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from ..array_struct import ArrayStruct
 from ..lights.context import Context
 from ..sampling.points import grouped_chunks
 from ..workers.parallel import map_chunks
 from .lit_patches import LitPatches, light_patches
 from .onward import Ends, Onward, ends_of, go_on, join_ends
 from .patches import Patches
-from .places import Places, join_places, no_places, places_hit
+from .places import Places, no_places, places_hit
 from .rays import RAYS_PER_CHUNK, Met, find_lost, shoot, sky_mean
 
 MAX_GENERATIONS = 64  # number [generations] of sides seen by sides seen by ... receivers
@@ -48,7 +49,7 @@ class Rows:
 
 
 @dataclass(frozen=True)
-class Later:
+class Later(ArrayStruct):
     """k hits behind transmitting surfaces, and of rays that went on: row in its Rows, entry, weight
     (k, channels) of the ray's light."""
 
@@ -115,7 +116,7 @@ def trace_transport(
                 )
                 blocks.append(rows)
                 places.append(found)
-        places = join_places(places) if places else no_places()
+        places = Places.join(places) if places else no_places()
         if len(places.entry) == 0:
             break
         fresh = light_patches_met(context, patches, places, samples, (*key, generation))
@@ -133,7 +134,7 @@ def light_patches_met(
     ]):  # fmt: skip
         some = np.flatnonzero((patch >= patches.first) == (kind == 1))
         if len(some):
-            lit = light_patches(context, places[some], patch[some], per, (*key, kind))
+            lit = light_patches(context, places.take(some), patch[some], per, (*key, kind))
             result.append((lit, rays))
     return result
 
@@ -144,12 +145,6 @@ def _no_rows(context: Context, samples: RowSamples) -> Rows:
     later = Later(nothing, nothing, np.zeros((0, context.channels), np.float32))
     light = np.zeros((0, context.channels))
     return Rows(lit, np.zeros((0, samples.rays), np.int32), later, light, light, None)
-
-
-def join_later(parts: list[Later]) -> Later:
-    """All of all parts."""
-    names = ("row", "entry", "weight")
-    return Later(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 def _trace_rows(
@@ -181,10 +176,10 @@ def _trace_rows(
     onward = go_on(context, patches, join_ends(onward, context.channels), count, (*key, 4))
     ends = onward.ends
     later.append(Later(ends.owner, ends.places.entry, ends.weight.astype(np.float32)))
-    places.append(ends.places[row[patches.of(ends.places.entry)] == -1])
+    places.append(ends.places.take(row[patches.of(ends.places.entry)] == -1))
     found = sum(onward.light(context, (*key, 5))) / rays
     light += onward.sky / rays
-    return Rows(lit, hits, join_later(later), light, found, onward), join_places(places)
+    return Rows(lit, hits, Later.join(later), light, found, onward), Places.join(places)
 
 
 @dataclass(frozen=True)
@@ -211,7 +206,7 @@ def _row_chunk(
         missed = entries[-1] == patches.miss
         sky = sky + sky_mean(context.sky, missed, part, directions)
         some = places_hit(entries[-1], part.hits, patches)
-        places.append(some[row[patches.of(some.entry)] == -1])
+        places.append(some.take(row[patches.of(some.entry)] == -1))
         number = np.arange(rays * count) if part.rays is None else part.rays
         if part.rays is not None:
             later.append(Later(owners[number % count], entries[-1], part.weight))

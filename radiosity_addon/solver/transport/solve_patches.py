@@ -18,9 +18,9 @@ from ..sampling.points import PointSampler
 from ..scene import Scene
 from ..workers.parallel import map_chunks, ranges
 from .emission import emission_to_find
-from .lit_patches import join_patches, light_patches, light_receivers
+from .lit_patches import LitPatches, light_patches, light_receivers
 from .patches import Patches, ReceiverPatches
-from .places import Places, join_places, no_places, places_hit
+from .places import Places, no_places, places_hit
 from .radiosity import Radiosity, solve_rows
 from .rays import shoot
 from .rows import RowSamples, light_patches_met, trace_transport
@@ -79,7 +79,7 @@ def solve_radiosity(
         elements = split_at_discontinuities(context, elements, target, tolerance)
         patches = replace(patches, elements=elements)
         places = places.on(patches)
-        places = places[patches.somewhere(places.entry)]
+        places = places.take(patches.somewhere(places.entry))
         patches, lit = _refined(context, patches, places, share, plan, tolerance, key)
         known.append((lit, plan.row_rays))
     patches = patches.measured(context.geometry)
@@ -143,8 +143,8 @@ def divided(
         kept = ~np.isin(patches.element_of(block.patches.patch), chosen)
         known.append((block.patches.take(np.flatnonzero(kept)), block.rays))
     patches = replace(patches, elements=elements).measured(context.geometry)
-    places = places[np.flatnonzero(inside)].on(patches)
-    places = places[patches.somewhere(places.entry)]
+    places = places.take(np.flatnonzero(inside)).on(patches)
+    places = places.take(patches.somewhere(places.entry))
     known += light_patches_met(context, patches, places, before.samples, (*key, 13))
     transport = trace_transport(context, patches, known, before.samples, (*key, 14))
     return solve_rows(context, patches, transport, radiosity.tolerance)
@@ -169,11 +169,11 @@ def _seeds(
     def work(part: slice):
         points = sample_points(some[part], 0)
         met, _ = shoot(context, points, SEED_RAYS, *key, 10, part.start)
-        return join_places([places_hit(patches.hit(m.hits), m.hits, patches) for m in met])
+        return Places.join([places_hit(patches.hit(m.hits), m.hits, patches) for m in met])
 
     parts = map_chunks(work, ranges(len(some), 2048), context.threads, context.tick("elements"))
-    places = join_places(parts or [no_places()])
-    return places[places.entry >= patches.cells], len(places.entry)
+    places = Places.join(parts or [no_places()])
+    return places.take(places.entry >= patches.cells), len(places.entry)
 
 
 def _refined(
@@ -197,9 +197,9 @@ def _refined(
         known = known.take(np.flatnonzero(kept))
         patch = patches.of(places.entry)
         fresh = np.flatnonzero(~np.isin(patch, known.patch))
-        lit = light_patches(context, places[fresh], patch[fresh], per, (*key, 11, step))
+        lit = light_patches(context, places.take(fresh), patch[fresh], per, (*key, 11, step))
         lit = replace(lit, share=lit.share * (len(fresh) / len(patch)))
-        known = join_patches([known, lit])
+        known = LitPatches.join([known, lit])
     return patches, known
 
 
