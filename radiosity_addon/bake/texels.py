@@ -11,7 +11,7 @@ from typing import Iterator
 
 import numpy as np
 
-from ..solver.receivers import Receivers
+from ..solver.receivers import Receivers, TexelMaps
 from ..steps import finish
 from .clip import clip_squares, doubled_areas, fan
 
@@ -69,7 +69,15 @@ def texel_steps(
         corners=corners[order],
         square=square[order],
         grid=grid.astype(np.int32),
+        maps=_maps(points, np.asarray(triangle), index, image),
     )
+
+
+def _maps(points: np.ndarray, triangle: np.ndarray, index: np.ndarray, image: int) -> TexelMaps:
+    """Of the triangles ``index`` (n,), each once, of those that lie at ``points`` (k, 3, 2)."""
+    some = np.unique(index)
+    images = np.full(len(some), image, np.int32)
+    return TexelMaps(triangle[some].astype(np.int32), images, points[some].astype(np.float32))
 
 
 def overlapping_texels(

@@ -26,6 +26,15 @@ class Shading:
 
 
 @dataclass(frozen=True)
+class TexelMaps:
+    """Where in images triangles lie, by which a place on one finds its texel."""
+
+    triangle: np.ndarray  # (k,) int32: scene triangles, each at most once
+    image: np.ndarray  # (k,) int32
+    corners: np.ndarray  # (k, 3, 2) float32 [texel]: column and row of their corners
+
+
+@dataclass(frozen=True)
 class Receivers:
     """Footprint cells, sorted by the receiver they belong to.
 
@@ -38,6 +47,7 @@ class Receivers:
     corners: np.ndarray  # (n_cells, 3, 2) float64: barycentric (u, v) of origin, +U, +V
     square: np.ndarray  # (n_cells,) bool: parallelogram origin + [0,1]U + [0,1]V, else triangle
     grid: np.ndarray | None = None  # (count, 3) int32: image, row, column of a texel; else None
+    maps: TexelMaps | None = None  # of all triangles with cells, and maybe others; None: no texels
     shading: Shading | None = None  # None: every cell counts light by its triangle's normal
 
 
@@ -69,8 +79,14 @@ def concatenate(parts: list[Receivers]) -> Receivers:
         corners=np.concatenate([part.corners for part in parts]),
         square=np.concatenate([part.square for part in parts]),
         grid=None if any(grid is None for grid in grids) else np.concatenate(grids),
+        maps=None if any(part.maps is None for part in parts) else _joined_maps(parts),
         shading=shading and _joined(shading),
     )
+
+
+def _joined_maps(parts: list[Receivers]) -> TexelMaps:
+    columns = zip(*((part.maps.triangle, part.maps.image, part.maps.corners) for part in parts))
+    return TexelMaps(*map(np.concatenate, columns))
 
 
 def slice_receivers(receivers: Receivers, start: int, stop: int) -> Receivers:
@@ -84,6 +100,7 @@ def slice_receivers(receivers: Receivers, start: int, stop: int) -> Receivers:
         corners=receivers.corners[cells],
         square=receivers.square[cells],
         grid=None if receivers.grid is None else receivers.grid[start:stop],
+        maps=receivers.maps,
         shading=found and Shading(
             found.normal[cells], None if found.smooth is None else found.smooth[cells],
             found.height[cells],

@@ -60,4 +60,5 @@ def _some(receivers: Receivers, chosen: np.ndarray) -> Receivers:
         corners=receivers.corners[cells],
         square=receivers.square[cells],
         grid=None if receivers.grid is None else receivers.grid[chosen],
+        maps=receivers.maps,
     )

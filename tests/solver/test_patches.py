@@ -183,3 +183,54 @@ def test_what_is_left_when_varied_patches_go_is_as_bright_as_it_is():
     found, true = ((np.array(left) * each).sum() for each in (np.array(light), truth))
     assert 0.05 < np.mean(left) < 0.99
     assert found == pytest.approx(true, rel=0.04)
+
+
+def test_a_place_finds_its_texel_on_triangles_that_hold_no_whole_one():
+    """Forty small triangles in places of their own, turned and crossing texels' borders."""
+    random = np.random.default_rng(3)
+    count, size = 40, 64
+    middle = (np.stack([np.arange(count) % 8, np.arange(count) // 8], 1) + 0.5) * 8
+    uv = (middle[:, None] + random.uniform(-1.5, 1.5, (count, 3, 2))) / size
+    flat = np.concatenate([uv, np.zeros((count, 3, 1))], 2)
+    scene = meshes.scene([(flat.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))])
+    receivers = texel_receivers(uv, np.arange(count), size)
+    patches, _ = patches_of(scene, receivers)
+    u, v = random.random((2, 2000))
+    u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
+    triangle = random.integers(0, count, 2000).astype(np.int32)
+    place = uv[triangle, 0] + u[:, None] * (uv[triangle, 1] - uv[triangle, 0])
+    place += v[:, None] * (uv[triangle, 2] - uv[triangle, 0])
+    entry = patches.at(triangle, u.astype(np.float32), v.astype(np.float32), np.ones(2000, bool))
+    found = entry < patches.first
+    texel = receivers.grid[entry[found], :0:-1]
+    assert found.mean() > 0.99  # the rest lies on slivers that no texel has
+    assert (texel == np.floor(place[found] * size)).all(axis=1).mean() > 0.999
+
+
+def test_a_texel_says_nothing_of_a_triangle_of_which_it_has_no_part():
+    """Of the texels along the diagonal the upper triangle's parts are cut away, as what is buried is:
+    rays that end there do not read the lower one's light."""
+    scene = meshes.scene([FLOOR])
+    receivers = texel_receivers(UV, np.arange(2), 8)
+    diagonal = receivers.grid[:, 1] == receivers.grid[:, 2]
+    kept = ~(diagonal[receivers.receiver] & (receivers.triangle == 1))
+    less = replace(receivers, **{
+        name: getattr(receivers, name)[kept]
+        for name in ("receiver", "triangle", "corners", "square")
+    })  # fmt: skip
+    patches, _ = patches_of(scene, less)
+    triangle, u, v, texel = places(2000)
+    entry = patches.at(triangle, u, v, np.ones(2000, bool))
+    away = (triangle == 1) & (texel // 8 == texel % 8)
+    assert away.any() and (entry[away] == patches.onward).all()
+    grid = receivers.grid[:, 1] * 8 + receivers.grid[:, 2]
+    assert np.array_equal(grid[entry[~away]], texel[~away])
+
+
+def test_a_flat_texel_of_many_triangles_is_one_patch():
+    """Wherever it lies: none is divided by where cells of space end."""
+    scene = meshes.scene([meshes.grid(np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]), 24)])
+    corners = 0.013 + 0.97 * scene.vertices[scene.triangles][:, :, :2]
+    patches, footprints = patches_of(scene, texel_receivers(corners, np.arange(len(corners)), 17))
+    assert footprints.count == 17 * 17 and len(footprints.triangle) > 4 * 17 * 17
+    assert np.array_equal(patches.receivers.patch, np.arange(17 * 17))

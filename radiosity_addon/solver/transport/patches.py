@@ -27,10 +27,12 @@ from ..tracing.embree import Hits
 from .receiver_map import NOTHING, ReceiverMap, build_receiver_map
 
 MOST_PATCHES = 2_000_000  # number [patches of receivers], at most: bounds the memory of their rows
+ALIKE = 0.7  # cosine between normals of cells that are one patch, at least
 EXTENT = 2.0  # distance [mean edges of a receiver]: cells further apart are different patches
 BAKED = 0.5  # share [of an object's area] in patches: above it its other faces get no elements
 # Length [of the distance] of a patch: above it rays find the light where they end.
 NEAR = 1.0
+WHOLE = 1 - 1e-4  # share [of a triangle] that receivers have of one that is not cut
 SMALLEST = 1e-6  # extent [unit box] of a patch, at least
 ONWARD, SEVERAL = NOTHING - 1, NOTHING - 2  # codes in ``ReceiverPatches.patch``, see there
 
@@ -41,13 +43,18 @@ class ReceiverPatches:
 
     ``patch`` (R,) int32: of a receiver that is one; NOTHING where elements are finer, ONWARD where it
     has none, SEVERAL where it is more than one. Those are found in ``keys`` (k,) int64, sorted:
-    receiver · n_triangles + triangle, and their ``values`` (k,) int32.
+    receiver · n_triangles + triangle, and their ``values`` (k,) int32. ``cut`` (n_triangles,) bool are
+    triangles of which receivers have a part only; ``pairs`` (m,) int64, sorted, those of the same
+    numbers on them that have a cell. On the rest of such a triangle lies what is buried, or too small,
+    and a texel's light there is that of other faces in it.
     """
 
     map: ReceiverMap
     patch: np.ndarray
     keys: np.ndarray
     values: np.ndarray
+    cut: np.ndarray
+    pairs: np.ndarray
     baked: np.ndarray  # (n_triangles,) bool: has patches, or is of an object that mostly has
     footprints: Footprints
     first: np.ndarray  # (R,) int32: each receiver's first triangle,
@@ -88,9 +95,18 @@ class ReceiverPatches:
             key = receiver[several].astype(np.int64) * len(self.baked) + triangle[some[several]]
             index = np.minimum(np.searchsorted(self.keys, key), len(self.keys) - 1)
             found[several] = np.where(self.keys[index] == key, self.values[index], ONWARD)
+        at_cut = np.flatnonzero(self.cut[triangle[some]])
+        found[at_cut[~self._has_cell(receiver[at_cut], triangle[some[at_cut]])]] = ONWARD
         found += (found >= 0) * np.where(front[some], 0, np.int32(self.footprints.count))
         patch[some] = found
         return patch
+
+    def _has_cell(self, receiver: np.ndarray, triangle: np.ndarray) -> np.ndarray:
+        """(n,) bool: receivers have a cell on triangles, each of which is cut."""
+        if len(self.pairs) == 0:
+            return np.zeros(len(receiver), bool)
+        key = receiver.astype(np.int64) * len(self.baked) + triangle
+        return self.pairs[np.minimum(np.searchsorted(self.pairs, key), len(self.pairs) - 1)] == key
 
 
 @dataclass(frozen=True)
@@ -230,25 +246,42 @@ def build_receiver_patches(
     several[owner[group != patch[owner]]] = True
     patch[several] = SEVERAL
     some = several[owner[first]]
+    cut = np.bincount(footprints.triangle, cell_area, triangles) < WHOLE * areas
     grouped = footprints.grouped(group)
     return ReceiverPatches(
         receiver_map, patch, pair[some],
-        group[first[some]].astype(np.int32), baked, grouped,
+        group[first[some]].astype(np.int32), cut, pair[cut[footprints.triangle[first]]], baked, grouped,
         footprints.triangle[footprints.start[:-1]], footprints.area.astype(np.float32),
         np.sqrt(grouped.area).astype(np.float32),
     )
 
 
+def _largest_cell(footprints: Footprints) -> np.ndarray:
+    """(count,) the number of each receiver's largest cell."""
+    area = np.diff(footprints.cumulative)
+    owner = np.repeat(np.arange(footprints.count), np.diff(footprints.start))
+    order = np.lexsort([area, owner])
+    return order[footprints.start[1:] - 1]
+
+
 def _groups_of_cells(footprints: Footprints, owner: np.ndarray, triangles: int):
     """Cells (n,) of receivers ``owner`` (n,) on a scene's ``triangles``: the numbers (p,) of pairs of
     a receiver and a triangle that have cells in common, the first cell (p,) of each pair, and the
-    group (n,) of each cell: one receiver's that face alike in one cube are together."""
+    group (n,) of each cell: one receiver's that lie near its largest and face as that one does are
+    together, and of the rest those that face alike in one cube."""
     pair, first, mine = np.unique(
         owner * triangles + footprints.triangle, return_index=True, return_inverse=True
     )
-    facing = np.rint(1.5 * footprints.normal[first]).astype(np.int64)
+    normal, position = footprints.normal[first], footprints.origin[first]
+    largest = _largest_cell(footprints)[owner[first]]
     size = EXTENT * np.sqrt(footprints.cumulative[-1] / max(footprints.count, 1))
-    cube = np.floor((footprints.origin[first] + 0.5) / max(size, SMALLEST)).astype(np.int64)
-    common = np.column_stack([owner[first], facing, cube])
+    apart = np.linalg.norm(position - footprints.origin[largest], axis=1)
+    own_size = EXTENT * np.sqrt(footprints.area[owner[first]])
+    alike = np.einsum("ij,ij->i", normal, footprints.normal[largest]) > ALIKE
+    facing = np.rint(1.5 * normal).astype(np.int64) + 2
+    cube = np.floor((position + 0.5) / max(size, SMALLEST)).astype(np.int64)
+    common = np.column_stack([facing, cube])
+    common[alike & (apart < np.maximum(size, own_size))] = 0
+    common = np.column_stack([owner[first], common])
     _, group = np.unique(common, axis=0, return_inverse=True)
     return pair, first, group.reshape(-1)[mine.reshape(-1)]

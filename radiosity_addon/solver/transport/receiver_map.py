@@ -12,7 +12,6 @@ import numpy as np
 from ..geometry.grids import cell_in_grid
 from ..receivers import Receivers
 
-NEAR = 0.95  # share [of a triangle's cells] that its map to texels must find
 COVERED = 0.9  # share [of a triangle] that its receivers have: less is no map of it
 NOTHING = -1
 
@@ -56,12 +55,16 @@ def build_receiver_map(receivers: Receivers, triangles: int) -> ReceiverMap:
     if len(receivers.triangle) == 0:
         return ReceiverMap(first, width, size, texel, np.zeros(0, np.int32))
     entries, mapped = [], np.zeros(triangles, bool)
-    if receivers.grid is not None:
-        mapped, image, found = _texel_maps(receivers, triangles)
-        texel[mapped] = found[mapped]
+    if receivers.maps is not None:
+        some = np.isin(receivers.maps.triangle, receivers.triangle)
+        t, image, corners = (
+            column[some]
+            for column in (receivers.maps.triangle, receivers.maps.image, receivers.maps.corners)
+        )
+        mapped[t] = True
+        texel[t] = corners - corners[:, :1] * np.array([0, 1, 1])[:, None]
         start, sizes, pictures = _pictures(receivers)
-        first[mapped], width[mapped] = start[image[mapped]], sizes[image[mapped], 1]
-        size[mapped] = sizes[image[mapped], 0]
+        first[t], width[t], size[t] = start[image], sizes[image, 1], sizes[image, 0]
         entries.append(pictures)
     rest = np.flatnonzero(~mapped[receivers.triangle])
     which, cells, grids = _grids(receivers, rest, triangles)
@@ -81,40 +84,6 @@ def _areas(receivers: Receivers) -> np.ndarray:
     """(n_cells,) shares of their triangles, up to a factor."""
     u, v = (receivers.corners[:, k] - receivers.corners[:, 0] for k in (1, 2))
     return np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) * np.where(receivers.square, 2.0, 1.0)
-
-
-def _texel_maps(receivers: Receivers, triangles: int):
-    """Which triangles (n,) bool have a map to texels, their images (n,), and the maps (n, 3, 2).
-
-    A square cell that is a whole texel shows how the texels lie. It is the largest square one; the
-    triangle's other cells tell whether it is whole.
-    """
-    triangle, grid = receivers.triangle, receivers.grid[receivers.receiver]
-    area = np.where(receivers.square, _areas(receivers), -1.0)
-    order = np.lexsort([-area, triangle])
-    largest = order[np.diff(triangle[order], prepend=-1) != 0]
-    largest = largest[receivers.square[largest]]
-    t = triangle[largest]
-    origin, u, v = (receivers.corners[largest, k] for k in range(3))
-    step = np.stack([u - origin, v - origin], 2)  # barycentric steps of a column and of a row
-    usable = np.abs(np.linalg.det(step)) > 0
-    largest, t, origin, step = (part[usable] for part in (largest, t, origin, step))
-    inverse = np.linalg.inv(step)  # (k, texel axis, barycentric axis)
-    maps, image = np.zeros((triangles, 3, 2)), np.zeros(triangles, np.int64)
-    position = grid[largest, :0:-1]  # column, row
-    maps[t, 0] = position - np.einsum("kab,kb->ka", inverse, origin)
-    maps[t, 1], maps[t, 2] = inverse[:, :, 0], inverse[:, :, 1]
-    image[t] = grid[largest, 0]
-    middle = _middles(receivers)
-    cell = maps[triangle]
-    found = cell[:, 0] + middle[:, :1] * cell[:, 1] + middle[:, 1:] * cell[:, 2]
-    right = (np.floor(found) == grid[:, :0:-1]).all(axis=1)
-    share = np.bincount(triangle, right, triangles) / np.maximum(
-        np.bincount(triangle, minlength=triangles), 1
-    )
-    mapped = np.zeros(triangles, bool)
-    mapped[t] = share[t] >= NEAR
-    return mapped, image, maps
 
 
 def _pictures(receivers: Receivers):
