@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .lamp_detail import Box, refined
 from .panorama import as_diffuse_ray, panorama, set_up_cycles
 from .remarks import nodes_of
 from .traceless import temporary_camera
@@ -44,22 +45,31 @@ class ShapeStage:
         for thing in (self.sphere, self.lamp):
             scene.collection.objects.link(thing)
 
-    def factor(self, data, matrix: np.ndarray, width: int = WIDTH) -> np.ndarray:
+    def factor(
+        self, data, matrix: np.ndarray, width: int = WIDTH, box: Box | None = None
+    ) -> np.ndarray:
         """(width / 2, width, 3) what the node tree of light ``data``, placed by ``matrix`` (4, 4),
-        multiplies its intensity with, in directions laid out as ``solver.scene.Sky``."""
-        if width not in self.pictures:
-            self.pictures[width] = self._render(plain_lamp(), np.eye(4), width)
-        picture = self._render(_as_point(data), matrix, width)
-        return np.maximum(np.nan_to_num(picture / self.pictures[width], posinf=0.0), 0.0)
+        multiplies its intensity with, in directions laid out as ``solver.scene.Sky``; or a ``box`` of
+        it."""
+        key = width, str(box)
+        if key not in self.pictures:
+            self.pictures[key] = self._render(plain_lamp(), np.eye(4), width, box)
+        picture = self._render(_as_point(data), matrix, width, box)
+        return np.maximum(np.nan_to_num(picture / self.pictures[key], posinf=0.0), 0.0)
 
-    def _render(self, data, matrix: np.ndarray, width: int) -> np.ndarray:
+    def fine_factor(self, data, matrix: np.ndarray) -> tuple[np.ndarray, float]:
+        """``factor``, as fine as narrow beams need it, and the error that interpolation leaves."""
+        coarse = self.factor(data, matrix, WIDTH)
+        return refined(coarse, lambda width, box: self.factor(data, matrix, width, box))
+
+    def _render(self, data, matrix: np.ndarray, width: int, box: Box | None) -> np.ndarray:
         from mathutils import Matrix
 
         self.lamp.data = data
         self.lamp.matrix_world = Matrix(matrix.tolist())  # nested lists would be taken for columns
         for thing in (self.sphere, self.scene.camera):
             thing.location = matrix[:3, 3]
-        return panorama(self.scene, width, 1).astype(np.float64)
+        return panorama(self.scene, width, 1, box).astype(np.float64)
 
 
 def _sphere():

@@ -13,6 +13,7 @@ import numpy as np
 from ..solver.scene import Lamp, PointLamp
 from .colors import NotSimple, multiply
 from .images import working_space_is_rec709
+from .lamp_detail import beam_warning
 from .lamp_shape import ShapeStage, split, tree_varies, unreadable
 from .lamps import read_lamp
 from .remarks import tree_remarks
@@ -126,7 +127,9 @@ class Shapes:
             )
         key = data.name, light.matrix[:3, :3].round(6).tobytes()
         if key not in self.known:
-            self.known[key] = split(self.stage.factor(data, light.matrix))
+            factor, error = self.stage.fine_factor(data, light.matrix)
+            self.known[key] = split(factor)
+            warnings += beam_warning(owner, error)
         if not self.known[key]:
             warnings.append(f"{owner}: its node tree is black in all directions; it gives no light")
         return self.known[key]

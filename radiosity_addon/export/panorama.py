@@ -57,14 +57,24 @@ def set_up_cycles(scene, samples: int = 1) -> None:
     scene.render.film_transparent = False
 
 
-def panorama(scene, width: int, samples: int) -> np.ndarray:
-    """(width / 2, width, 3) float32 radiance in the layout of ``solver.scene.Sky``."""
+def panorama(scene, width: int, samples: int, box: tuple[slice, slice] | None = None) -> np.ndarray:
+    """(width / 2, width, 3) float32 radiance in the layout of ``solver.scene.Sky``; of a ``box``,
+    rows and columns, that part alone."""
     camera = scene.camera
     camera.data.type = "PANO"
     owner = camera.data if hasattr(camera.data, "panorama_type") else camera.data.cycles
     owner.panorama_type = "EQUIRECTANGULAR"
     camera.rotation_euler = (np.pi / 2.0, 0.0, -np.pi / 2.0)
-    return render(scene, width, width // 2, samples)
+    if box is None:
+        return render(scene, width, width // 2, samples)
+    settings, (rows, columns) = scene.render, box
+    settings.border_min_y, settings.border_max_y = (2 * x / width for x in (rows.start, rows.stop))
+    settings.border_min_x, settings.border_max_x = (x / width for x in (columns.start, columns.stop))
+    settings.use_border = settings.use_crop_to_border = True
+    try:
+        return render(scene, width, width // 2, samples)
+    finally:
+        settings.use_border = False
 
 
 def close_up(scene, direction: np.ndarray, angle: float, size: int, samples: int) -> np.ndarray:

@@ -143,6 +143,34 @@ def test_ies_from_a_file(blender, export, tmp_path):
     assert not [w for w in exported.warnings if "lamp" in w]
 
 
+def test_a_hot_spot_of_one_degree_has_all_its_light(blender, export):
+    """100,000 cd in the middle, half of that half a degree away, and 20 cd elsewhere: what leaves
+    within 5 degrees is the table's integral. In steps of half a degree it was 10 % more."""
+    lamp = add_lamp(blender, "POINT", energy=1.0, shadow_soft_size=0.0)
+    lamp.rotation_euler = (0.0, 0.0, 0.0)
+
+    def candela(polar, across=0):
+        return 1e5 * 0.5 ** (2 * polar) ** 2 + 20
+
+    polar = sorted({*np.arange(0, 5, 0.125), *range(5, 91, 5)})
+    add_ies(blender, lamp, photometry(range(1), polar, candela))
+    add_plane(blender)
+    exported = export()
+    (ours,) = exported.scene.lamps
+    assert not [text for text in exported.warnings if "beam" in text]
+    height, width = ours.distribution.shape
+    assert width > 720
+    down = (np.arange(height) + 0.5) * 180 / height  # from straight down [degrees]
+    found = ours.distribution.mean(axis=1)
+    found *= 20 / found[np.argmin(np.abs(down - 45))]  # [cd]
+
+    def flux(angle, value):  # [cd sr]
+        return 2 * np.pi * np.trapezoid(value * np.sin(np.radians(angle)), np.radians(angle))
+
+    near, fine = down < 5, np.linspace(0, 5, 10001)
+    assert flux(down[near], found[near]) == pytest.approx(flux(fine, candela(fine)), rel=0.01)
+
+
 @pytest.mark.parametrize("text, words", [
     ("/nowhere/lamp.ies", 'IES file "/nowhere/lamp.ies" cannot be read'),
     ("rubbish", 'IES text "Luminaire" cannot be read'),
