@@ -275,13 +275,13 @@ def _groups_of_cells(footprints: Footprints, owner: np.ndarray, triangles: int):
     normal, position = footprints.normal[first], footprints.origin[first]
     largest = _largest_cell(footprints)[owner[first]]
     size = EXTENT * np.sqrt(footprints.cumulative[-1] / max(footprints.count, 1))
-    apart = np.linalg.norm(position - footprints.origin[largest], axis=1)
+    offset = np.linalg.norm(position - footprints.origin[largest], axis=1)
     own_size = EXTENT * np.sqrt(footprints.area[owner[first]])
     alike = np.einsum("ij,ij->i", normal, footprints.normal[largest]) > ALIKE
     facing = np.rint(1.5 * normal).astype(np.int64) + 2
     cube = np.floor((position + 0.5) / max(size, SMALLEST)).astype(np.int64)
     common = np.column_stack([facing, cube])
-    common[alike & (apart < np.maximum(size, own_size))] = 0
+    common[alike & (offset < np.maximum(size, own_size))] = 0
     common = np.column_stack([owner[first], common])
     _, group = np.unique(common, axis=0, return_inverse=True)
     return pair, first, group.reshape(-1)[mine.reshape(-1)]
