@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .clip import doubled_areas
+from ..solver.geometry.planar import doubled_areas
 from .continuations import Parts, Seams, face_normals_of, into_faces
 from .islands import Charted, Edges
 from .shown import Sheets, Stencils

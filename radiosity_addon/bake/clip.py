@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..solver.geometry.planar import doubled_areas
+
 
 def clip_squares(corner: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The part of each unit square that lies in its triangle.
@@ -85,9 +87,3 @@ def fan(points, count) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     owner = np.concatenate(owners)
     corners = np.concatenate(corners)[..., None].view(float)
     return owner, corners, np.arange(len(owner)) < len(owners[0])
-
-
-def doubled_areas(triangles: np.ndarray) -> np.ndarray:
-    """Twice the signed area of ``triangles`` (..., 3, 2): that of the parallelogram they span."""
-    u, v = triangles[..., 1, :] - triangles[..., 0, :], triangles[..., 2, :] - triangles[..., 0, :]
-    return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]

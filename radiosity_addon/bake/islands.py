@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..components import connected_components
-from .clip import doubled_areas
+from ..solver.geometry.planar import doubled_areas
 
 SAME = 1e-3  # texels: UVs closer than that are one place
 FLAT = 1e-9  # texels²: a triangle with less UV area shows nothing

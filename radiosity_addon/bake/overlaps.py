@@ -10,9 +10,9 @@ from collections import deque
 
 import numpy as np
 
+from ..solver.geometry.planar import doubled_areas
 from ..solver.receivers import Receivers
 from ..steps import finish
-from .clip import doubled_areas
 from .texels import OVERLAP, expand, texel_steps
 
 SHARED = 0.02  # of a texel: two faces that both cover more of a full one may be in conflict

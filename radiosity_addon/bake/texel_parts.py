@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..figures import percent
+from ..solver.geometry.planar import doubled_areas
 from ..solver.receivers import Receivers
-from .clip import doubled_areas
 from .shown import Sheets
 
 NOTABLE = 0.01  # share of the surface: of fewer texels that cannot be fitted nobody is told

@@ -11,9 +11,10 @@ from typing import Iterator
 
 import numpy as np
 
+from ..solver.geometry.planar import doubled_areas
 from ..solver.receivers import Receivers, TexelMaps
 from ..steps import finish
-from .clip import clip_squares, doubled_areas, fan
+from .clip import clip_squares, fan
 
 NEGLIGIBLE = 1e-6  # of a texel: a cell smaller than this is left out when its texel has others
 TOUCHED = 1e-8  # of a texel: a texel covered by less belongs to no face

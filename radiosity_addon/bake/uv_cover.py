@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..figures import percent
+from ..solver.geometry.planar import doubled_areas
 from ..solver.receivers import Receivers
-from .clip import doubled_areas
 
 FLAT = 1e-12  # of the tile: a triangle with less UV area has none
 NOTABLE = 1e-3  # share of the surface: what lacks more is warned of

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bake.border_samples import SeamSamples, sample_seams
-from ..bake.clip import doubled_areas
 from ..bake.continuations import find_seams
 from ..bake.islands import Charted, cut_into_islands
 from ..bake.shown import Sheets
@@ -23,6 +22,7 @@ from ..bake.texel_parts import (
     unfit_warning,
 )
 from ..solver.direct.line_of_sight import is_path_clear
+from ..solver.geometry.planar import doubled_areas
 from ..solver.lights.context import Context
 from ..solver.passes import Pass
 from ..solver.solution import Solution

@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .. import memory
-from ..bake.clip import doubled_areas
 from ..bake.windows import TexelRect
 from ..export.exported import ExportedObject
 from ..settings import Target
+from ..solver.geometry.planar import doubled_areas
 from .job import Job
 from .sheets import rect_of
 

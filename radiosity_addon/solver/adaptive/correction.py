@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..gather.residual import Residuals
+from ..geometry.clusters import facings, labels, octants
 from ..geometry.footprints import Footprints
 from .relative_error import FLOOR
 
@@ -60,17 +61,13 @@ def regions_of(footprints: Footprints, paths: int) -> list[np.ndarray]:
     as ``paths`` can tell of."""
     position, normal = footprints.middle()
     length = np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
-    facing = np.rint(1.5 * normal / length).astype(np.int64) + 2
+    facing = facings(normal / length)
     corner = position.min(axis=0) if len(position) else np.zeros(3)
     extent = float((position - corner).max(initial=0)) * (1 + 1e-6) or 1.0
     levels = [np.zeros(len(position), np.int64)]
     for level in range(LEVELS):
         cube = np.minimum((position - corner) * (2**level / extent), 2**level - 1).astype(np.int64)
-        key = np.zeros(len(position), np.int64)
-        for column, base in ((cube, 2**level), (facing, 5)):
-            for axis in range(3):
-                key = key * base + column[:, axis]
-        numbers = np.unique(key, return_inverse=True)[1].reshape(-1)
+        numbers = labels(cube, facing)
         if (int(numbers.max(initial=0)) + 1) * PER_REGION > paths:
             break
         levels.append(numbers)
@@ -158,11 +155,7 @@ def biased_elements(
     side, position = side[some], position[some]
     sides, mine = np.unique(side, return_inverse=True)
     mine = mine.reshape(-1)
-    number = np.bincount(mine)
-    part = mine * 8
-    for axis in range(3):
-        middle = np.bincount(mine, position[:, axis]) / number
-        part += (position[:, axis] > middle[mine]).astype(np.int64) << axis
+    part = octants(position, mine)
     total = np.bincount(part, value, 8 * len(sides))
     noise = np.sqrt(np.bincount(part, value * value, 8 * len(sides)))
     excess = np.abs(total) * (np.abs(total) > SIGNIFICANT * noise)

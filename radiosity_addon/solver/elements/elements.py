@@ -14,7 +14,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..geometry.clusters import cubes, facings, labels, octants
 from ..geometry.grids import cell_in_grid, grid_cells, inside, quarter_at, quarters
+from ..geometry.planar import cell_areas
 from ..geometry.triangles import OFFSET, Geometry
 
 MAX_GRID = 128  # grid [cells along a triangle's edge]: the finest before refinement
@@ -43,8 +45,7 @@ class Elements:
     def areas(self, geometry: Geometry, cell: np.ndarray) -> np.ndarray:
         """(k,) float64 normalized areas of cells (k,); of pieces, of what they were cut from."""
         corners = self.corners[cell].astype(float)
-        steps = corners[:, 1:] - corners[:, :1]
-        return np.abs(np.linalg.det(steps)) * geometry.area[self.triangle[cell]]
+        return cell_areas(corners, False) * geometry.area[self.triangle[cell]]
 
     def lengths(self, geometry: Geometry) -> np.ndarray:
         """(count,) float32 edges of squares as large as the elements [unit box]."""
@@ -179,17 +180,8 @@ def _clusters(
 ):
     """Labels (n,) int and their number for cells of triangles (n,): by group (n,), cube of
     ``centroid`` (n, 3), and normal."""
-    if len(triangle) == 0:
-        return np.zeros(0, np.int32), 0
-    cube = np.floor((centroid + 0.5) / size).astype(np.int64)
-    direction = np.rint(geometry.normal[triangle] * 1.5).astype(np.int64) + 2
-    span = int(np.ceil(1 / size)) + 2
-    key = group.astype(np.int64)
-    for column, base in ((cube, span), (direction, 5)):
-        for axis in range(3):
-            key = key * base + column[:, axis]
-    _, labels = np.unique(key, return_inverse=True)
-    return labels.reshape(-1).astype(np.int32), int(labels.max()) + 1
+    found = labels(group, cubes(centroid, size, -0.5), facings(geometry.normal[triangle]))
+    return found.astype(np.int32), int(found.max(initial=-1)) + 1
 
 
 def refine(geometry: Geometry, elements: Elements, chosen: np.ndarray) -> Elements:
@@ -205,9 +197,9 @@ def refine(geometry: Geometry, elements: Elements, chosen: np.ndarray) -> Elemen
     element = elements.element.copy()
     joined = leaf[several]
     center = _centers(geometry, elements.triangle[joined], elements.corners[joined])
-    octants = _octants(center, owner[several])
-    element[joined] = elements.count + octants
-    count = elements.count + int(octants.max(initial=-1)) + 1
+    parts = labels(octants(center, owner[several]))
+    element[joined] = elements.count + parts
+    count = elements.count + int(parts.max(initial=-1)) + 1
     leaf = leaf[~several]
     fresh = np.arange(len(leaf))
     element[leaf] = INSIDE - (len(elements.grid) + fresh)
@@ -251,16 +243,3 @@ def cut_cells(elements: Elements, cells: np.ndarray, height: np.ndarray) -> Elem
         cut=np.concatenate([elements.cut, line.astype(np.float32)]),
         has_cuts=True,
     )
-
-
-def _octants(center: np.ndarray, owner: np.ndarray) -> np.ndarray:
-    """(n,) labels from 0: cells of one ``owner`` (n,) with ``center`` (n, 3) in one octant around
-    their mean."""
-    if len(center) == 0:
-        return np.zeros(0, np.int64)
-    number = np.bincount(owner)
-    key = owner.astype(np.int64) * 8
-    for axis in range(3):
-        mean = np.bincount(owner, center[:, axis]) / np.maximum(number, 1)
-        key += (center[:, axis] > mean[owner]) << axis
-    return np.unique(key, return_inverse=True)[1].reshape(-1)

@@ -9,6 +9,7 @@ import numpy as np
 from ..receivers import Receivers
 from ..workers.parallel import ranges
 from .cell_shading import CellShading, build_cell_shading
+from .planar import cell_areas
 from .triangles import OFFSET, Geometry
 
 BAND = 1 << 15  # number [cells] that are placed together
@@ -105,9 +106,7 @@ def build_footprints(geometry: Geometry, receivers: Receivers) -> Footprints:
         u[band] = edge_u[:, :1] * e1 + edge_u[:, 1:] * e2
         v[band] = edge_v[:, :1] * e1 + edge_v[:, 1:] * e2
         corners[band] = np.stack([first, edge_u, edge_v], 1)
-        share = np.abs(edge_u[:, 0] * edge_v[:, 1] - edge_u[:, 1] * edge_v[:, 0])
-        share *= np.where(receivers.square[band], 2.0, 1.0)
-        area[band] = share * geometry.area[triangle]
+        area[band] = cell_areas(barycentric, receivers.square[band]) * geometry.area[triangle]
     start = np.searchsorted(receivers.receiver, np.arange(receivers.count + 1))
     cumulative = np.concatenate([[0.0], np.cumsum(area)])
     return Footprints(

@@ -73,8 +73,8 @@ def grid_cells(n: int) -> np.ndarray:
 
 
 def quarters(corners: np.ndarray) -> np.ndarray:
-    """(4 k, 3, 2) corners of the four cells inside each of k cells (k, 3, 2)."""
+    """(4 k, 3, 2) corners of the four cells inside each of k cells (k, 3, 2), of their precision."""
     origin, steps = corners[:, 0], corners[:, 1:] - corners[:, :1]
     inner = grid_cells(2)
     placed = origin[:, None, None] + np.einsum("qcs,ksd->kqcd", inner, steps)
-    return placed.reshape(-1, 3, 2).astype(np.float32)
+    return placed.reshape(-1, 3, 2).astype(corners.dtype)

@@ -13,6 +13,8 @@ import numpy as np
 
 from ..array_struct import ArrayStruct
 from ..fields import Field, Texture, srgb_to_linear
+from ..geometry.grids import quarters
+from ..geometry.planar import doubled_areas
 from ..scene import Scene
 from .region_means import FieldMeans, triangle_regions
 from .texture_blocks import one_colored_parts
@@ -87,7 +89,7 @@ def _leaves(means: FieldMeans, cells: EmissiveParts, area: np.ndarray, limit: fl
         leaves.append(cells.take(np.flatnonzero(done & (cells.radiance.max(axis=1) > 0))))
         depth, area, level = np.repeat(depth[open_], 4), np.repeat(area[open_], 4), level + 1
         triangle = np.repeat(cells.triangle[open_], 4)
-        cells = _measured(means, triangle, _four(cells.corners[open_]), 0.25**level)
+        cells = _measured(means, triangle, quarters(cells.corners[open_]), 0.25**level)
     return leaves
 
 
@@ -103,8 +105,7 @@ def _one_colored(field: Texture, cells: EmissiveParts, area: np.ndarray, limit: 
         left[k] = False
         corners, color = found
         color = srgb_to_linear(color) if field.encoded else color
-        edges = corners[:, 1:] - corners[:, :1]
-        n, share = len(corners), np.abs(np.linalg.det(edges))
+        n, share = len(corners), np.abs(doubled_areas(corners))
         triangle = np.full(n, cells.triangle[k])
         parts.append(EmissiveParts(triangle, corners, color * field.factor, np.zeros(n), share,
                            np.zeros(n, int)))  # fmt: skip
@@ -124,11 +125,3 @@ def _texels(field: Texture, triangle: np.ndarray) -> np.ndarray:
     height, width = field.pixels.shape[:2]
     corners = field.uv[triangle].astype(float) * (width, height)
     return np.abs(corners - np.roll(corners, 1, axis=1)).max(axis=(1, 2))
-
-
-def _four(corners: np.ndarray) -> np.ndarray:
-    """(4n, 3, 2) the quarters of n triangles, one after the other."""
-    a, b, c = (corners[:, k] for k in range(3))
-    ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
-    quarters = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (bc, ca, ab)]
-    return np.stack([np.stack(q, 1) for q in quarters], 1).reshape(-1, 3, 2)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..fields import Texture
+from ..geometry.planar import clip, doubled_areas, fan
 from .evaluate import texels
 
 MOST_BLOCKS = 64  # number [blocks of a triangle]: with more it is cut without regard to texels
@@ -38,13 +39,12 @@ def one_colored_parts(field: Texture, triangle: int) -> tuple[np.ndarray, np.nda
     for x0, x1, y0, y1 in blocks:
         polygon = _clipped(corners, low + (x0, y0), low + (x1, y1))
         polygon = (polygon - corners[0]) @ to_barycentric
-        for k in range(1, len(polygon) - 1):
-            part = polygon[[0, k, k + 1]]
-            (a, b), (c, d) = part[1:] - part[0]
-            if abs(a * d - b * c) > LEAST_AREA:
-                parts.append(part)
-                found.append(colors[y0 * extent[0] + x0])
-    return np.array(parts).reshape(-1, 3, 2), np.array(found).reshape(-1, 3)
+        pieces = fan(polygon)
+        pieces = pieces[np.abs(doubled_areas(pieces)) > LEAST_AREA]
+        parts.append(pieces)
+        found.append(np.tile(colors[y0 * extent[0] + x0], (len(pieces), 1)))
+    nothing = np.zeros((0, 3, 2)), np.zeros((0, 3))
+    return np.concatenate([nothing[0], *parts]), np.concatenate([nothing[1], *found])
 
 
 def _blocks(colors: np.ndarray) -> list[tuple[int, int, int, int]]:
@@ -72,16 +72,8 @@ def _blocks(colors: np.ndarray) -> list[tuple[int, int, int, int]]:
 
 
 def _clipped(polygon: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """(k, 2) the part of a convex polygon within a box (Sutherland and Hodgman 1974)."""
+    """(k, 2) the part of a convex polygon within a box."""
     for axis in (0, 1):
         for limit, sign in ((low[axis], 1), (high[axis], -1)):
-            height = sign * (polygon[:, axis] - limit)
-            after, next_height = np.roll(polygon, -1, axis=0), np.roll(height, -1)
-            kept = []
-            for a, b, here, there in zip(polygon, after, height, next_height):
-                if here >= 0:
-                    kept.append(a)
-                if here * there < 0:
-                    kept.append(a + here / (here - there) * (b - a))
-            polygon = np.array(kept).reshape(-1, 2)
+            polygon = clip(polygon, sign * (polygon[:, axis] - limit))
     return polygon

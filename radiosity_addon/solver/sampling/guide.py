@@ -15,6 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.clusters import cubes, facings, labels
+
 ROWS, COLUMNS = 8, 16  # numbers [bins] of polar angle and azimuth
 BINS = ROWS * COLUMNS
 CLUSTERS = 256  # number [clusters], about; more where there are many receivers
@@ -33,13 +35,8 @@ def clusters_of(position: np.ndarray, normal: np.ndarray, area: np.ndarray) -> n
     """
     number = max(CLUSTERS, min(len(area) // RECEIVERS, 16 * CLUSTERS))
     size = np.sqrt(area.sum() / number) or 1.0
-    cube = np.floor(position / size).astype(np.int64)
     length = np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
-    facing = np.rint(1.5 * normal / length).astype(np.int64)
-    key = np.zeros(len(area), np.int64)
-    for column in (*(cube - cube.min(axis=0, initial=0)).T, *(facing + 2).T):
-        key = key * (int(column.max(initial=0)) + 1) + column
-    return np.unique(key, return_inverse=True)[1].reshape(-1)
+    return labels(cubes(position, size), facings(normal / length))
 
 
 @dataclass(frozen=True)

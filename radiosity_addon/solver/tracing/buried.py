@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..geometry.planar import cell_areas, cell_middles
 from ..geometry.triangles import OFFSET, Geometry
 from ..receivers import Receivers
 from ..scene import Scene
@@ -97,7 +98,7 @@ def _hidden_cells(
     """(n_cells,) bool: cells that are buried as a whole, if no line touches them. No line meets
     some of the squares of cells: there one that is open stands for all. Where it is buried each is
     looked at, as a box may stand on a part of them without any line."""
-    middle = _middles(receivers)
+    middle = cell_middles(receivers.corners, receivers.square)
     _, stands = np.unique(contacts.square, return_index=True)
     alone = contacts.met[contacts.square]
     alone[stands] = True
@@ -107,13 +108,6 @@ def _hidden_cells(
     follow = np.flatnonzero(~alone & hidden[stands[contacts.square]])
     hidden[follow] = surroundings.bury(receivers.triangle[follow], middle[follow])
     return hidden
-
-
-def _middles(receivers: Receivers) -> np.ndarray:
-    """(n_cells, 2) barycentric."""
-    first, second, third = receivers.corners.transpose(1, 0, 2)
-    whole = (second + third) / 2, (first + second + third) / 3
-    return np.where(receivers.square[:, None], *whole)
 
 
 def _cut_along(crossings: Crossings, receivers: Receivers, contacts: Contacts):
@@ -170,8 +164,8 @@ def _kept(
     """Receivers of the cells that are neither ``hidden`` (n_cells,) bool nor ``cut`` (m,) int, and
     of the open parts, of cells ``part`` (k,), with ``corners`` (k, 3, 2); and which have none."""
     scale = surroundings.geometry.area
-    whole = _areas(receivers.corners, receivers.square) * scale[receivers.triangle]
-    area = _areas(corners, np.zeros(len(part), bool)) * scale[receivers.triangle[part]]
+    whole = cell_areas(receivers.corners, receivers.square) * scale[receivers.triangle]
+    area = cell_areas(corners, False) * scale[receivers.triangle[part]]
     clear = ~hidden
     clear[cut] = False
     owner, count = receivers.receiver, receivers.count
@@ -193,9 +187,3 @@ def _kept(
         square=square[order],
     )
     return kept, buried
-
-
-def _areas(corners: np.ndarray, square: np.ndarray) -> np.ndarray:
-    """(k,) doubled barycentric areas of cells (k, 3, 2)."""
-    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    return np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) * np.where(square, 2.0, 1.0)

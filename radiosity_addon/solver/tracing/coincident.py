@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..geometry.planar import clip, doubled_areas, fan
 from ..geometry.triangles import OFFSET, Geometry
 from ..materials.emissive_parts import EmissiveParts
 from .embree import Tracer
@@ -83,13 +84,12 @@ def _cut_away(cells: EmissiveParts, covers: np.ndarray) -> EmissiveParts:
         left = [cell]
         for cover in covers:
             left = [piece for polygon in left for piece in _difference(polygon, cover)]
-        for polygon in left:
-            for k in range(1, len(polygon) - 1):
-                owner.append(i)
-                corners.append(polygon[[0, k, k + 1]])
+        parts = [fan(polygon) for polygon in left]
+        owner += [i] * sum(map(len, parts))
+        corners += parts
     kept = cells.take(np.array(owner, int))
-    corners = np.array(corners).reshape(-1, 3, 2)
-    return replace(kept, corners=corners, share=np.array([2 * _area(c) for c in corners]))
+    corners = np.concatenate([np.zeros((0, 3, 2)), *corners])
+    return replace(kept, corners=corners, share=np.abs(doubled_areas(corners)))
 
 
 def _difference(polygon: np.ndarray, cover: np.ndarray) -> list[np.ndarray]:
@@ -104,23 +104,14 @@ def _difference(polygon: np.ndarray, cover: np.ndarray) -> list[np.ndarray]:
 
 
 def _left_of(polygon: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """The part (m, 2) of a convex polygon (k, 2) left of a line (Sutherland & Hodgman 1974)."""
+    """The part (m, 2) of a convex polygon (k, 2) left of a line."""
     along, away = end - start, polygon - start
-    height = along[0] * away[:, 1] - along[1] * away[:, 0]
-    corners = []
-    for k in range(len(polygon)):
-        h, g = height[k - 1], height[k]
-        if (h > 0) != (g > 0):
-            corners.append(polygon[k - 1] + h / (h - g) * (polygon[k] - polygon[k - 1]))
-        if g > 0:
-            corners.append(polygon[k])
-    return np.array(corners).reshape(-1, 2)
+    return clip(polygon, along[0] * away[:, 1] - along[1] * away[:, 0])
 
 
 def _area(polygon: np.ndarray) -> float:
-    """Of a polygon (k, 2), 0 for fewer than three corners."""
-    x, y = polygon[:, 0], polygon[:, 1]
-    return abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2
+    """Of a convex polygon (k, 2), 0 for fewer than three corners."""
+    return float(np.abs(doubled_areas(fan(polygon))).sum()) / 2
 
 
 def exact_copies(geometry: Geometry, chosen: np.ndarray) -> np.ndarray:

@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..elements.elements import Elements
+from ..geometry.clusters import cubes, facings, labels
 from ..geometry.footprints import Footprints
 from ..geometry.triangles import Geometry
 from ..receivers import Receivers
@@ -278,10 +279,7 @@ def _groups_of_cells(footprints: Footprints, owner: np.ndarray, triangles: int):
     offset = np.linalg.norm(position - footprints.origin[largest], axis=1)
     own_size = EXTENT * np.sqrt(footprints.area[owner[first]])
     alike = np.einsum("ij,ij->i", normal, footprints.normal[largest]) > ALIKE
-    facing = np.rint(1.5 * normal).astype(np.int64) + 2
-    cube = np.floor((position + 0.5) / max(size, SMALLEST)).astype(np.int64)
-    common = np.column_stack([facing, cube])
+    cube = cubes(position, max(size, SMALLEST), -0.5)
+    common = np.column_stack([facings(normal) + 2, cube])
     common[alike & (offset < np.maximum(size, own_size))] = 0
-    common = np.column_stack([owner[first], common])
-    _, group = np.unique(common, axis=0, return_inverse=True)
-    return pair, first, group.reshape(-1)[mine.reshape(-1)]
+    return pair, first, labels(owner[first], common)[mine.reshape(-1)]

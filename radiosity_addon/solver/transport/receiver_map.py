@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..geometry.grids import cell_in_grid
+from ..geometry.planar import cell_areas, cell_middles
 from ..receivers import Receivers
 
 COVERED = 0.9  # share [of a triangle] that its receivers have: less is no map of it
@@ -73,19 +74,6 @@ def build_receiver_map(receivers: Receivers, triangles: int) -> ReceiverMap:
     return ReceiverMap(first, width, size, texel, np.concatenate([*entries, grids]))
 
 
-def _middles(receivers: Receivers) -> np.ndarray:
-    """(n_cells, 2) barycentric middles of cells."""
-    origin, u, v = (receivers.corners[:, k] for k in range(3))
-    share = np.where(receivers.square, 0.5, 1 / 3)[:, None]
-    return origin + share * (u - origin + v - origin)
-
-
-def _areas(receivers: Receivers) -> np.ndarray:
-    """(n_cells,) shares of their triangles, up to a factor."""
-    u, v = (receivers.corners[:, k] - receivers.corners[:, 0] for k in (1, 2))
-    return np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) * np.where(receivers.square, 2.0, 1.0)
-
-
 def _pictures(receivers: Receivers):
     """Of each image the first entry and (height, width), and all their entries, row by row."""
     image, row, column = receivers.grid.T.astype(np.int64)
@@ -102,7 +90,8 @@ def _pictures(receivers: Receivers):
 def _grids(receivers: Receivers, cells: np.ndarray, triangles: int):
     """Triangles (k,) that the ``cells`` (m,) int cover, the size (k,) of their grids, and the grids'
     entries: the receiver of the cell whose middle lies there, or the triangle's largest."""
-    area = np.bincount(receivers.triangle[cells], _areas(receivers)[cells], triangles)
+    areas = cell_areas(receivers.corners, receivers.square)
+    area = np.bincount(receivers.triangle[cells], areas[cells], triangles)
     cells = cells[area[receivers.triangle[cells]] > COVERED]
     triangle = receivers.triangle[cells]
     number = np.bincount(triangle, minlength=triangles)
@@ -111,11 +100,11 @@ def _grids(receivers: Receivers, cells: np.ndarray, triangles: int):
     slot = np.zeros(triangles, np.int64)
     slot[which] = np.arange(len(which))
     start = np.cumsum(size**2) - size**2
-    order = np.argsort(_areas(receivers)[cells], kind="stable")
+    order = np.argsort(areas[cells], kind="stable")
     largest = np.zeros(len(which), np.int64)
     largest[slot[triangle[order]]] = receivers.receiver[cells[order]]  # the last one stays
     entries = np.repeat(largest, size**2).astype(np.int32)
-    middle = _middles(receivers)[cells]
+    middle = cell_middles(receivers.corners[cells], receivers.square[cells])
     u, v = (np.ascontiguousarray(axis, np.float32) for axis in middle.T)
     index = cell_in_grid(size[slot[triangle]].astype(np.int32), u, v)[0]
     entries[start[slot[triangle[order]]] + index[order]] = receivers.receiver[cells[order]]

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..elements.discontinuities import MAX_GROWTH, split_at_discontinuities
 from ..elements.elements import build_elements, refine
+from ..geometry.clusters import labels
 from ..lights.context import Context
 from ..sampling.points import PointSampler
 from ..scene import Scene
@@ -206,5 +207,4 @@ def _refined(
 def _groups(scene: Scene) -> np.ndarray:
     """(n_triangles,) int64: the same number for the same object and material, without gaps: ten
     thousand of either would make a table of all pairs too large."""
-    pair = scene.object.astype(np.int64) * len(scene.materials) + scene.material
-    return np.unique(pair, return_inverse=True)[1].reshape(-1)
+    return labels(scene.object, scene.material)
