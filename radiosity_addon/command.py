@@ -26,10 +26,10 @@ from .solver.workers.parallel import BLAS_ENVIRONMENT
 from .temporary_folders import TemporaryFolders
 from .terminal import Terminal, debugging
 
-DONE, FAILED = 0, 1
+DONE, FAILED = 0, 1  # codes [exit status]
 PLAIN, ZSTANDARD, _ = BLEND_MAGIC
 LAST_BLOCK, SEEK_TABLE_END = b"ENDB", b"\xb1\xea\x92\x8f"  # of a plain and a compressed .blend
-TAIL = 64  # bytes, enough for the head of the last block
+TAIL = 64  # length [bytes] of the end of a file: enough for the head of the last block
 # What bad input raises; anything else is a fault of ours.
 EXPECTED = (ValueError, OSError, RuntimeError, MemoryError, ImportError)
 SHARES = {"prepare": (0.0, 0.1), "run": (0.1, 0.95), "apply": (0.95, 1.0)}  # of the whole

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-SMALLEST = 1e-3  # [%]: smaller shares are told as less than it
-LARGEST = 1e9  # smaller numbers have no exponent
+SMALLEST = 1e-3  # share [%]: smaller ones are told as less than it
+LARGEST = 1e9  # number [of any unit]: smaller ones have no exponent
 
 
 def percent(share: float) -> str:

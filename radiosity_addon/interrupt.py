@@ -15,8 +15,8 @@ import threading
 from contextlib import contextmanager
 from typing import Callable
 
-PATIENCE = 0.2  # seconds between the signal and the hard way out
-INTERRUPTED = 130  # exit status
+PATIENCE = 0.2  # time [s] between the signal and the hard way out
+INTERRUPTED = 130  # code [exit status]
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 

@@ -8,15 +8,19 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-START, START_PER_CORE = 1700 << 20, 100 << 20  # bytes of address space, as measured
-ALWAYS, PER_RECEIVER, PER_TRIANGLE = 450e6, 2900.0, 500.0  # bytes of a bake, measured
-# Texels that belong to a face: more than WHOLE are baked in tiles of at most TILE, after a survey of
-# SURVEY coarse ones. These two set the memory; the smaller they are the more is done twice, where tiles overlap.
+# Memory [bytes of address space], at the start and for each core, as measured.
+START, START_PER_CORE = 1700 << 20, 100 << 20
+# Memory [bytes] of a bake, and of each of its receivers and triangles, measured.
+ALWAYS, PER_RECEIVER, PER_TRIANGLE = 450e6, 2900.0, 500.0
+# Numbers [texels that belong to a face]: more than WHOLE are baked in tiles of at most TILE, after a
+# survey of SURVEY coarse ones. The first two set the memory; the smaller they are the more is done twice,
+# where tiles overlap.
 WHOLE, TILE, SURVEY = 1_500_000, 700_000, 400_000
-OVERLAPS = 1.1  # times a tile's texels, with those that others have, too
-SURVEYED = 600.0  # bytes of each texel of the survey that stay
-KEPT, DRAWN = 8.0, 60.0  # bytes of each texel that is done, and of the largest image's, measured
-ROUND = 16  # texels: edges of images that are told to fit are multiples of it
+OVERLAPS = 1.1  # factor [texels of a tile], with those that others have, too
+SURVEYED = 600.0  # memory [bytes of each texel of the survey] that stays
+# Memory [bytes of each texel] that is done, and of the largest image's, measured.
+KEPT, DRAWN = 8.0, 60.0
+ROUND = 16  # edge [texels]: edges of images that are told to fit are multiples of it
 
 
 def peak_memory() -> int:

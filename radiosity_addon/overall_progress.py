@@ -12,7 +12,7 @@ from typing import Callable
 # What one run of a stage takes of the time that is left, as measured on rooms of 30 to 64,000
 # triangles: gathering is most of it.
 SHARES = {"receivers": 0.1, "elements": 0.02, "transport": 0.02, "Write": 0.9, "tiles": 0.98}
-OTHER = 0.3
+OTHER = 0.3  # share [of the time left] of stages that are not among these
 
 
 class OverallProgress:

@@ -29,8 +29,8 @@ if TYPE_CHECKING:  # these import NumPy, which takes its time
     from .solver.receivers import Receivers
     from .solver.scene import Scene
 
-PROTOCOL = 5
-PIPE_SIZE = 1 << 20  # bytes: light is megabytes
+PROTOCOL = 5  # version [of pickle]
+PIPE_SIZE = 1 << 20  # size [bytes] of a pipe: light is megabytes
 ANSWER, FAILURE = "answer", "failure"
 
 

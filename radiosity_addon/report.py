@@ -12,7 +12,7 @@ from .stages.encode import Encoding
 from .stages.job import Job, Result
 
 STAGES = ("elements", "transport", "solve", "gather")  # timed by the solver
-SHOWN = 5  # number of warnings, and of objects left out, on the terminal
+SHOWN = 5  # number [warnings, objects left out] on the terminal
 ENERGY = ("emitted", "absorbed", "escaped")  # [W]
 
 

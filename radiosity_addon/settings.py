@@ -29,10 +29,10 @@ DOMAINS = tuple(each.value for each in Domain)
 FORMATS = ("exr", "png", "png16", "hdr", "rgbm", "rgbe")
 COLOR_TYPES = ("float", "byte")
 UNWRAPS = ("smart", "lightmap", "existing")
-RESOLUTION_RANGE = (4, 16384)
-ERROR_RANGE = (1e-4, 1.0)
-DENSITY_RANGE = (1e-3, 1e5)  # texels per meter
-ATLAS_IMAGES_RANGE = (1, 64)
+RESOLUTION_RANGE = (4, 16384)  # edges [texels] of an image
+ERROR_RANGE = (1e-4, 1.0)  # errors [relative] that may be asked for
+DENSITY_RANGE = (1e-3, 1e5)  # densities [texels per meter]
+ATLAS_IMAGES_RANGE = (1, 64)  # numbers [images of an atlas]
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ import sys
 import time
 from contextlib import ExitStack, redirect_stderr, redirect_stdout
 
-REDRAW = 0.1  # seconds between two progress lines
+REDRAW = 0.1  # time [s] between two progress lines
 
 
 def debugging() -> bool:

@@ -16,6 +16,7 @@ MOST_PARAMETERS, MOST_LINES = 7, 40
 EXCEPTIONS: dict[str, str] = {}
 FUNCTION = (ast.FunctionDef, ast.AsyncFunctionDef)
 ROOT = PACKAGE.parent
+NOUN_AND_UNIT = re.compile(r"# [^\W\d_][^\[:]* \[[^\]]+\]")
 VAGUE = {"place", "turn", "told", "gone", "twin", "unseen", "apart", "parted", "reach", "kinds"}
 PLACES = ("radiosity_addon", "tests", "verification", "benchmarks", "tools", "docs")
 BRITISH = re.compile(
@@ -102,6 +103,55 @@ def test_words_of_identifiers_are_told_apart():
         ast.parse("class TurnTable:\n    def f(self, my_turn):\n        turn, b = self.turned"),
     )
     assert [name for name in names(tree) if words(name) & VAGUE] == ["TurnTable", "my_turn", "turn"]
+
+
+def is_number(value: ast.expr) -> bool:
+    """Whether an expression is a number, a tuple of them, or made from some by NumPy."""
+    if isinstance(value, ast.Constant):
+        return isinstance(value.value, (int, float)) and not isinstance(value.value, bool)
+    if isinstance(value, ast.UnaryOp):
+        return is_number(value.operand)
+    if isinstance(value, ast.BinOp):
+        return is_number(value.left) or is_number(value.right)
+    if isinstance(value, ast.Call):
+        return ast.unparse(value.func).startswith(("np.", "math.")) and all(
+            map(is_number, value.args)
+        )
+    return isinstance(value, ast.Tuple) and bool(value.elts) and all(map(is_number, value.elts))
+
+
+def numbers_without_units(text: str) -> list[str]:
+    """Names of constants of a module that are numbers and have no comment such as ``# edge [texels]``,
+    behind or above them."""
+    lines, bare = text.splitlines(), []
+    for node in ast.parse(text).body:
+        if not isinstance(node, ast.Assign) or not is_number(node.value):
+            continue
+        (target,) = node.targets
+        names = [ast.unparse(each) for each in getattr(target, "elts", [target])]
+        first = node.lineno - 1
+        while first and lines[first - 1].startswith("#"):
+            first -= 1
+        above, behind = lines[first : node.lineno - 1], lines[node.end_lineno - 1].partition("#")
+        comments = [" ".join(above), "".join(behind[1:])]
+        if all(name.isupper() for name in names) and not any(map(NOUN_AND_UNIT.match, comments)):
+            bare.append(", ".join(names))
+    return bare
+
+
+def test_constants_have_a_noun_and_a_unit():
+    """ "noun [unit]: effect": what a number counts or measures, in what, and what it does."""
+    bare = {path.relative_to(PACKAGE).as_posix(): numbers_without_units(path.read_text(encoding="utf-8"))
+            for path in sorted(PACKAGE.rglob("*.py"))}  # fmt: skip
+    assert {path: names for path, names in bare.items() if names} == {}
+
+
+def test_bare_numbers_are_found():
+    text = (
+        "A = 1  # of all\nB, C = 2, -3.0\nD = 4  # edge [texels]: at most\n# Edge [m] of\n# it.\n"
+        "E = np.cos(1)\nF = 'text'\nG = 2 * (1 << 3)  # number: [none]\n"
+    )
+    assert numbers_without_units(text) == ["A", "B, C", "G"]
 
 
 def test_no_two_classes_share_a_name():

@@ -18,9 +18,9 @@ from .uv_edit import shape_of
 from .uv_maps import HeldMap, find_uv_map, free_name, held_now
 from .windows import density_factor
 
-LEAST_GAP = 3  # texels between charts, whatever the margin
-SMALLEST = 16  # texels along the shorter edge of an image that is made smaller
-SMART_GAP = 1 / 256  # of the unit square: between charts before they are packed
+LEAST_GAP = 3  # gap [texels] between charts: the least, whatever the margin
+SMALLEST = 16  # edge [texels] of an image that is made smaller: the shorter one is no smaller
+SMART_GAP = 1 / 256  # gap [unit square] between charts before they are packed
 
 
 def layout_steps(names: list[str], others: list[str], map_name: str, settings):

@@ -9,7 +9,7 @@ from .layers import check_editable, item_count, write_attribute
 from .made import COLOR, note
 
 FALLBACK = "{} Color"  # where something that is no color attribute holds the name already
-LONGEST_NAME = 63  # bytes
+LONGEST_NAME = 63  # length [bytes] of an attribute's name: Blender cuts longer ones
 
 
 def write_colors(

@@ -12,10 +12,10 @@ from .islands import Charted, Edges
 from .shown import Sheets, Stencils
 from .texels import expand
 
-APART = 0.5  # texels between two samples along a border, at most
-MOST = 1 << 14  # samples of one edge
-ASIDE = 1.0  # texels from a seam to where a way over it begins
-DEEP = 0.5  # of a triangle's height over the seam: such a way begins no farther
+APART = 0.5  # distance [texels] of two samples along a border, at most
+MOST = 1 << 14  # number [samples of one edge], at most
+ASIDE = 1.0  # distance [texels] from a seam to where a way over it begins
+DEEP = 0.5  # distance [of a triangle's height over the seam]: such a way begins no farther
 
 
 @dataclass(frozen=True)

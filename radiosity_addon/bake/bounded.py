@@ -8,9 +8,10 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import cg
 
-TOLERANCE, ROUGH = 1e-8, 1e-2  # of the residual, relative, after scaling the diagonal to 1
-ITERATIONS = 400
-ROUNDS = 4  # of solving, fixing what left its bounds there, and solving for the rest
+# Residuals [relative, the diagonal scaled to 1]: at the end, and in between.
+TOLERANCE, ROUGH = 1e-8, 1e-2
+ITERATIONS = 400  # number [iterations] of a solve, at most
+ROUNDS = 4  # number [rounds] of solving, fixing what left its bounds, and solving for the rest
 
 log = logging.getLogger(__name__)
 

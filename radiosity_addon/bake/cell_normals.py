@@ -8,7 +8,7 @@ import numpy as np
 from ..solver.receivers import Receivers, Shading
 from ..solver.workers.parallel import ranges
 
-BAND = 1 << 15  # cells that are worked on together
+BAND = 1 << 15  # number [cells] that are worked on together
 
 
 def shading_of(

@@ -15,11 +15,13 @@ from ..components import connected_components
 from .islands import Charted, Edges
 from .texels import expand
 
-WELD = 1e-5  # of the surface's extent: points closer than that are one
-BENT = np.cos(np.radians(3.0))  # shading normals that differ by more are of different faces
-FOLDED = -0.3  # cosine between the ways into two faces: above it they lie on the same side
-CROWD = 16  # borders on one line that are compared; where there are more, none continues
-LONG = 1e-4  # of the extent: shorter edges have no certain direction, and are not cut
+WELD = 1e-5  # distance [of the surface's extent]: points closer than that are one
+# Cosine [of 3°] between shading normals: those that differ by more are of different faces.
+BENT = np.cos(np.radians(3.0))
+# Cosine [of an angle] between the ways into two faces: above it they lie on the same side.
+FOLDED = -0.3
+CROWD = 16  # number [borders on one line] that are compared: where there are more, none continues
+LONG = 1e-4  # length [of the extent]: shorter edges have no certain direction, and are not cut
 NEAR = 1e-4  # ways and feet [of the extent] of edges on one line differ by less, about
 
 

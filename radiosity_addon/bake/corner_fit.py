@@ -27,7 +27,8 @@ from ..solver.receivers import Receivers
 from .bounded import solve_bounded, solve_roughly
 from .hanging import NOTHING, Hanging, spread
 
-STIFFNESS = (0.03, 1e-10)  # ε of triangles with fewer than, and at least, three receivers
+# Stiffnesses ε [of 1] of triangles with fewer than, and at least, three receivers.
+STIFFNESS = (0.03, 1e-10)
 
 
 def fit_corners(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-BAND = 1 << 22  # texels whose distances are found together: they take 50 bytes each
+BAND = 1 << 22  # number [texels] whose distances are found together: they take 50 bytes each
 
 
 def extend_islands(pixels: np.ndarray, covered: np.ndarray, margin: int) -> np.ndarray:

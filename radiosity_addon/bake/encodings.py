@@ -15,8 +15,8 @@ import numpy as np
 BITS = {"png": 8, "png16": 16, "linear": 8, "rgbm": 8, "rgbe": 8}
 SRGB = ("png", "png16")
 OWN_RANGE = ("rgbm",)  # formats whose scale is the brightest value unless one is named
-EXPONENT_OFFSET = 128  # of RGBE (Ward 1991, "Real Pixels")
-DARK = 0.25  # share of the mean: darker places are judged against it (the report's error)
+EXPONENT_OFFSET = 128  # offset [of an exponent] in RGBE (Ward 1991, "Real Pixels")
+DARK = 0.25  # brightness [of the mean]: darker places are judged against it (the report's error)
 
 
 def scale_of(colors: list[np.ndarray], kind: str, asked: float | None) -> float:

@@ -13,9 +13,9 @@ import numpy as np
 
 from ..solver.receivers import Receivers
 
-SAMPLES = 20_000  # receivers aimed at, over all objects of a bake
-FINEST = 16  # most cuts of a triangle's edge
-COARSE_MESH = 50_000  # triangles; up to here every triangle has at least four receivers
+SAMPLES = 20_000  # number [receivers], aimed at, over all objects of a bake
+FINEST = 16  # number [cuts of a triangle's edge], at most
+COARSE_MESH = 50_000  # number [triangles]: up to here every triangle has at least four receivers
 
 
 def receiver_budget(areas: np.ndarray, samples: int = SAMPLES) -> float:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix
 
-ROUNDS = 60  # of putting what ends hang on in place of them, where edges hang on each other in a ring
+ROUNDS = 60  # number [rounds] of replacing corners by what they hang on, where edges hang in a ring
 DONE = 1e-9  # weight [of 1] that is still on corners that hang
 
 

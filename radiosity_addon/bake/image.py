@@ -19,7 +19,7 @@ MARK = "radiosity_bake"  # custom property on images that we made: their full na
 ENDINGS = {"exr": ".exr", "hdr": ".hdr", **dict.fromkeys(BITS, ".png")}
 BLENDER_FORMAT = {"exr": ("OPEN_EXR", "32"), "hdr": ("HDR", "32")}
 RESERVED = re.compile(r"(?i)^(con|prn|aux|nul|com\d|lpt\d)(\.|$)")  # names Windows keeps
-LONGEST_STEM = 180  # bytes
+LONGEST_STEM = 180  # length [bytes] of a file's name: longer ones are cut
 
 
 def write_image(name: str, pixels: np.ndarray, frees: bool = False):

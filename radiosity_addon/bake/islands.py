@@ -9,8 +9,8 @@ import numpy as np
 from ..components import connected_components
 from ..solver.geometry.planar import doubled_areas
 
-SAME = 1e-3  # texels: UVs closer than that are one place
-FLAT = 1e-9  # texels²: a triangle with less UV area shows nothing
+SAME = 1e-3  # distance [texels]: UVs closer than that are one place
+FLAT = 1e-9  # area [texels²]: a triangle with less UV area shows nothing
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from ..solver.receivers import Receivers
 from ..steps import finish
 from .texels import OVERLAP, expand, texel_steps
 
-SHARED = 0.02  # of a texel: two faces that both cover more of a full one may be in conflict
+SHARED = 0.02  # share [of a texel]: two faces that both cover more of a full one may be in conflict
 
 
 def overlap_layers(

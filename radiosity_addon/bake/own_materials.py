@@ -15,7 +15,7 @@ OWN = "radiosity_own"  # on such a material: the material that it stands for
 BEFORE = "radiosity_before"  # on objects: {slot: {"link", "material"}} before ours was put on
 EARLIER = re.compile(r"(.+) Preview(\.\d+)?")  # names of materials built before they were marked
 EARLIER_NODES = {"OUTPUT_MATERIAL", "EMISSION", "ATTRIBUTE", "TEX_IMAGE", "UVMAP"}
-MOST = 8  # materials of ours that stand for one another
+MOST = 8  # number [materials of ours] that stand for one another, at most
 
 
 def is_preview(material) -> bool:

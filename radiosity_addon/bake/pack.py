@@ -14,8 +14,8 @@ import numpy as np
 from .seams import face_areas
 from .uv_edit import Shape, edit_uvs
 
-SPECK = 1e-5  # heights: edge of the speck
-ROUNDING = 1e-5  # heights by which Blender's numbers may lie outside
+SPECK = 1e-5  # edge [heights] of the speck
+ROUNDING = 1e-5  # distance [heights] by which Blender's numbers may lie outside
 SHAPE = "AABB"  # what of a chart keeps others out; by outlines Blender takes minutes, for no gain
 
 

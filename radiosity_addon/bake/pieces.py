@@ -16,9 +16,12 @@ from .continuations import Parts, face_normals_of, find_seams, into_faces
 from .hanging import Hanging
 from .islands import Charted, Edges
 
-SMOOTH = np.cos(np.radians(30.0))  # flatter edges blend colors, as within a mesh
-MOST = 8  # corners that hang on one edge: of more, light varies too much along it for a line
-ASIDE = 0.25  # of an edge's length, or a face's height over it: where ways over it begin
+# Cosine [of 30°] between faces: flatter edges blend colors, as within a mesh.
+SMOOTH = np.cos(np.radians(30.0))
+# Number [corners that hang on one edge]: of more, light varies too much along it for a line.
+MOST = 8
+# Distance [of an edge's length, or a face's height over it] at which ways over it begin.
+ASIDE = 0.25
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 from ..export.exported import CornerMap
 from ..figures import percent
 
-NOTABLE = 1e-3  # share of the surface: what lacks more is warned of
+NOTABLE = 1e-3  # share [of the surface]: what lacks more is warned of
 
 
 def sourceless_share(corners: CornerMap, area: np.ndarray) -> float:

@@ -25,12 +25,12 @@ from .border_samples import SeamSamples
 from .bounded import solve_bounded
 from .shown import Sheets, Stencils
 
-EQUAL = 3 / 6  # λ [texels per texel of length]: what a jump over a seam costs; eyes see steps first
-STAY = 1e-4  # ε [texels]: how much texels stay what they are without the fit
-TOLERANCE = 1e-4  # of the residual: far below what anybody sees
-SEEN = 1e-6  # a texel with less weight is not seen at a place
-LEEWAY = 0.5  # of the light's span nearby: so far beyond it may a value be
-REACH = 2  # texels around from which the light's span is taken
+EQUAL = 3 / 6  # weight λ [texels per texel of length]: what a jump over a seam costs; eyes see steps first
+STAY = 1e-4  # weight ε [texels]: how much texels stay what they are without the fit
+TOLERANCE = 1e-4  # residual [relative]: far below what anybody sees
+SEEN = 1e-6  # weight [of 1]: a texel with less is not seen at a place
+LEEWAY = 0.5  # excess [of the light's span nearby] of a value over the light, at most
+REACH = 2  # distance [texels] up to which the light's span is taken
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,11 @@ from ..solver.geometry.planar import doubled_areas
 from ..solver.receivers import Receivers
 from .shown import Sheets
 
-NOTABLE = 0.01  # share of the surface: of fewer texels that cannot be fitted nobody is told
-TOUCH = 0.01  # of a texel: an island that has less of one does not count there
-NONE, SEVERAL = -1, -2  # codes for texels without, and with more than one, island
-QUARTERS = (-1, -1), (-1, 1), (1, -1), (1, 1)  # of a texel: up and right of its middle
+NOTABLE = 0.01  # share [of the surface] of texels that cannot be fitted: less is not warned of
+TOUCH = 0.01  # share [of a texel]: an island that has less of one does not count there
+NONE, SEVERAL = -1, -2  # codes [islands] of texels without, and with more than one, island
+# Directions [quarters of a texel]: up and right of its middle.
+QUARTERS = (-1, -1), (-1, 1), (1, -1), (1, 1)
 WHOLE = 0.999  # share [of a texel] covered: its mean is its value, and its island is not thinner
 
 

@@ -16,10 +16,10 @@ from ..solver.receivers import Receivers, TexelMaps
 from ..steps import finish
 from .clip import clip_squares, fan
 
-NEGLIGIBLE = 1e-6  # of a texel: a cell smaller than this is left out when its texel has others
-TOUCHED = 1e-8  # of a texel: a texel covered by less belongs to no face
-CHUNK = 1 << 14  # triangles, or texels to clip, worked on at once
-OVERLAP = 1.01  # a texel covered by more than this many texel areas has several owners
+NEGLIGIBLE = 1e-6  # area [of a texel]: a smaller cell is left out when its texel has others
+TOUCHED = 1e-8  # area [of a texel]: a texel covered by less belongs to no face
+CHUNK = 1 << 14  # number [triangles, or texels to clip] worked on at once
+OVERLAP = 1.01  # area [of a texel]: a texel covered by more has several owners
 
 
 def width_and_height(size: int | tuple[int, int]) -> tuple[int, int]:

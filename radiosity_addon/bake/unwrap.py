@@ -20,11 +20,13 @@ from .uv_edit import Shape, edit_uvs, shape_of
 from .uv_maps import FALLBACK, HeldMap, find_uv_map, free_name, give_maps
 from .windows import own_size
 
-ANGLE = math.radians(66)  # neighbors that differ by less may share a chart
-MOST_MAPS = 8  # that Blender renders from
-ATTEMPTS = 4  # at a layout without overlaps
-CHECKED = 256  # texels along the edge of the image in which overlaps are looked for
-LEAST_GAP, GAP_SHARE = 3, 128  # texels between charts: at least, and resolution / GAP_SHARE
+# Angle [rad] between neighbors: those that differ by less may share a chart.
+ANGLE = math.radians(66)
+MOST_MAPS = 8  # number [UV maps] that Blender renders from
+ATTEMPTS = 4  # number [attempts] at a layout without overlaps
+CHECKED = 256  # edge [texels] of the image in which overlaps are looked for
+# Gap [texels] between charts: at least LEAST_GAP, and resolution / GAP_SHARE.
+LEAST_GAP, GAP_SHARE = 3, 128
 
 
 def ensure_uv_map(

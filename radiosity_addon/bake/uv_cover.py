@@ -8,8 +8,8 @@ from ..figures import percent
 from ..solver.geometry.planar import doubled_areas
 from ..solver.receivers import Receivers
 
-FLAT = 1e-12  # of the tile: a triangle with less UV area has none
-NOTABLE = 1e-3  # share of the surface: what lacks more is warned of
+FLAT = 1e-12  # area [of the tile]: a triangle with less UV area has none
+NOTABLE = 1e-3  # share [of the surface]: what lacks more is warned of
 
 
 def missed_shares(

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-LARGEST = 4096  # texels along the image's edge
-SMALLEST_CELL, LARGEST_CELL = 1, 9  # powers of two
-INSET = 1.45  # texels between a cell's border and its triangle's corners
-DENSITY = 512**2  # texels that a mesh of few triangles gets
-PER_TRIANGLE = 32  # texels that each of many triangles gets on average
+LARGEST = 4096  # edge [texels] of the image, at most
+SMALLEST_CELL, LARGEST_CELL = 1, 9  # edges [powers of two, texels] of cells
+INSET = 1.45  # distance [texels] between a cell's border and its triangle's corners
+DENSITY = 512**2  # number [texels] that a mesh of few triangles gets
+PER_TRIANGLE = 32  # number [texels] that each of many triangles gets on average
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from .materials import slot_keys
 from .panorama import set_up_cycles
 from .parts import Part, material_key
 
-SAMPLES = 4
-UV_LIMIT = 7  # of Blender's 8 maps one is ours
+SAMPLES = 4  # number [samples of a pixel]: what is baked has no noise
+UV_LIMIT = 7  # number [UV maps] of an object: of Blender's 8 one is ours
 
 
 def user_materials(keys) -> dict:

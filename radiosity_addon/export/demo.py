@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 
-WHITE = (0.73, 0.73, 0.73)
-RED = (0.61, 0.055, 0.06)
-GREEN = (0.117, 0.435, 0.115)
-LAMP_COLOR = (1.0, 0.86, 0.62)
+WHITE = (0.73, 0.73, 0.73)  # color [linear] of ceiling, floor and back
+RED = (0.61, 0.055, 0.06)  # color [linear] of the left wall
+GREEN = (0.117, 0.435, 0.115)  # color [linear] of the right wall
+LAMP_COLOR = (1.0, 0.86, 0.62)  # color [linear] of the lamp
 LAMP_STRENGTH = 15.0  # radiance [W/m²/sr]
-LAMP_GAP = 0.002  # meters below the ceiling
+LAMP_GAP = 0.002  # distance [m] of the lamp below the ceiling
+# Corners [half edges] of a cube that stands on the floor.
 CUBE = ((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0),
         (-1, -1, 2), (1, -1, 2), (1, 1, 2), (-1, 1, 2))  # fmt: skip
 

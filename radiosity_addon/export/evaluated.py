@@ -19,7 +19,7 @@ from .traceless import traceless
 from .transparency import emit_transmittance, lets_light_through
 
 ATLAS = "\0atlas"  # the name under which the scene's atlas coordinates are asked for
-FLAT = 1e-4  # relative variation below which a picture is one color
+FLAT = 1e-4  # variation [relative]: below it a picture is one color
 
 
 def evaluate_steps(parts: list[Part], palette: Palette, find_scene):

@@ -11,7 +11,7 @@ import numpy as np
 
 from .colors import NotSimple
 
-MISSING = (1.0, 0.0, 1.0)  # Cycles' color for an image it cannot read
+MISSING = (1.0, 0.0, 1.0)  # color [linear] that Cycles shows for an image it cannot read
 DATA_SPACES = ("Non-Color", "Raw")
 LINEAR_SPACES = ("Linear Rec.709", "Linear", "scene_linear")
 

@@ -13,10 +13,12 @@ import numpy as np
 
 from ..figures import percent
 
-TOLERANCE = 0.01  # relative error of interpolation, weighted by power: more is refined, or warned of
-DOUBLINGS = 3  # at most: half a degree becomes a sixteenth
+# Error [relative, weighted by power] of interpolation: more is refined, or warned of.
+TOLERANCE = 0.01
+DOUBLINGS = 3  # number [doublings], at most: half a degree becomes a sixteenth
 BLOCK = 15  # side of the parts that are looked at [pixels]: it divides a picture's edges
-MOST_PARTS, MOST_PIXELS = 32, 400_000  # that are rendered anew in one doubling: some seconds
+# Numbers [parts, pixels] that are rendered anew in one doubling: some seconds.
+MOST_PARTS, MOST_PIXELS = 32, 400_000
 
 Box = tuple[slice, slice]  # rows and columns of a picture
 

@@ -16,11 +16,13 @@ from .traceless import temporary_camera
 
 WIDTH = 720  # of the picture [pixels]: half a degree each
 GLANCE = 16  # width of a picture that only tells whether anything varies [pixels]
-RINGS, SLICES = 32, 64  # of the sphere; its facets cancel out in the quotient
+# Numbers [rings, slices] of the sphere: its facets cancel out in the quotient.
+RINGS, SLICES = 32, 64
 ASKEW = (0.3, 0.5, 0.7)  # how it is turned [rad]: no pixel's middle lies on an edge, where rays slip through
-HUE = 1e-3  # of the brightest direction: channels that differ by less are of one hue
-ALIKE = 1e-4  # of the brightest direction: what float32 and facets leave
-UNREADABLE = 100.0  # what Cycles shows in place of an IES text that it cannot read
+HUE = 1e-3  # difference [of the brightest direction]: channels that differ by less are of one hue
+ALIKE = 1e-4  # difference [of the brightest direction] that float32 and facets leave
+# Factor [of a lamp's power] that Cycles takes for an IES text that it cannot read.
+UNREADABLE = 100.0
 IES, FALLOFF, PATH = "ShaderNodeTexIES", "ShaderNodeLightFalloff", "ShaderNodeLightPath"
 
 

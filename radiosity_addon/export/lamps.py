@@ -11,8 +11,8 @@ import numpy as np
 
 from ..solver.scene import AreaLamp, Lamp, PointLamp, SunLamp
 
-SMALLEST_SIZE = 1e-4  # meters, of an area lamp without extent
-SMALLEST_CONE = np.radians(1.0)  # Blender's own limit of the cone angle
+SMALLEST_SIZE = 1e-4  # size [m] of an area lamp without extent
+SMALLEST_CONE = np.radians(1.0)  # angle [rad] of a cone, at least: Blender's own limit
 
 
 def read_lamp(thing, matrix: np.ndarray, warnings: list[str]) -> Lamp | None:

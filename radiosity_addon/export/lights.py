@@ -19,7 +19,8 @@ from .lamps import read_lamp
 from .remarks import tree_remarks
 from .sockets import Reader, source, uses_nodes
 
-BY_DIRECTION = (5, 0, 0)  # the first Blender whose lamps that are spheres are shaped by direction
+# Version [of Blender]: from it on lamps that are spheres are shaped by direction.
+BY_DIRECTION = (5, 0, 0)
 
 
 @dataclass(frozen=True)

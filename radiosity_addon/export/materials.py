@@ -19,8 +19,8 @@ from .remarks import bare_remarks, material_remarks, moved_remarks, some_names
 from .shaders import SurfaceShader, read_sides
 from .sockets import Reader
 
-DEFAULT_REFLECTANCE = 0.8  # Cycles' surface of a face without material
-MOSTLY_GLOSSY = 0.5  # share of the light: a material that mirrors more is named as a mirror
+DEFAULT_REFLECTANCE = 0.8  # reflectance [of 1] of a face without material, as in Cycles
+MOSTLY_GLOSSY = 0.5  # share [of the light]: a material that mirrors more is named as a mirror
 
 
 @dataclass

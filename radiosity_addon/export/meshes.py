@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-FARTHEST = 1e18  # from the origin
+FARTHEST = 1e18  # distance [scene's length] from the origin: what is farther is left out
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 
-MEAN_OF = 256  # number of cosines, evenly from 0 to 1: a mean over these is right to 1e-4
-ROUGHNESS = np.linspace(0.0, 1.0, 11)
+MEAN_OF = 256  # number [cosines], evenly from 0 to 1: a mean over these is right to 1e-4
+ROUGHNESS = np.linspace(0.0, 1.0, 11)  # roughnesses [of 1] of the columns below
 INDEX = np.array([1.2, 1.6, 3.0])  # indices of refraction of the rows below
+# Shares [of the light] that a coat takes, by index of refraction and roughness.
 LOSS = np.array(
     (
         (1.00364, 1.00362, 1.00286, 0.99922, 0.98447, 0.94571, 0.86761, 0.74825, 0.60499, 0.46229,

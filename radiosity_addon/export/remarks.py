@@ -8,8 +8,8 @@ from __future__ import annotations
 from .images import is_missing
 from .sockets import source, uses_nodes
 
-MAX_DEPTH = 16  # of groups in groups
-NAMED = 3  # of many objects or materials
+MAX_DEPTH = 16  # depth [groups in groups], at most
+NAMED = 3  # number [names] of many objects or materials that a warning has
 TRANSLUCENT = "ShaderNodeBsdfTranslucent"
 IMAGE_NODES = ("ShaderNodeTexImage", "ShaderNodeTexEnvironment")
 

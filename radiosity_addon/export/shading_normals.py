@@ -17,9 +17,9 @@ from .parts import Part, material_key, world_vertices
 from .remarks import bends_light, turns_shaders
 from .traceless import traceless
 
-SAME = 1e-4  # normals whose parts differ by less are one
-PARTS = 4  # of a texel along both axes, each with its own normal,
-FINEST = 4096  # in pictures of at most so many along the edge
+SAME = 1e-4  # difference [of 1]: normals whose parts differ by less are one
+PARTS = 4  # number [parts of a texel's edge], each with its own normal
+FINEST = 4096  # edge [pixels] of a picture of such parts, at most
 
 
 def corner_normals(placed: Placed, flat_too: bool = False) -> np.ndarray | None:

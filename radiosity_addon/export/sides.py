@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from .sockets import BACK
 
-MAX_DEPTH = 16  # of groups in groups
+MAX_DEPTH = 16  # depth [groups in groups], at most
 
 
 def sees_sides(tree, depth: int = 0) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 from ..components import connected_components
 from .meshes import bulk, read_loop_vertices
 
-SMOOTH_ANGLE = np.radians(30.0)
+SMOOTH_ANGLE = np.radians(30.0)  # angle [rad] between faces: Blender's own where none is set
 
 
 def smooth_groups(mesh) -> np.ndarray:

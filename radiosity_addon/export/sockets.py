@@ -9,7 +9,7 @@ import numpy as np
 from .colors import Color, Mapping, NotSimple, constant, values
 from .images import MISSING, is_missing, read_pixels
 
-FRONT, BACK = 0.0, 1.0  # what Cycles' Backfacing output gives there
+FRONT, BACK = 0.0, 1.0  # values [of a socket] that Cycles' Backfacing output gives
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)  # Rec.709, as Cycles' color to float
 
 

@@ -16,10 +16,13 @@ from .meshes import bulk, read_loop_vertices
 
 FACE, PLACE = "radiosity_face", "radiosity_place"
 SOURCE, SHARE = "radiosity_source", "radiosity_share_{}"
-MOST_CORNERS = 64  # of a face: those of larger ones are not told apart
-MOST_SHARES = 1 << 26  # of all corners of a mesh: of larger meshes only small faces' corners are
-DIGIT = 1 << 12  # faces are numbered in two digits, which 32-bit floats hold, and their means as well
-OFF = 0.02  # digits that are whole numbers to within this are of one face, and no mean of several
+MOST_CORNERS = 64  # number [corners of a face]: those of larger ones are not told apart
+# Number [shares of all corners of a mesh]: of larger meshes only small faces' corners are told apart.
+MOST_SHARES = 1 << 26
+# Base [of a number]: faces are numbered in two digits, which 32-bit floats hold, and their means as well.
+DIGIT = 1 << 12
+# Difference [of a digit] from a whole number: up to it a digit is one face's, and no mean of several.
+OFF = 0.02
 KEEPS_FACES = {
     "ARMATURE", "CAST", "CLOTH", "CORRECTIVE_SMOOTH", "CURVE", "DATA_TRANSFER", "DISPLACE", "HOOK",
     "LAPLACIANDEFORM", "LAPLACIANSMOOTH", "LATTICE", "MESH_CACHE", "MESH_DEFORM",

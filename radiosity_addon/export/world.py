@@ -15,10 +15,11 @@ from .panorama import close_up, panorama, world_scene
 from .remarks import nodes_of, world_remarks
 from .sockets import Reader, source, uses_nodes
 
-SMOOTH_WIDTH, SMOOTH_SAMPLES = 512, 4  # of skies made by formulas
-IMAGE_WIDTH, IMAGE_SAMPLES = 2048, 4  # the widest of those that show images; narrower ones get
-# more samples: a sun of few pixels, turned or not, must keep its light
-CLOSE_UP, DISK_SAMPLES = 64, 4  # pixels across twice the sun's disk
+SMOOTH_WIDTH, SMOOTH_SAMPLES = 512, 4  # width [pixels], and samples of one, of skies made by formulas
+# Width [pixels], and samples of one, of the widest skies that show images; narrower ones get more
+# samples: a sun of few pixels, turned or not, must keep its light.
+IMAGE_WIDTH, IMAGE_SAMPLES = 2048, 4
+CLOSE_UP, DISK_SAMPLES = 64, 4  # edge [pixels] across twice the sun's disk, and samples of a pixel
 
 
 def read_world(scene, reader: Reader, warnings: list[str]) -> tuple[Sky | None, list[SunLamp]]:

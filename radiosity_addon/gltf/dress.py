@@ -21,7 +21,7 @@ from .glb import Glb
 COLOR, UV = "_RADIOSITY_COLOR", "_RADIOSITY_UV"  # the attributes that the exporter carries
 TAG = "radiosity_bake"  # in a node's extras: the name of its object
 UNLIT, LIGHTMAP = "KHR_materials_unlit", "MOZ_lightmap"
-LINEAR, CLAMP = 9729, 33071
+LINEAR, CLAMP = 9729, 33071  # codes [OpenGL] of a texture's filter and wrapping
 WHITE = {"baseColorFactor": [1.0, 1.0, 1.0, 1.0], "metallicFactor": 0.0, "roughnessFactor": 1.0}
 
 GRAY = {**WHITE, "baseColorFactor": [0.8, 0.8, 0.8, 1.0]}  # faces without material, in Cycles too

@@ -20,7 +20,7 @@ from .glb import read_glb, write_glb
 from .primaries import to_rec709
 
 KIND = "linear"
-NOTABLE = 0.01  # relative error: a coarser lightmap is warned of
+NOTABLE = 0.01  # error [relative]: a coarser lightmap is warned of
 
 
 @dataclass(frozen=True)

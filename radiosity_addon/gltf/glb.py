@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-MAGIC, VERSION = 0x46546C67, 2  # "glTF"
-JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
+MAGIC, VERSION = 0x46546C67, 2  # codes [glTF]: "glTF", and the version
+JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942  # codes [glTF] of chunks
 COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
-FLOAT, ARRAY_BUFFER = 5126, 34962
+FLOAT, ARRAY_BUFFER = 5126, 34962  # codes [OpenGL] of a number and of a buffer
 
 
 class Glb:

@@ -22,8 +22,8 @@ from .sampling.sobol import cosine_directions, sobol, tangent_frames, uniform
 from .sampling.streams import Stream
 from .tracing.embree import Hits
 
-PARTICLES = 2048
-MAX_BOUNCES = 64
+PARTICLES = 2048  # number [particles] of all lights
+MAX_BOUNCES = 64  # number [bounces] of a particle, at most
 FAINT = 0.01  # share [of all light] under way: less is shared out as the rest was
 
 

@@ -12,7 +12,7 @@ from .layout import Layout
 from .sheets import Sheet, rect_of
 from .tiling import Window
 
-NOBODY = -1
+NOBODY = -1  # code [targets]: a texel that is none's
 
 
 class Canvas:

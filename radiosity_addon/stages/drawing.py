@@ -14,8 +14,8 @@ from .sheets import sheets_of
 from .spool import Spool
 from .tiling import Window
 
-IN_MEMORY = 1 << 30  # bytes of images that are done; more go to a file
-PIXEL = 16  # bytes: four float32
+IN_MEMORY = 1 << 30  # size [bytes] of images that are done: more go to a file
+PIXEL = 16  # size [bytes] of a pixel: four float32
 
 
 class Drawing:

@@ -13,8 +13,8 @@ from ..solver.workers.parallel import ranges
 from .job import Job, Result
 from .spool import drop_pages
 
-MOST_JUDGED = 2_000_000  # colors: of more, evenly spaced ones are judged
-BAND = 1 << 23  # numbers that are looked at together
+MOST_JUDGED = 2_000_000  # number [colors]: of more, evenly spaced ones are judged
+BAND = 1 << 23  # number [values] that are looked at together
 BYTE_KIND = "png"  # Blender's BYTE_COLOR: 8 bits, sRGB
 REMEDY = {
     "byte": "--scale auto, or --color-type float",

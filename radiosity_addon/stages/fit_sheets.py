@@ -30,7 +30,8 @@ from .job import Job
 from .layout import Layout
 from .sheets import Sheet, rect_of
 
-ALIKE = 0.02  # of the larger: reflectances and emissions that differ by less are the same
+# Difference [of the larger]: reflectances and emissions that differ by less are the same.
+ALIKE = 0.02
 
 
 @dataclass(frozen=True)

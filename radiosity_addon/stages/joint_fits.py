@@ -25,7 +25,7 @@ from ..solver.scene import Material, Scene
 from .job import Job
 from .layout import Layout
 
-ALONE = 0.999  # a corner whose color is that of one loop has so much of it
+ALONE = 0.999  # weight [of 1]: a corner whose color is that of one loop has so much of it
 
 
 @dataclass(frozen=True)

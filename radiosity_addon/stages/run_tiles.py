@@ -15,7 +15,7 @@ from .light import has_light, warn_of_darkness
 from .tiling import Tiling, Window, part_of, survey_of
 
 STAGE = "tiles"
-SURVEY = 0.05  # of the time
+SURVEY = 0.05  # share [of the time] that the survey takes
 
 
 class Portions:

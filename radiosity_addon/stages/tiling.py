@@ -18,7 +18,7 @@ from ..solver.geometry.planar import doubled_areas
 from .job import Job
 from .sheets import rect_of
 
-LEAST = 0.25  # of an image: a window with less is taken to have that much
+LEAST = 0.25  # share [of an image]: a window with less is taken to have that much
 
 
 @dataclass(frozen=True)

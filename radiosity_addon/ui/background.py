@@ -14,10 +14,11 @@ from . import session
 from .open_windows import find_window
 from .progress_bar import progress_text, redraw
 
-TICK = 0.05  # seconds between two looks at the solver
-AT_WORK = 0.005  # seconds between two steps of reading or writing, for Blender's events
-REDRAW = 0.25  # seconds between two pictures of the progress: each draws the window anew
-REST = 4  # times what a picture took, to the next one: where drawing is slow the work goes on
+TICK = 0.05  # time [s] between two looks at the solver
+AT_WORK = 0.005  # time [s] between two steps of reading or writing, for Blender's events
+REDRAW = 0.25  # time [s] between two pictures of the progress: each draws the window anew
+# Factor [time that a picture took] to the next one: where drawing is slow the work goes on.
+REST = 4
 
 
 class Ticker:

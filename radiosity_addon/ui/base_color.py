@@ -5,8 +5,8 @@ from __future__ import annotations
 from ..export.node_math import blend, value_of, vector_math
 from ..export.sockets import source
 
-BLACK = (0.0, 0.0, 0.0)
-DEPTH = 32  # of shaders mixed in shaders
+BLACK = (0.0, 0.0, 0.0)  # color [linear] of what has none
+DEPTH = 32  # depth [shaders mixed in shaders], at most
 BASE = {"ShaderNodeBsdfPrincipled": "Base Color", "ShaderNodeBsdfDiffuse": "Color",
         "ShaderNodeSubsurfaceScattering": "Color", "ShaderNodeBsdfTranslucent": "Color",
         "ShaderNodeBsdfSheen": "Color"}  # fmt: skip

@@ -10,7 +10,7 @@ from ..bake.single_user import sharing
 from . import session
 from .results import uv_map_of
 
-LOOKED_AT = 100  # meshes whose UV map is looked for at every redraw; a bake looks for all
+LOOKED_AT = 100  # number [meshes] whose UV map is looked for at every redraw: a bake looks for all
 
 
 def chosen_objects(context, properties) -> tuple[str, ...]:

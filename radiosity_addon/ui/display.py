@@ -13,9 +13,10 @@ import tempfile
 
 import numpy as np
 
-FIRST, LAST = -10, 6  # stops: the darkest and the brightest color of the grid but for black
-STEPS = 4  # grid points a stop; one lies at 1, where the Standard view cuts off
-SIZE = 2 + (LAST - FIRST) * STEPS  # grid points of an axis; the first is black
+# Levels [stops] of the darkest and the brightest color of the grid but for black.
+FIRST, LAST = -10, 6
+STEPS = 4  # number [grid points of a stop]: one lies at 1, where the Standard view cuts off
+SIZE = 2 + (LAST - FIRST) * STEPS  # number [grid points of an axis]: the first is black
 PLAIN = ("view_transform", "look", "gamma", "use_white_balance", "white_balance_temperature",
          "white_balance_tint", "use_curve_mapping")  # fmt: skip
 

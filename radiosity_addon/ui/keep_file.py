@@ -13,7 +13,7 @@ from pathlib import Path
 from .payload import read_payload, write_payload
 
 NAME = "radiosity-kept"
-MOST = 1 << 30  # bytes
+MOST = 1 << 30  # size [bytes] of a file that is kept, at most
 # What a file cut short, of another version, or of another origin raises when it is read.
 UNREADABLE = (OSError, EOFError, pickle.UnpicklingError, AttributeError, ImportError, IndexError,
               KeyError, TypeError, ValueError)  # fmt: skip

@@ -2,7 +2,7 @@
 
 from bpy.app.translations import pgettext_iface as iface_
 
-LINE = 44  # characters of a text in one line of the panel
+LINE = 44  # length [characters] of a text in one line of the panel
 
 
 def broken(text: str, width: int = LINE) -> list[str]:

@@ -14,7 +14,8 @@ import bpy
 from .display import table_of, view_of
 from .overlay_pieces import asked, pieces_of
 
-MOST_SAMPLES = 36_000_000  # of a canvas, 8 bytes each: four a pixel on a display of 4K
+# Number [samples of a canvas], 8 bytes each: four a pixel on a display of 4K.
+MOST_SAMPLES = 36_000_000
 SAMPLES = {"OFF": 1, "FXAA": 2, "5": 2, "8": 2, "11": 3, "16": 3, "32": 3}  # along a pixel's edge
 
 

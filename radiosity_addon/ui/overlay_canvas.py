@@ -9,7 +9,7 @@ from gpu_extras.batch import batch_for_shader
 from .display import SIZE
 from .overlay_shaders import bake_shader, hole_shader, mean_shader
 
-WHOLE = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
+WHOLE = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))  # corners [of the view], from -1 to 1
 
 
 def draw(context, shown, samples: int) -> None:

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import time
 
-LEAST = 0.05  # seconds of a step: shorter ones leave more turns to the window than it has use for
-MOST = 0.08  # seconds of work in a step, where the window itself is quicker: longer ones are felt
-SLOW = 0.5  # seconds of work in a step, however slow the window is
-FADES = 0.75  # of its length a turn or piece counts for after each further one: higher, longer remembered
+LEAST = 0.05  # time [s] of a step: shorter ones leave more turns to the window than it has use for
+MOST = 0.08  # time [s] of work in a step, where the window itself is quicker: longer ones are felt
+SLOW = 0.5  # time [s] of work in a step, however slow the window is
+# Factor [of its length] that a turn or piece counts for after each further one: higher, longer remembered.
+FADES = 0.75
 
 
 class Pace:

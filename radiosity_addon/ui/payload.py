@@ -11,7 +11,7 @@ import pickle
 from pathlib import Path
 
 PACKAGE = __package__.rpartition(".")[0]  # of which ui is a part
-PROTOCOL = 5
+PROTOCOL = 5  # version [of pickle]
 
 
 def write_payload(path: Path, content) -> None:

@@ -22,16 +22,16 @@ from .progress_bar import redraw
 from .properties import CUSTOM
 from .report_store import load_report
 
-MOST_SHOWN = 8  # names in the panel
-COVERED = 0.6  # of an image's texels, as a rule
-FIRST_SECONDS = 0.4  # start of the solver's process
-RATE = 20_000.0  # receivers a second at 3 % error
-LONGEST = 2.0  # seconds that a list is shown before another look at the free memory
-PAUSE = 0.3  # seconds from a change to the next list: rarer lists leave more time for the edit
+MOST_SHOWN = 8  # number [names] in the panel
+COVERED = 0.6  # share [of an image's texels], as a rule
+FIRST_SECONDS = 0.4  # time [s] that the start of the solver's process takes
+RATE = 20_000.0  # speed [receivers per s] at 3 % error
+LONGEST = 2.0  # time [s] that a list is shown before another look at the free memory
+PAUSE = 0.3  # time [s] from a change to the next list: rarer lists leave more time for the edit
 ASKED = ("target", "objects_from", "resolution", "quality", "error", "use_time_limit",
          "time_limit", "uv_map", "height", "use_atlas", "atlas_images",
          "density")  # fmt: skip
-POWER = 1.2  # time grows like error to this power
+POWER = 1.2  # exponent [of the error] by which time grows
 
 
 @dataclass(frozen=True)

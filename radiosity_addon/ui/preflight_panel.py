@@ -5,7 +5,7 @@ from .lines import draw_more, draw_note, pair
 from .preflight import MOST_SHOWN, preflight_to_draw
 
 FITS, FITS_NOT = "radiosity_fits", "radiosity_fits_not"  # each is opened and closed for itself
-NARROW = 34  # characters of a line beside the indent of a closed list
+NARROW = 34  # length [characters] of a line beside the indent of a closed list
 
 
 def draw_preflight(layout, context) -> None:

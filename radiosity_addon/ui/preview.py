@@ -13,7 +13,7 @@ from .results import (
     uv_map_of,
 )
 
-GRAY = (0.8, 0.8, 0.8)  # what Cycles and a bake show of a face without material
+GRAY = (0.8, 0.8, 0.8)  # color [linear] that Cycles and a bake show of a face without material
 
 
 class RADIOSITY_OT_build_material(CarriesBake, bpy.types.Operator):

@@ -13,7 +13,7 @@ from ..bake.uv_maps import find_uv_map
 from ..bake.windows import owners
 from ..settings import Settings
 
-MISSED = 5.0  # seconds until a bake is looked for again where there was none and nothing changed
+MISSED = 5.0  # time [s] until a bake is looked for again where there was none and nothing changed
 
 
 def image_of(properties, item):

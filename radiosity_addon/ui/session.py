@@ -20,7 +20,7 @@ from .keep_file import NAME, forget_kept
 from .pace import Pace
 from .payload import PACKAGE
 
-# The shares of the whole that the solver's part has in the progress bar.
+# Shares [of the progress bar] from and to which the solver has it.
 SOLVE_FROM, SOLVE_TO = 0.05, 0.97
 # What reading and writing import, in pieces. SciPy and embreex are the solver's process's alone.
 IMPORTS = ("bake.texels", "bake.unwrap", "export.shaders", "export.materials", "export.lights",

@@ -22,9 +22,9 @@ from ..libraries import environment
 from . import worker
 from .payload import read_payload, write_payload
 
-PATIENCE = 0.5  # seconds between asking the process to end and ending it
+PATIENCE = 0.5  # time [s] between asking the process to end and ending it
 ERRORS = "errors"  # the file that takes standard output and error
-LAST_LINES = 3
+LAST_LINES = 3  # number [lines] of the process's last words that are shown
 
 
 class SolverFailed(RuntimeError):

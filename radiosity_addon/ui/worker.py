@@ -21,10 +21,10 @@ from pathlib import Path
 
 # Files in the folder; COLORS is followed by the target's number.
 JOB, RESULT, PROGRESS, FAILURE, COLORS = "job", "result", "progress", "failure", "colors-"
-PROGRESS_LENGTH = 128  # bytes
-PROGRESS_PAUSE = 0.05  # seconds between two writes
+PROGRESS_LENGTH = 128  # length [bytes] of a message of progress
+PROGRESS_PAUSE = 0.05  # time [s] between two writes
 LOADING = "loading SciPy"  # the first stage it tells
-FAILED = 1  # exit status
+FAILED = 1  # code [exit status]
 # What bad input raises; anything else leaves a traceback on standard error.
 EXPECTED = (ValueError, OSError, RuntimeError, MemoryError, ImportError)
 

@@ -10,10 +10,10 @@ import numpy as np
 from ..geometry.vectors import row_squares
 from .relative_error import area_shares, mean_over
 
-# Smoothing that trades bias for noise as well as it can leaves a squared bias of half the squared
-# noise (h² against 1/h in two dimensions), and replicates that come out more alike than they are, as
-# levels are chosen by the same numbers: measured, what their difference does not show is one and a
-# half times what it does (docs/theory.md).
+# Factor [of the squared noise that the replicates' difference shows]: what it does not show, measured.
+# Smoothing that trades bias for noise as well as it can leaves a squared bias of half the squared noise
+# (h² against 1/h in two dimensions), and replicates come out more alike than they are, as levels are
+# chosen by the same numbers (docs/theory.md).
 BALANCE = 1.5
 
 

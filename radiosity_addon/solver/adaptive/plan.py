@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-MANY_RECEIVERS = 400_000
+MANY_RECEIVERS = 400_000  # number [receivers]: more get half the rays in the first round
 # Numbers [rays, points of all receivers] of the first round, at least. With fewer a bake took a tenth
 # less time and its error was half as large again, as measured. A draft takes half of them.
 FIRST_RAYS, FIRST_POINTS = 720_000, 360_000
-DRAFT = 0.06  # error asked for: from it on, half of the first rays and points will do
+DRAFT = 0.06  # error [relative] asked for: from it on, half of the first rays and points will do
 # Number [receivers] above which gathering again costs more than elements do; and how many of them an
 # element may serve.
 VERY_MANY_RECEIVERS, RECEIVERS_PER_ELEMENT = 1_200_000, 200

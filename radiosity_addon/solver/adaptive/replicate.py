@@ -43,8 +43,8 @@ from .correction import (
 from .plan import Plan
 from .requirements import Requirements, SolverSettings, requirements_of
 
-# Edges of elements differ by half between the two, so that few coincide: what the elements'
-# size does to the light then shows in the difference of the replicates.
+# Factors [elements] of the two replicates: edges differ by half, so that few coincide and what the size
+# of elements does to the light shows in the difference of the replicates.
 SHARE_OF_ELEMENTS = (0.6, 1.35)
 SHARE_OF_ROW_RAYS = (1.5, 0.75)  # factors [rays of a row]: make both replicates cost about the same
 FEWEST_PATHS, MOST_PATHS = 2000, 40_000  # numbers [paths along the residual]: at the start, and in all

@@ -30,10 +30,10 @@ from .requests import (
 from .second_replicate import SecondReplicate
 from .solve_cache import Solve, SolveCache, cached_solve
 
-MAX_ROUNDS = 20
+MAX_ROUNDS = 20  # number [rounds], at most
 MAX_SAMPLES = 1 << 14  # number [rays or points of a receiver] in one round, at most
 ELEMENTS_SHARE = 0.8  # error [of the goal] common to neighbors: above it elements get finer
-MOST_ELEMENTS = 200_000
+MOST_ELEMENTS = 200_000  # number [elements]: with more, none get finer
 LAST_RESTART = 6  # number [rounds]: after so many, solving anew would waste too much
 GROWTH = 8  # factor [samples so far]: the most in one round
 # Number [rays] of a large round, and its GROWTH: elements may be too coarse.

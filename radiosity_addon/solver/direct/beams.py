@@ -23,7 +23,7 @@ from .transmission import followed
 TRIAL = 64  # number [particles of each spot] that find how much of the surface it lights
 NARROW = 2e-3  # share [of all surface]: a spot that lights less is a beam
 LANDED = 0.25  # share [of a spot's particles] that must land: with fewer its area is not known
-STEEPEST = 0.05  # cosine of incidence: the least by which the lit area is judged
+STEEPEST = 0.05  # cosine [of incidence]: the least by which the lit area is judged
 PARTICLES = 4096  # number [particles of each beam]
 FAINT = 0.01  # share [of a beam's reflection]: planes that reflect less are left out
 ALIKE = 1e4  # steps [per unit of normals and heights]: what agrees to one lies in one plane

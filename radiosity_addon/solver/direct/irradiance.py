@@ -29,7 +29,7 @@ from ..workers.parallel import map_chunks
 from .many_lights import sampled_light
 from .transmission import visibility, visible_samples
 
-POINTS_PER_CHUNK = 1 << 14
+POINTS_PER_CHUNK = 1 << 14  # number [points] that are lit together
 
 
 def direct_light(

@@ -24,7 +24,7 @@ LONG = 4.0  # aspect [of an element's size]: a small triangle that is longer is 
 MAX_SLIVER_GRID = 32  # grid [cells along a sliver]: the finest
 SLIVER_CELLS = 500_000  # number [cells of all slivers]: beyond it slivers get coarser grids
 BAND = OFFSET  # distance [unit box] from a cut: nearer to it, the side of a hit is unknown
-INSIDE = -1  # code in ``Elements.element``: -1 - k tells that grid k divides the cell further
+INSIDE = -1  # code [``Elements.element``]: -1 - k tells that grid k divides the cell further
 
 
 @dataclass(frozen=True)

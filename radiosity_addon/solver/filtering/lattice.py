@@ -23,9 +23,10 @@ from .walls import Walls
 MANY = 400_000  # number [texels] from which an image is a fine one
 BAND = 1 << 16  # number [texels] that are averaged together: their weights stay in the cache
 LEVELS = 5  # number [levels]: kernels reach 1, 3, 7, 15, 31 texels
-DIRECTIONS = ((0, 1, 1 / 8), (1, 0, 1 / 8), (1, 1, 1 / 16), (1, -1, 1 / 16))  # row, column, weight
+# Directions [rows, columns] to neighbors, and the weight of each.
+DIRECTIONS = ((0, 1, 1 / 8), (1, 0, 1 / 8), (1, 1, 1 / 16), (1, -1, 1 / 16))
 FLAT = 0.1  # distance [of the pair's] of a pair's middle from the texel: further, it does not count
-ROUND = 0.3  # the same where faces are shaded smooth: edges up to 33° are
+ROUND = 0.3  # distance [of the pair's]: the same where faces are shaded smooth: edges up to 33° are
 STRETCH = 2.0  # width [of what texels nearby have] of a pair: wider, it does not count
 
 

@@ -20,7 +20,7 @@ from .neighborhood import Neighborhood
 
 WINDOW = 33  # width [receivers] of the mean where there is no lattice
 BAND = 1 << 16  # number [values] that are looked at together
-LARGEST = 1e9  # value in pictures: float32 holds fourth powers up to it
+LARGEST = 1e9  # value [of a picture]: float32 holds fourth powers up to it
 MARGIN = 0.2  # share [of the noise that a wider kernel takes away] that may come back as blur
 
 

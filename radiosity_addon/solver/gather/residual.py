@@ -30,7 +30,7 @@ from .gather import first_hand, first_hand_table, follow_onward, light_at
 NEXT_RAYS = 16  # number [rays] at each place of a path: they find K (T + F) there
 LIGHT_SAMPLES = 2  # number [samples of each light] at each place of a path
 MAX_BOUNCES = 64  # number [places] of a path: chance ends nearly all long before
-PATHS_PER_CHUNK = 4096
+PATHS_PER_CHUNK = 4096  # number [paths] that are followed together
 STAGE = "transport"
 
 

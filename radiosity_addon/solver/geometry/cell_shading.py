@@ -11,7 +11,7 @@ from ..workers.parallel import ranges
 from .triangles import Geometry
 
 BAND = 1 << 15  # number [cells] that are looked at together
-SAME = 1e-6  # difference between parts of normals: below it they are one
+SAME = 1e-6  # difference [of 1] between parts of normals: below it they are one
 
 
 @dataclass(frozen=True)

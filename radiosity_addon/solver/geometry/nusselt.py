@@ -21,7 +21,7 @@ BLOCK = 1 << 11  # number [polygons] at a time: their arrays stay in the cache
 STEPS = 2  # of Newton's method [iterations]: nearly always enough;
 CLOSE = 1e-5  # area [of a sector's]: where an azimuth is further off, more steps are taken
 BRACKETED_STEPS = 30  # number [iterations] of these
-REVOLUTION = 2 * np.pi
+REVOLUTION = 2 * np.pi  # angle [rad] all around
 
 
 @dataclass(frozen=True)

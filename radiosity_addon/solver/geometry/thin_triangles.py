@@ -10,9 +10,11 @@ from __future__ import annotations
 import numpy as np
 
 LEAST = 1e-5  # distance [of a triangle] of points from its edges, at least, for float32's sake
-MOST = 0.5
+MOST = 0.5  # distance [of a triangle] of points from its edges, at most
+# Cosine [of 15°] between two triangles: those that meet more sharply keep points away.
 SHARP = np.cos(np.radians(15))
-COINCIDENT = 1e-5  # sine of an angle: below it two triangles are one wall twice, and no distance helps
+# Sine [of an angle]: below it two triangles are one wall twice, and no distance helps.
+COINCIDENT = 1e-5
 
 
 def edge_shrink(

@@ -16,7 +16,7 @@ from .thin_triangles import edge_shrink
 # and 5e-7; nearer gaps than this cannot be told apart in float32 anyway.
 OFFSET = 5e-7
 SURROUND = 0.9  # radius [unit box] of a sphere around everything
-SMALLEST, LARGEST = 1e-100, 1e100  # extent of a scene: powers of it must be numbers, too
+SMALLEST, LARGEST = 1e-100, 1e100  # extents [scene's length]: powers of them must be numbers, too
 # Edge [unit box] of faces: rays of smaller ones start too far from where they should.
 SMALL = 8 * OFFSET
 ROUGH = 1e-4  # step [of a scene's extent] of 32-bit vertices: a larger one has lost its shape

@@ -18,8 +18,8 @@ from .light_tree import Emitters
 
 NODES = 24  # number [nodes] of the quadrature across a soft spot
 FAR = 32  # distance [radii of a footprint]: from it on, curvature across it is < 0.1 %
-EVEN = 0.2  # of a lamp's height above the horizon: where its radius is less, its disk's places
-# bring alike
+# Radius [of a lamp's height above the horizon]: where it is less, all of its disk brings alike.
+EVEN = 0.2
 NEAR = 1e-3  # distance [of the scene]: from nearer, float32 does not tell directions well
 
 

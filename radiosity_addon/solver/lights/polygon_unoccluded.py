@@ -26,11 +26,14 @@ if TYPE_CHECKING:
     from .polygons import Polygons
 
 FAR = 16  # distance [radii of a footprint]: from it on, a form factor's curvature across it is < 0.1 %
-NO_HEIGHT = 1e-6  # of the scene: what lies nearer to a plane may be on either side of it,
-NO_DISTANCE = 1e-4  # and nearer to a light's than this float32 does not tell its places well
-NEAR = 0.1  # of a light's distance: a larger one is sampled as its texture is
-SMALL = 0.4  # and of a larger one four corners do not tell how its light is spread
-EVEN = 1.3  # ratio of what corners of other shapes bring below which they are sampled by area
+NO_HEIGHT = 1e-6  # height [of the scene] over a plane: what lies nearer may be on either side of it
+# Height [of the scene] over a light: nearer than this float32 tells its places badly.
+NO_DISTANCE = 1e-4
+NEAR = 0.1  # radius [of a light's distance]: a larger one is sampled as its texture is
+# Radius [of a light's distance]: of a larger one four corners do not tell how its light is spread.
+SMALL = 0.4
+# Ratio [of what two corners bring]: below it shapes other than rectangles are sampled by area.
+EVEN = 1.3
 
 
 @dataclass(frozen=True)

@@ -23,8 +23,8 @@ CLUSTERS = 256  # number [clusters], about; more where there are many receivers
 RECEIVERS = 256  # number [receivers of a cluster], at least, where there are many
 SLOTS = 4 * BINS  # number [slots]: at least one a bin, so that no ray weighs more than 4
 MOST_GAIN = 6.0  # gain [of variance] that is believed, at most
-# Mean gain from which on a guide pays for itself, as it does where most light comes through a small
-# window. Below, rays in Sobol sets that all receivers share are as good, and cost less.
+# Gain [of variance], mean over rays, from which on a guide pays for itself: where most light comes through
+# a small window. Below it rays in Sobol sets that all receivers share are as good, and cost less.
 USEFUL = 4.5
 
 

@@ -13,7 +13,7 @@ from ..geometry.vectors import columns, dot
 from .shade import Shade, shade_of_cells
 from .sobol import GROUPS, sobol, tangent_axes
 
-FLAT = 1e-6  # difference between normals: below it they are the same
+FLAT = 1e-6  # difference [of 1] between normals: below it they are the same
 LEAST = 64  # number [owners] in a group, at least
 
 

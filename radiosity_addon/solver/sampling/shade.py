@@ -17,7 +17,8 @@ import numpy as np
 
 from ..geometry.cell_shading import CellShading
 
-GRAZING = 0.1  # cosine to the true normal: below it light starts from the rounded surface
+# Cosine [of an angle] to the true normal: below it light starts from the rounded surface.
+GRAZING = 0.1
 
 
 @dataclass(frozen=True)

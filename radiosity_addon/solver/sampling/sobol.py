@@ -12,7 +12,7 @@ from scipy.stats import qmc
 
 from ..geometry.vectors import tangents
 
-SCRAMBLES = 4
+SCRAMBLES = 4  # number [scrambled sets] that shifts are made of
 GROUPS = 8  # number [point sets] of neighboring receivers: their errors are independent
 
 

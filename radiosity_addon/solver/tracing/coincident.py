@@ -23,7 +23,8 @@ SLIVER = 1e-9  # area [of a triangle]: a smaller remainder is nothing
 COPIES = 4  # number [copies of one triangle] that are traced: of more, only the first
 # Odd numbers that scatter the bits of coordinates: the golden ratio's and two primes (xxHash).
 FACTORS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
-PROBES = np.array([[i + 0.5, j + 0.5] for i in range(4) for j in range(4 - i)]) / 4.5  # (10, 2)
+# Places [barycentric] at which a face is looked at, (10, 2).
+PROBES = np.array([[i + 0.5, j + 0.5] for i in range(4) for j in range(4 - i)]) / 4.5
 
 
 def uncovered(geometry: Geometry, tracer: Tracer, cells: EmissiveParts) -> tuple[EmissiveParts, np.ndarray]:

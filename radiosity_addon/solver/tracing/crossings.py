@@ -19,10 +19,10 @@ from .embree import Tracer
 
 TOUCHING = 4 * OFFSET  # distance [unit box]: nearer triangles touch
 LARGE = 0.02  # size [of the scene]: on both sides of larger triangles something may stand
-PARALLEL = 0.3  # sine of the angle between two triangles: below it all near the line is too near
+PARALLEL = 0.3  # sine [of an angle] between two triangles: below it all near the line is too near
 MOST = 1 << 18  # number [pairs]: with more, everything is cut by everything
 LAYERS = 32  # number [triangles met along one edge], at most
-CHUNK = 1 << 15
+CHUNK = 1 << 15  # number [triangles] whose edges are followed together
 CORNERS = np.array([[0.0, 0], [1, 0], [0, 1]])
 
 

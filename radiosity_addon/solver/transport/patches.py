@@ -28,14 +28,14 @@ from ..tracing.embree import Hits
 from .receiver_map import NOTHING, ReceiverMap, build_receiver_map
 
 MOST_PATCHES = 2_000_000  # number [patches of receivers], at most: bounds the memory of their rows
-ALIKE = 0.7  # cosine between normals of cells that are one patch, at least
+ALIKE = 0.7  # cosine [of an angle] between normals of cells that are one patch, at least
 EXTENT = 2.0  # distance [mean edges of a receiver]: cells further apart are different patches
 BAKED = 0.5  # share [of an object's area] in patches: above it its other faces get no elements
 # Length [of the distance] of a patch: above it rays find the light where they end.
 NEAR = 1.0
 WHOLE = 1 - 1e-4  # share [of a triangle] that receivers have of one that is not cut
 SMALLEST = 1e-6  # extent [unit box] of a patch, at least
-ONWARD, SEVERAL = NOTHING - 1, NOTHING - 2  # codes in ``ReceiverPatches.patch``, see there
+ONWARD, SEVERAL = NOTHING - 1, NOTHING - 2  # codes [``ReceiverPatches.patch``], see there
 
 
 @dataclass(frozen=True)

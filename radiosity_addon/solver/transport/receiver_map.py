@@ -14,7 +14,7 @@ from ..geometry.planar import cell_areas, cell_middles
 from ..receivers import Receivers
 
 COVERED = 0.9  # share [of a triangle] that its receivers have: less is no map of it
-NOTHING = -1
+NOTHING = -1  # code [receivers]: none
 
 
 @dataclass(frozen=True)

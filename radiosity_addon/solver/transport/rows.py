@@ -28,7 +28,7 @@ from .rays import RAYS_PER_CHUNK, Met, find_lost, shoot, sky_mean
 
 MAX_GENERATIONS = 64  # number [generations] of sides seen by sides seen by ... receivers
 STAGE = "transport"
-BLACK = -2
+BLACK = -2  # code [rows]: a patch that reflects nothing has none
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from .rows import RowSamples, light_patches_met, trace_transport
 
 SEEDS_PER_ELEMENT = 40  # number [rays of receivers for each element] that look for elements
 SEED_RAYS = 16  # number [rays] of each receiver that takes part in that
-MAX_REFINEMENTS = 6
+MAX_REFINEMENTS = 6  # number [rounds] of dividing elements on which direct light varies
 VARIED = 100.0  # deviation [errors asked for, of the mean light] above which a patch has no one value
 HALVINGS = 2  # number [halvings of its edges] of an element that brings a bias
 
