@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 
 from . import memory
 from .libraries import environment
+from .pickled import PACKAGE, PROTOCOL, Reader
 from .solver.workers.parallel import thread_count
 
 if TYPE_CHECKING:  # these import NumPy, which takes its time
@@ -29,9 +30,9 @@ if TYPE_CHECKING:  # these import NumPy, which takes its time
     from .solver.receivers import Receivers
     from .solver.scene import Scene
 
-PROTOCOL = 5  # version [of pickle]
 PIPE_SIZE = 1 << 20  # size [bytes] of a pipe: light is megabytes
 ANSWER, FAILURE = "answer", "failure"
+SHORT = Path(__file__).resolve().parent.name  # what the second process calls this package
 
 
 class ReplicateProcess:
@@ -46,7 +47,7 @@ class ReplicateProcess:
             flags = subprocess.CREATE_NO_WINDOW | subprocess.CREATE_NEW_PROCESS_GROUP
             options = {"creationflags": flags}
         self._process = subprocess.Popen(
-            [sys.executable, "-s", "-P", "-m", __name__],
+            [sys.executable, "-s", "-P", "-m", f"{SHORT}.{Path(__file__).stem}", PACKAGE],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             pipesize=PIPE_SIZE,
@@ -92,7 +93,7 @@ class ReplicateProcess:
 
     def _answer(self) -> tuple:
         try:
-            kind, value, *figures = pickle.load(self._process.stdout)
+            kind, value, *figures = Reader(self._process.stdout, SHORT).load()
         except (EOFError, OSError, pickle.UnpicklingError) as error:
             raise self._ended() from error
         self.rays, self.embree_seconds, self.peak_memory = figures
@@ -110,10 +111,12 @@ class ReplicateProcess:
         from .solver.adaptive.second_replicate import ReplicateLost  # which imports NumPy
 
         status = self._process.wait()
-        return ReplicateLost(
-            f"the solver's second process ended (status {status}); memory may have run out: lower "
-            "the resolution, or use one thread, for which there is only one process"
-        )
+        cause = (
+            "memory may have run out: lower the resolution, or use one thread, for which there is "
+            "only one process"
+            if status < 0 else "RADIOSITY_DEBUG=1 shows why; please report it"
+        )  # fmt: skip
+        return ReplicateLost(f"the solver's second process ended (status {status}); {cause}")
 
 
 def start_replicate_process(threads: int) -> ReplicateProcess | None:
@@ -174,7 +177,7 @@ def _listen(asked: queue.SimpleQueue) -> None:
     source = os.fdopen(0, "rb", closefd=False)
     while True:
         try:
-            asked.put(pickle.load(source))
+            asked.put(Reader(source, sys.argv[1]).load())
         except Exception:  # noqa: BLE001  whoever asks is gone, in the midst of a word perhaps
             os._exit(0)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import pickle
 import signal
@@ -9,6 +10,7 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,6 +26,8 @@ from radiosity_addon.solver.sequence import solve
 from verification import meshes
 
 SETTINGS = Settings(error=0.02, threads=2)
+
+ROOT = Path(__file__).resolve().parents[1]
 
 
 @pytest.fixture(scope="module")
@@ -156,3 +160,22 @@ def test_one_thread_or_no_python_has_none(monkeypatch):
     monkeypatch.setattr(sys, "executable", "/no/such/python")
     assert start_replicate_process(2) is None
     assert peak_memory(None) > 0
+
+
+def test_both_processes_work_where_blender_gives_the_package_a_long_name(tmp_path):
+    """As of an installed extension: bl_ext.<repository>.<id>.radiosity_addon. The second process
+    could not be started there, and what was asked of it not be read."""
+    pytest.importorskip("bpy")
+    package = tmp_path / "bl_ext" / "shop" / "radiosity"
+    package.mkdir(parents=True)
+    (package / "radiosity_addon").symlink_to(ROOT / "radiosity_addon")
+    told = tmp_path / "report.json"
+    words = ["--demo", "cornell", "--quality", "draft", "--threads", "2", "--output",
+             str(tmp_path / "o.blend"), "--report", str(told)]  # fmt: skip
+    code = ("import sys; from bl_ext.shop.radiosity.radiosity_addon.command import main; "
+            "sys.exit(main(sys.argv[1:], alone=True))")  # fmt: skip
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    done = subprocess.run([sys.executable, "-c", code, *words], env=environment, cwd=tmp_path,
+                          capture_output=True, text=True)  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert json.loads(told.read_text())["warnings"] == []
