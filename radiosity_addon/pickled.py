@@ -12,7 +12,7 @@ PACKAGE = __package__
 PROTOCOL = 5  # version [of pickle]
 
 
-class Reader(pickle.Unpickler):
+class PickleReader(pickle.Unpickler):
     """Finds the classes of the package that its ``writer`` calls by that name in this process's."""
 
     def __init__(self, handle, writer: str) -> None:

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 from . import memory
 from .libraries import environment
-from .pickled import PACKAGE, PROTOCOL, Reader
+from .pickled import PACKAGE, PROTOCOL, PickleReader
 from .solver.workers.parallel import thread_count
 
 if TYPE_CHECKING:  # these import NumPy, which takes its time
@@ -93,7 +93,7 @@ class ReplicateProcess:
 
     def _answer(self) -> tuple:
         try:
-            kind, value, *figures = Reader(self._process.stdout, SHORT).load()
+            kind, value, *figures = PickleReader(self._process.stdout, SHORT).load()
         except (EOFError, OSError, pickle.UnpicklingError) as error:
             raise self._ended() from error
         self.rays, self.embree_seconds, self.peak_memory = figures
@@ -177,7 +177,7 @@ def _listen(asked: queue.SimpleQueue) -> None:
     source = os.fdopen(0, "rb", closefd=False)
     while True:
         try:
-            asked.put(Reader(source, sys.argv[1]).load())
+            asked.put(PickleReader(source, sys.argv[1]).load())
         except Exception:  # noqa: BLE001  whoever asks is gone, in the midst of a word perhaps
             os._exit(0)
 

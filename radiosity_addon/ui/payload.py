@@ -8,7 +8,7 @@ from __future__ import annotations
 import pickle
 from pathlib import Path
 
-from ..pickled import PACKAGE, PROTOCOL, Reader
+from ..pickled import PACKAGE, PROTOCOL, PickleReader
 
 
 def write_payload(path: Path, content) -> None:
@@ -22,4 +22,4 @@ def read_payload(path: Path):
     """Read what ``write_payload`` wrote, in this process or another. Raises OSError, EOFError or
     pickle.UnpicklingError when the file is missing or cut short."""
     with open(path, "rb") as handle:
-        return Reader(handle, handle.readline().decode().strip()).load()
+        return PickleReader(handle, handle.readline().decode().strip()).load()
