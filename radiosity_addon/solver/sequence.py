@@ -14,7 +14,7 @@ from .adaptive.error_estimator import ErrorEstimator
 from .adaptive.estimate import Estimate, Surface
 from .adaptive.plan import Plan, make_plan
 from .adaptive.replicate import Replicate, SolveFigures
-from .adaptive.requirements import SolverSettings, requirements_of
+from .adaptive.requirements import Requirements, SolverSettings, requirements_of
 from .adaptive.rounds import MAX_ROUNDS, Clock, Rounds
 from .adaptive.second_replicate import (
     LocalReplicate,
@@ -74,17 +74,27 @@ def solve(
     """
     clock = Clock()
     context = open_scene(scene, receivers, settings, progress, beside)
-    return solve_opened(context, receivers, settings, project, cache, beside, clock)
+    return solve_opened(context, receivers, settings, Options(project, cache, beside), clock)
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a solve may be given: see ``solve``. ``requirements``: the light that is found; None: what the
+    passes ask for and the scene can give."""
+
+    project: Projection | None = None
+    cache: SolveCache | None = None
+    beside: RemoteReplicate | None = None
+    requirements: Requirements | None = None
 
 
 @np.errstate(under="ignore")
 def solve_opened(
     context: Context, receivers: Receivers, settings: SolverSettings,
-    project: Projection | None = None, cache: SolveCache | None = None,
-    beside: RemoteReplicate | None = None, clock: Clock | None = None,
+    options: Options = Options(), clock: Clock | None = None,
 ) -> Solution:
     """The same of a scene that ``open_scene`` has opened. ``clock`` started before that; None: now."""
-    opened = begin(context, receivers, settings, project, cache, beside, clock or Clock())
+    opened = begin(context, receivers, settings, options, clock or Clock())
     estimate, figures = opened.rounds.run(opened.plan)
     reached = Outcome(estimate.error, estimate.error_95, figures)
     statistics = statistics_of(opened, reached, settings)
@@ -110,23 +120,21 @@ class Outcome:
 
 
 def begin(
-    context: Context, receivers: Receivers, settings: SolverSettings, project: Projection | None,
-    cache: SolveCache | None, beside: RemoteReplicate | None, clock: Clock,
+    context: Context, receivers: Receivers, settings: SolverSettings, options: Options, clock: Clock
 ) -> OpenSolve:
     """Both replicates opened. Arguments as in ``solve_opened``."""
     scene = context.scene
-    threads = thread_count(settings.threads)
-    if threads == 1:
-        beside = None
+    threads, cache = thread_count(settings.threads), options.cache
+    beside = None if threads == 1 else options.beside
     if beside is not None:
         beside.open(scene, receivers, settings, threads - context.threads)
     footprints = build_footprints(context.geometry, receivers)
-    requirements = requirements_of(context, settings.passes)
+    requirements = options.requirements or requirements_of(context, settings.passes)
     first = Replicate(
         0, context, split_beams(context), receivers, footprints, requirements, settings.target_error
     )
-    estimator = estimator_of(first, settings.passes, project, threads)
-    corners = project is not None
+    estimator = estimator_of(first, settings.passes, options.project, threads)
+    corners = options.project is not None
     plan = make_plan(settings.target_error, receivers.count, bool(estimator.lattices), corners)
     if cache is not None:
         cache.begin(scene_key(scene, receivers, settings.seed))

@@ -23,7 +23,7 @@ from .adaptive.second_replicate import RemoteReplicate
 from .adaptive.solve_cache import SolveCache
 from .lights.context import Context
 from .receivers import Receivers
-from .sequence import Outcome, begin, estimator_of, solution_of, statistics_of
+from .sequence import Options, Outcome, begin, estimator_of, solution_of, statistics_of
 from .solution import Solution, Statistics
 from .workers.parallel import thread_count
 
@@ -40,11 +40,11 @@ class TiledSolve:
     ):
         """Solve the ``survey``; the arguments are as in ``sequence.solve_opened``."""
         self._settings, self._context, clock = settings, context, Clock()
-        self._second_replicate = begin(context, survey, settings, None, cache, beside, clock)
+        self._open = begin(context, survey, settings, Options(None, cache, beside), clock)
         limit = settings.time_limit
         deadline = None if limit is None else clock.start + SURVEY * limit
-        rounds = replace(self._second_replicate.rounds, deadline=deadline)
-        estimate, self._figures = rounds.run(self._second_replicate.plan)
+        rounds = replace(self._open.rounds, deadline=deadline)
+        estimate, self._figures = rounds.run(self._open.plan)
         self._brightness = estimate.brightness
         self._tiles: list[tuple[float, float, np.ndarray]] = []  # area, squared error, bounds
 
@@ -52,7 +52,7 @@ class TiledSolve:
     def light_of(self, tile: Receivers, share: float, smaller: int) -> Solution:
         """Light at one tile of receivers, whose part of those that are left is ``share``, in (0, 1];
         all tiles have about ``smaller`` receivers. The statistics are empty."""
-        rounds, settings = self._second_replicate.rounds, self._settings
+        rounds, settings = self._open.rounds, self._settings
         first, second = rounds.first, rounds.second
         request = MoveTo(tile, len(self._tiles) + 1)
         second.ask(request)
@@ -71,16 +71,16 @@ class TiledSolve:
 
     def skip(self) -> None:
         """The time since the last light is none of the solver's."""
-        self._second_replicate.rounds.clock.skip()
+        self._open.rounds.clock.skip()
 
     def _deadline(self, share: float) -> float | None:
         """When a tile that is such a ``share`` of the rest must be done."""
-        last = self._second_replicate.rounds.deadline
+        last = self._open.rounds.deadline
         now = time.perf_counter()
         return None if last is None else now + share * max(last - now, 0.0)
 
     def _note(self, estimate: Estimate, figures: list[SolveFigures]) -> None:
-        area = float(self._second_replicate.rounds.first.footprints.area.sum())
+        area = float(self._open.rounds.first.footprints.area.sum())
         self._tiles.append((area, estimate.error**2, estimate.bounds))
         self._figures = figures
 
@@ -94,4 +94,4 @@ class TiledSolve:
             error_95=bound_of_most(np.repeat(share / each, each), bounds.reshape(-1, 1)),
             figures=self._figures,
         )
-        return statistics_of(self._second_replicate, reached, self._settings)
+        return statistics_of(self._open, reached, self._settings)

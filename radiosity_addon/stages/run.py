@@ -32,7 +32,7 @@ def run(
     ``tiling`` tells which bakes are done in tiles; None: those of more texels than usual.
     Raises solver.progress.Cancelled (or whatever else ``progress`` raises) when told to stop.
     """
-    from ..solver.sequence import open_scene, solve_opened
+    from ..solver.sequence import Options, open_scene, solve_opened
 
     tiling = tiling or Tiling()
     tiles = tiles_of(job, tiling)
@@ -46,7 +46,7 @@ def run(
     receivers = layout.receivers
     fits = None if job.settings.target == Target.IMAGE else joint_fits(job, layout, context)
     judged = fits and _where_judged(fits)
-    solution = solve_opened(context, receivers, job.settings, judged, cache, beside)
+    solution = solve_opened(context, receivers, job.settings, Options(judged, cache, beside))
     started = time.perf_counter()
     progress("Write", 0.0)
     light = compose(solution, job.settings.passes)

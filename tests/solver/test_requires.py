@@ -12,10 +12,11 @@ from radiosity_addon.settings import Settings
 from radiosity_addon.solver import sequence
 from radiosity_addon.solver.adaptive.error_estimator import ErrorEstimator
 from radiosity_addon.solver.adaptive.estimate import Surface
+from radiosity_addon.solver.adaptive.plan import make_plan
 from radiosity_addon.solver.adaptive.requirements import Requirements
 from radiosity_addon.solver.fields import Constant, CornerColors, Texture
-from radiosity_addon.solver.gather.lighting import Lighting
-from radiosity_addon.solver.lights import context as context_module
+from radiosity_addon.solver.gather.lighting import Lighting, points_on_footprints
+from radiosity_addon.solver.geometry.footprints import build_footprints
 from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.materials.channels import channels_of
 from radiosity_addon.solver.progress import silent
@@ -23,6 +24,7 @@ from radiosity_addon.solver.scene import Material, PointLamp, Sky, SunLamp
 from radiosity_addon.solver.solution import compose
 from radiosity_addon.solver.transport import solve_patches
 from radiosity_addon.solver.transport.places import Places
+from radiosity_addon.solver.transport.radiosity import solve_rows
 from verification.meshes import box_polygons, box_scene, grid, triangle_receivers
 from verification.meshes import scene as make_scene
 
@@ -122,9 +124,12 @@ def test_one_channel_gives_what_three_give_in_less_time(monkeypatch):
 
     scene = furnished(sky=GRAY_SKY)
     one, _ = solve(scene, divisions=24)
-    monkeypatch.setattr(context_module, "channels_of", lambda scene: 3)
     monkeypatch.setattr(ErrorEstimator, "weigh", timed)
-    three, _ = solve(scene, divisions=24)
+    context = build_context(scene, 0, 1, silent, channels=3)
+    settings = Settings(error=0.03, threads=1)
+    three = compose(
+        sequence.solve_opened(context, triangle_receivers(scene, 24), settings), settings.passes
+    )
     assert apart(one, three) < 1e-3  # rounding may tip what gets another sample
     assert min(seconds[0]) < 0.9 * min(seconds[1])
 
@@ -140,37 +145,43 @@ def test_one_channel_gives_what_three_give_in_less_time(monkeypatch):
         (box_scene(exitance=1.0, reflectance=0.0), ALL, (True, True, False)),
     ],
 )
-def test_light_that_is_not_asked_for_or_cannot_be_costs_nothing(monkeypatch, scene, passes, needs):
+def test_light_that_is_not_asked_for_or_cannot_be_costs_nothing(scene, passes, needs):
     """The same colors, within the errors asked for, as with everything; fewer rays."""
     context = build_context(scene, 0, 1, silent)
     assert sequence.requirements_of(context, passes) == Requirements(*needs)
     less, statistics = solve(scene, passes)
-    monkeypatch.setattr(sequence, "requirements_of", lambda *_: EVERYTHING)
-    more, with_all = solve(scene, passes)
+    options = sequence.Options(requirements=EVERYTHING)
+    settings = Settings(error=0.03, passes=passes, threads=1)
+    found = sequence.solve_opened(context, triangle_receivers(scene, 8), settings, options)
+    more, with_all = compose(found, passes), found.statistics
     assert apart(less, more) < 0.03 * np.sqrt(2)
     assert statistics.rays < with_all.rays
     assert needs[2] or statistics.elements == 0
 
 
-def test_sides_that_no_light_leaves_get_no_unknowns(monkeypatch):
+def test_sides_that_no_light_leaves_get_no_unknowns():
     """The outside of a closed room: half of all sides. With a row for each of them the light is
     the same and costs more rays."""
     scene = furnished()
-    less, statistics = solve(scene, ("indirect",))
-    seeds = solve_patches._seeds
-
-    def everywhere(context, patches, *rest):
-        elements = patches.elements
-        cells = np.flatnonzero(elements.element >= 0)
-        middle = elements.corners[cells].astype(float).mean(axis=1)
-        fronts = np.ones(len(cells), bool)
-        every = [Places(cells, elements.triangle[cells], *middle.T, side).on(patches)
-                 for side in (fronts, ~fronts)]  # fmt: skip
-        found, number = seeds(context, patches, *rest)
-        return Places.join([found, *every]), number
-
-    monkeypatch.setattr(solve_patches, "_seeds", everywhere)
-    more, with_all = solve(scene, ("indirect",))
-    assert apart(less, more) < 0.03 * np.sqrt(2)
-    assert statistics.elements < with_all.elements - 500
-    assert statistics.rays < with_all.rays
+    context, key = build_context(scene, 0, 1, silent), (0, 1)
+    footprints = build_footprints(context.geometry, triangle_receivers(scene, 8))
+    everyone = np.arange(footprints.count)
+    plan = replace(make_plan(0.03, footprints.count, False), elements=1000)
+    few = solve_patches.solve_radiosity(
+        context, footprints.count, points_on_footprints(footprints, everyone, 4, *key), None, plan,
+        0.03, key,
+    )  # fmt: skip
+    rays, elements = context.rays, few.patches.elements
+    cells = np.flatnonzero(elements.element >= 0)
+    middle = elements.corners[cells].astype(float).mean(axis=1)
+    every = few
+    for front in (True, False):
+        sides = Places(cells, elements.triangle[cells], *middle.T, np.full(len(cells), front))
+        sides = sides.on(few.patches)
+        sides = sides.take(every.unknown[sides.entry])
+        every = solve_patches.extended(context, every, sides, (*key, front))
+    assert every.transport.count > few.transport.count + 500
+    assert context.rays > 1.3 * rays
+    again = solve_rows(context, every.patches, every.transport, 0.03)
+    known = ~few.unknown
+    assert np.abs(again.reflected[known] - few.reflected[known]).max() < 1e-3 * few.reflected.max()

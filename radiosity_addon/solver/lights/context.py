@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property, partial
 
 import numpy as np
 
@@ -40,6 +41,7 @@ class Context:
     seed: int
     threads: int
     progress: Progress
+    find_crossings: Callable[[], Crossings]  # found once, for all contexts of this scene
 
     @cached_property
     def glows(self) -> bool:
@@ -57,18 +59,14 @@ class Context:
         """Spent inside Embree so far, summed over threads."""
         return sum(tracer.seconds for tracer in self._distinct())
 
-    @cached_property
+    @property
     def crossings(self) -> Crossings:
         """Where triangles are cut by others that block light."""
-        shadow = self.blockers[0].shadow
-        return find_crossings(self.geometry, shadow, self.threads, self.tick("elements"))
+        return self.find_crossings()
 
     def under(self, sources: Sources) -> Context:
-        """The same scene under other lights. Where its triangles cross is not found once more."""
-        found = replace(self, sources=sources)
-        if "crossings" in vars(self):
-            vars(found)["crossings"] = self.crossings
-        return found
+        """The same scene under other lights."""
+        return replace(self, sources=sources)
 
     def _distinct(self) -> list[Tracer]:
         tracers = [self.tracer, *(t for b in self.blockers for t in (b.shadow, b.transmitting) if t)]
@@ -76,7 +74,7 @@ class Context:
 
     def tick(self, stage: str) -> Tick:
         """A function of the fraction done that reports it for ``stage``."""
-        return lambda fraction: self.progress(stage, fraction)
+        return partial(self.progress, stage)
 
     def reflectance(
         self, triangle: np.ndarray, uv: np.ndarray, front: np.ndarray | None = None
@@ -115,8 +113,11 @@ class Context:
         return found[:, : self.channels]
 
 
-def build_context(scene: Scene, seed: int, threads: int, progress: Progress) -> Context:
-    """Normalize the scene, build Embree's tree, list the lights.
+def build_context(
+    scene: Scene, seed: int, threads: int, progress: Progress, channels: int | None = None
+) -> Context:
+    """Normalize the scene, build Embree's tree, list the lights. ``channels``: 3, or None for as few as the
+    scene's colors need.
 
     Raises ValueError where vertices are not finite or indices out of range.
     """
@@ -129,13 +130,15 @@ def build_context(scene: Scene, seed: int, threads: int, progress: Progress) -> 
         sky = Skylight(pixels)
     sources, explicit = build_sources(scene, geometry, tracer, spots)
     blockers = build_blockers(scene, geometry, transmits, tracer, sources.blocking)
-    unit, channels = _brightest(scene, sources, sky), channels_of(scene)
+    unit, channels = _brightest(scene, sources, sky), channels or channels_of(scene)
     sources = sources.scaled(1 / unit).narrowed(channels)
     if sky is not None:
         sky = Skylight((np.pi / unit * sky.pixels[..., :channels]).astype(np.float32))
+    shadow, tick = blockers[0].shadow, partial(progress, "elements")
+    find = cache(lambda: find_crossings(geometry, shadow, threads, tick))
     return Context(
         scene, geometry, tracer, blockers, transmits, sources, explicit, sky, unit, channels, seed,
-        threads, progress,
+        threads, progress, find,
     )
 
 
