@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from radiosity_addon.solver.adaptive.rounds import _floor
+from radiosity_addon.solver.gather.lighting import MOST_RAYS, batches_of
 from radiosity_addon.solver.transport.patches import Patches
 from radiosity_addon.solver.transport.rays import find_lost
 from verification import meshes
@@ -70,3 +71,18 @@ def test_error_that_more_rays_would_not_lower_has_the_shadows_in_it():
     told = [(number, 0.004**2 + 1e-3 / number) for number in (10, 100, 200)]
     assert _floor(told, 0.0, 0.005) == 0
     assert _floor(told, 0.004**2, 0.005) == pytest.approx(0.004 * np.sqrt(2))
+
+
+def test_rays_are_gathered_in_batches_of_bounded_size():
+    """Each owner of each part once, none with another's random numbers; one part that is small stays
+    as it is."""
+    parts = [(np.arange(5), 4), (np.arange(7, 1_000_007), 64), (np.arange(3), MOST_RAYS * 2)]
+    batches = batches_of(parts)
+    for owners, rays in parts:
+        pieces = [piece for batch in batches for piece in batch if piece[1] == rays]
+        assert np.array_equal(np.concatenate([piece[0] for piece in pieces]), owners)
+        assert len({piece[2:] for piece in pieces}) == len(pieces)
+    for batch in batches:
+        assert sum(len(owners) * rays for owners, rays, *_ in batch) <= MOST_RAYS or len(batch) == 1
+    assert [len(batches_of(parts[:1])), len(batches_of(parts[:1])[0][0])] == [1, 2]
+    assert batches_of([]) == []

@@ -14,11 +14,13 @@ from ..sampling.guide import Guide, Lesson
 from ..sampling.points import Points, PointSampler, footprint_points
 from ..sampling.sobol import uniform
 from ..sampling.streams import Stream
-from ..transport.onward import join_ends
+from ..transport.onward import Ends, join_ends
 from ..transport.radiosity import Radiosity
-from .gather import Bundle, gather
+from .gather import Bundle, Gathered, gather
 from .late_rows import light_of_unknown
 
+MOST_RAYS = 1 << 23  # number [rays] that are gathered at once: bounds the memory of where they end
+PIECE = 1 << 20  # number [in keys] of the pieces that a part is divided into: no chunk has as many
 MOST_POINTS = 256  # number [points of a receiver] that share its rays in one round
 Samples = list[tuple[np.ndarray, int]]  # [(owners (k,) int, samples of each)]
 
@@ -114,30 +116,60 @@ def add_gathered(
     """Add gathered rays: ``parts`` are [(owners (k,) int, rays of each)]. A ray that a guide aimed
     counts as many as it is worth. Returns the radiosity, with that of all that the rays met, and
     lessons where somebody ``learns``. What beams' spots bring is added point by point."""
-    context = split.reflected
-    key, lessons, unknown = (context.seed, Stream.GATHER, *key), [], []
-    for owners, rays in parts:
-        own_key, owners = (*key, rays), _simple_first(footprints, owners)
-        per = gcd(rays, int(np.clip(rays // 4, 4, MOST_POINTS)))  # every point has as many rays
-        sample_points = points_on_footprints(footprints, owners, per, *own_key)
-        bundle = Bundle(owners, rays, sample_points, own_key, guide)
-        found = gather(context, radiosity, bundle, "gather", learns)
-        worth = np.full((len(owners), 1), rays, float)
-        if guide is not None:
-            worth *= guide.worth[guide.cluster[owners]][:, None]
-        bounced = found.bounced
-        if split.spots is not None:
-            light, _ = direct_light(split.spots, len(owners), per, sample_points, (*own_key, 7), "gather")
-            bounced = bounced + light
-        _add(lighting.bounced, owners, worth * bounced)
-        _add(lighting.first, owners, worth * found.first)
-        lighting.rays[owners] += worth
-        ends = found.unknown
-        unknown.append(replace(ends, owner=owners[ends.owner], weight=ends.weight * worth[ends.owner]))
-        lessons += found.lessons
-    bounced, first, radiosity = light_of_unknown(
-        context, radiosity, join_ends(unknown, context.channels), footprints.count, (*key, 9)
-    )
-    lighting.bounced[:] += bounced
-    lighting.first[:] += first
+    key, lessons = (split.reflected.seed, Stream.GATHER, *key), []
+    for number, batch in enumerate(batches_of(parts)):
+        unknown = []
+        for owners, rays, *piece in batch:
+            owners = _simple_first(footprints, owners)
+            per = gcd(rays, int(np.clip(rays // 4, 4, MOST_POINTS)))  # every point has as many rays
+            own_key = (*key, rays, *piece)
+            sample_points = points_on_footprints(footprints, owners, per, *own_key)
+            bundle = Bundle(owners, rays, sample_points, own_key, guide)
+            found = gather(split.reflected, radiosity, bundle, "gather", learns)
+            unknown.append(_add_bundle(split, lighting, bundle, per, found))
+            lessons += found.lessons
+        bounced, first, radiosity = light_of_unknown(
+            split.reflected, radiosity, join_ends(unknown, split.reflected.channels),
+            footprints.count, (*key, 9, *([number] if number else [])),
+        )  # fmt: skip
+        lighting.bounced[:] += bounced
+        lighting.first[:] += first
     return radiosity, lessons
+
+
+def batches_of(parts: Samples) -> list[list[tuple]]:
+    """``parts`` in pieces of MOST_RAYS rays at most, together in batches of not many more: tuples of
+    owners, the rays of each, and, of a part's pieces after the first, what their keys have besides."""
+    batches, size = [], MOST_RAYS
+    for owners, rays in parts:
+        step = max(1, MOST_RAYS // rays)
+        for start in range(0, len(owners), step):
+            piece = owners[start : start + step]
+            if size + len(piece) * rays > MOST_RAYS:
+                batches.append([])
+                size = 0
+            batches[-1].append((piece, rays, *([PIECE + start] if start else [])))
+            size += len(piece) * rays
+    return batches
+
+
+def _add_bundle(
+    split: Split, lighting: Lighting, bundle: Bundle, per: int, found: Gathered
+) -> Ends:
+    """Add what a bundle's rays ``found``, and the light of beams' spots at its points, ``per`` owner.
+    Returns where nothing is known, weighted as the sums are."""
+    owners = bundle.owners
+    worth = np.full((len(owners), 1), bundle.rays, float)
+    if bundle.guide is not None:
+        worth *= bundle.guide.worth[bundle.guide.cluster[owners]][:, None]
+    bounced = found.bounced
+    if split.spots is not None:
+        light, _ = direct_light(
+            split.spots, len(owners), per, bundle.sample_points, (*bundle.key, 7), "gather"
+        )
+        bounced = bounced + light
+    _add(lighting.bounced, owners, worth * bounced)
+    _add(lighting.first, owners, worth * found.first)
+    lighting.rays[owners] += worth
+    ends = found.unknown
+    return replace(ends, owner=owners[ends.owner], weight=ends.weight * worth[ends.owner])
