@@ -144,7 +144,7 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
         results.look_again()
         for warning in bake.report["warnings"]:
             self.report({"WARNING"}, warning)
-        self.report({"WARNING" if bake.report["warnings"] else "INFO"}, summary(bake.report))
+        self.report({"WARNING" if noteworthy(bake.report) else "INFO"}, summary(bake.report))
         return {"FINISHED"}
 
     def _finish(self, context, status):
@@ -158,11 +158,22 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
 
 def summary(report: dict) -> str:
     """``Baked 7 objects, 2 warnings``."""
-    baked, warnings = sum(item["baked"] for item in report["objects"]), len(report["warnings"])
+    baked = sum(item["baked"] for item in report["objects"])
     text = rpt_("Baked 1 object") if baked == 1 else rpt_("Baked {:d} objects").format(baked)
+    return ", ".join(filter(None, [text, noteworthy(report)]))
+
+
+def noteworthy(report: dict | None) -> str:
+    """``1 left out, 2 warnings``; empty without any."""
+    if report is None:
+        return ""
+    left_out = sum(not item["baked"] for item in report["objects"])
+    warnings, told = len(report["warnings"]), []
+    if left_out:
+        told.append(rpt_("{:d} left out").format(left_out))
     if warnings:
-        text += rpt_(", 1 warning") if warnings == 1 else rpt_(", {:d} warnings").format(warnings)
-    return text
+        told.append(rpt_("1 warning") if warnings == 1 else rpt_("{:d} warnings").format(warnings))
+    return ", ".join(told)
 
 
 class RADIOSITY_OT_cancel(bpy.types.Operator):

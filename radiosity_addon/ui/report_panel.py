@@ -5,6 +5,7 @@ from bpy.app.translations import pgettext_iface as iface_
 
 from ..figures import figure
 from . import words
+from .bake import noteworthy
 from .lines import draw_note, pair
 from .panels import RadiosityPanel
 from .report_store import load_report, report_text
@@ -33,6 +34,12 @@ class RADIOSITY_PT_report(RadiosityPanel, bpy.types.Panel):
     @classmethod
     def poll(cls, context):
         return bool(context.scene.radiosity.report)
+
+    def draw_header_preset(self, context):
+        """What is worth opening the panel for."""
+        told = noteworthy(load_report(context.scene))
+        if told:
+            self.layout.label(text=told, icon="ERROR", translate=False)
 
     def draw(self, context):
         report = load_report(context.scene)

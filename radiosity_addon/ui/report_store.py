@@ -1,6 +1,7 @@
 """The last bake's report, kept with the scene as JSON."""
 
 import json
+from functools import lru_cache
 
 import bpy
 
@@ -14,7 +15,12 @@ def store_report(scene_name: str, report: dict) -> None:
 
 def load_report(scene) -> dict | None:
     """The scene's last report, or None if it has none that can be read."""
-    text = scene.radiosity.report
+    return _parsed(scene.radiosity.report)
+
+
+@lru_cache(maxsize=4)
+def _parsed(text: str) -> dict | None:
+    """Kept, as panels ask at every redraw and a report of a thousand objects takes a millisecond."""
     if not text:
         return None
     try:

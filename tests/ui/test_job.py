@@ -63,14 +63,15 @@ def test_error_in_per_cent_is_the_error(file):
 
 
 @pytest.mark.parametrize(
-    ("baked", "warnings", "text"),
-    [(7, 2, "Baked 7 objects, 2 warnings"), (1, 1, "Baked 1 object, 1 warning"),
-     (3, 0, "Baked 3 objects")],
+    ("baked", "left_out", "warnings", "text"),
+    [(7, 0, 2, "Baked 7 objects, 2 warnings"), (1, 0, 1, "Baked 1 object, 1 warning"),
+     (3, 0, 0, "Baked 3 objects"), (3, 2, 0, "Baked 3 objects, 2 left out"),
+     (3, 1, 4, "Baked 3 objects, 1 left out, 4 warnings")],
 )  # fmt: skip
-def test_last_message(addon, baked, warnings, text):
+def test_last_message(addon, baked, left_out, warnings, text):
     from radiosity_addon.ui.bake import summary
 
-    objects = [{"baked": True}] * baked + [{"baked": False}]
+    objects = [{"baked": True}] * baked + [{"baked": False}] * left_out
     assert summary({"objects": objects, "warnings": ["a"] * warnings}) == text
 
 

@@ -230,6 +230,26 @@ def test_the_error_of_most_of_the_surface_is_shown(blender):
     assert old.texts == new.texts[:place] + new.texts[place + 2 :]
 
 
+@pytest.mark.parametrize(
+    ("left_out", "warnings", "told"),
+    [(0, 0, []), (0, 1, ["1 warning"]), (2, 3, ["2 left out, 3 warnings"])],
+)
+def test_the_closed_report_says_that_there_are_warnings(file, left_out, warnings, told):
+    from types import SimpleNamespace
+
+    from radiosity_addon.ui.report_panel import RADIOSITY_PT_report
+
+    objects = [{"name": str(n), "baked": n >= left_out, "reason": "why"} for n in range(4)]
+    report = {**REPORT, "objects": objects, "warnings": ["a warning"] * warnings}
+    file.context.scene.radiosity.report = json.dumps(report)
+    panel = SimpleNamespace(layout=Drawn())
+    RADIOSITY_PT_report.draw_header_preset(panel, file.context)
+    assert panel.layout.texts == told
+    file.context.scene.radiosity.report = ""
+    RADIOSITY_PT_report.draw_header_preset(panel, file.context)
+    assert panel.layout.texts == told
+
+
 def test_copied_text_is_the_whole_report():
     from radiosity_addon.ui.report_store import report_text
 
