@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass, replace
+import re
+from dataclasses import dataclass, fields, replace
 
 from .settings import (
     COLOR_TYPES,
@@ -86,7 +87,7 @@ def parse(argv: list[str], opened: bool = False) -> BakeRequest:
     try:
         settings.check()
     except ValueError as error:
-        parser.error(str(error))
+        parser.error(_with_options(str(error)))
     first, *more = found.scene or [None]
     return BakeRequest(
         settings, first, found.demo, found.output, found.report, found.export, tuple(more),
@@ -102,6 +103,13 @@ def _check_several(parser, found) -> None:
                          "named; leave it out or call once for each")  # fmt: skip
     if len(set(found.scene)) < len(found.scene):
         parser.error("a SCENE.blend is named twice; name each once")
+
+
+def _with_options(text: str) -> str:
+    """The text with settings of several words as the options that they are."""
+    names = [each.name for each in fields(Settings) if "_" in each.name]
+    words = {name: f"--{name.replace('_', '-')}" for name in names}
+    return re.sub(rf"\b({'|'.join(words)})\b", lambda found: words[found[0]], text)
 
 
 def _unused(found) -> tuple[str, ...]:

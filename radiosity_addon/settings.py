@@ -29,6 +29,7 @@ DOMAINS = tuple(each.value for each in Domain)
 FORMATS = ("exr", "png", "png16", "hdr", "rgbm", "rgbe")
 COLOR_TYPES = ("float", "byte")
 UNWRAPS = ("smart", "lightmap", "existing")
+LONGEST_NAME = 63  # length [bytes] of an attribute's name: Blender cuts longer ones
 RESOLUTION_RANGE = (4, 16384)  # edges [texels] of an image
 ERROR_RANGE = (1e-4, 1.0)  # errors [relative] that may be asked for
 DENSITY_RANGE = (1e-3, 1e5)  # densities [texels per meter]
@@ -102,6 +103,7 @@ class Settings:
             _check_range("time_limit", self.time_limit, 0.1, 1e6)
         if not self.name.strip():
             raise ValueError("name is empty; give the color attribute and images a name")
+        check_name(self.name)
 
     def _check_atlas(self) -> None:
         if self.atlas is not None and not self.atlas.strip():
@@ -119,6 +121,13 @@ class Settings:
             )
 
 
+def check_name(name: str) -> None:
+    """Raise ValueError for what is too long for an attribute's name."""
+    if len(name.encode()) > LONGEST_NAME:
+        raise ValueError(f"name {name!r} has more than {LONGEST_NAME} bytes; choose a shorter one")
+
+
 def _check_range(name: str, value: float, low: float, high: float) -> None:
     if not low <= value <= high:
-        raise ValueError(f"{name} is {value}; it must lie between {low} and {high}")
+        least, most = (f"{end:,}".removesuffix(".0") for end in (low, high))
+        raise ValueError(f"{name} is {value}; it must lie between {least} and {most}")

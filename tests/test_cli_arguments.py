@@ -81,6 +81,9 @@ def test_objects_named_twice_are_baked_once():
         ("a.blend --passes ,", "emit,direct,indirect,color"),
         ("a.blend --quality best", "draft"),
         ("a.blend --bogus", "--bogus"),
+        ("a.blend --time-limit 0", "--time-limit is 0.0; it must lie between 0.1 and 1,000,000 "),
+        ("a.blend --density 1 --target image", "density and --atlas-images are of an atlas"),
+        (f"a.blend --name {'x' * 64}", "more than 63 bytes"),
         ("a.blend --objects", "--objects"),
     ],
 )

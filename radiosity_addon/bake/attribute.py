@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..settings import Domain
+from ..settings import LONGEST_NAME, Domain, check_name
 from .layers import check_editable, item_count, write_attribute
 from .made import COLOR, note
 
 FALLBACK = "{} Color"  # where something that is no color attribute holds the name already
-LONGEST_NAME = 63  # length [bytes] of an attribute's name: Blender cuts longer ones
 
 
 def write_colors(
@@ -68,8 +67,7 @@ def _rows(mesh, colors: np.ndarray, domain: str) -> np.ndarray:
 
 def _free_name(obj, name: str) -> tuple[str, list[str]]:
     """The name to use: attributes of a mesh, UV maps among them, share one set of names."""
-    if len(name.encode()) > LONGEST_NAME:
-        raise ValueError(f"name {name!r} has more than {LONGEST_NAME} bytes; choose a shorter one")
+    check_name(name)
     mesh = obj.data
     if name not in mesh.attributes or mesh.color_attributes.get(name) is not None:
         return name, []
