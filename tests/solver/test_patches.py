@@ -234,3 +234,20 @@ def test_a_flat_texel_of_many_triangles_is_one_patch():
     patches, footprints = patches_of(scene, texel_receivers(corners, np.arange(len(corners)), 17))
     assert footprints.count == 17 * 17 and len(footprints.triangle) > 4 * 17 * 17
     assert np.array_equal(patches.receivers.patch, np.arange(17 * 17))
+
+
+def test_a_piece_of_a_face_is_found_where_another_was_cut():
+    """Sixteen pieces of a triangle, of which one is cut in three parts, as where something stands on it."""
+    scene = meshes.scene([FLOOR])
+    whole = meshes.triangle_receivers(scene, 4)
+    a, b, c = whole.corners[5]
+    middle = (a + b + c) / 3
+    parts = np.array([[a, b, middle], [b, c, middle], [c, a, middle]])
+    number = np.insert(whole.receiver, 5, [5, 5])
+    corners = np.concatenate([whole.corners[:5], parts, whole.corners[6:]])
+    triangle = whole.triangle[number]
+    cut = Receivers(whole.count, number, triangle, corners, np.zeros(len(number), bool))
+    triangle, u, v, _ = places(1000)
+    front = np.ones(1000, bool)
+    expected, found = (patches_of(scene, each)[0].at(triangle, u, v, front) for each in (whole, cut))
+    assert np.array_equal(expected, found) and len(np.unique(found)) == 32

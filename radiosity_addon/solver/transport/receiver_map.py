@@ -89,14 +89,16 @@ def _pictures(receivers: Receivers):
 
 def _grids(receivers: Receivers, cells: np.ndarray, triangles: int):
     """Triangles (k,) that the ``cells`` (m,) int cover, the size (k,) of their grids, and the grids'
-    entries: the receiver of the cell whose middle lies there, or the triangle's largest."""
+    entries: the receiver of the cell whose middle lies there, or the triangle's largest. A triangle was
+    cut into equal cells, of which some may have been cut further: the largest tells the size."""
     areas = cell_areas(receivers.corners, receivers.square)
     area = np.bincount(receivers.triangle[cells], areas[cells], triangles)
     cells = cells[area[receivers.triangle[cells]] > COVERED]
     triangle = receivers.triangle[cells]
-    number = np.bincount(triangle, minlength=triangles)
-    which = np.flatnonzero(number)
-    size = np.ceil(np.sqrt(number[which])).astype(np.int64)
+    whole = np.zeros(triangles)
+    np.maximum.at(whole, triangle, areas[cells])
+    which = np.flatnonzero(whole)
+    size = np.rint(1 / np.sqrt(whole[which])).astype(np.int64)
     slot = np.zeros(triangles, np.int64)
     slot[which] = np.arange(len(which))
     start = np.cumsum(size**2) - size**2
