@@ -35,11 +35,11 @@ class Row:
 def brighter(scene):
     """The same scene with other colors and strengths of all that shines."""
     from radiosity_addon.solver.fields import Constant
-    from radiosity_addon.solver.scene import LAMP_COLOR, lamp_color
+    from radiosity_addon.solver.scene import lamp_color
 
     tint = (2.0, 1.5, 1.0)
     lamps = tuple(
-        replace(lamp, **{LAMP_COLOR[type(lamp)]: lamp_color(lamp) * tint})
+        replace(lamp, **{lamp.color_field: lamp_color(lamp) * tint})
         for lamp in scene.lamps
     )
     materials = tuple(

@@ -53,3 +53,11 @@ def room(blender, tmp_path):
     path = folder / "room.blend"
     blender.ops.wm.save_as_mainfile(filepath=str(path))
     return path
+
+
+@pytest.fixture
+def yard(blender, tmp_path):
+    """The path of a saved file with three objects: see ``atlas_yard.build_yard``."""
+    from tests.atlas_yard import build_yard
+
+    return build_yard(blender, tmp_path / "yard.blend")

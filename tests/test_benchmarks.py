@@ -5,98 +5,6 @@ import pytest
 
 from benchmarks.ladder import Rung, seconds_for
 from benchmarks.materials import matte, point, sky
-from verification.error import reference_noise, relative_error
-from verification.texels import comparable_texels, doubled_texels, triangle_uvs
-
-
-def test_error_by_hand():
-    """Two gray receivers 3 and 0.2, of equal areas: L̄ = 1.6, so scales 3 and 0.4; off by 0.3 and
-    0.08: sqrt((0.1² + 0.2²)/2). Of areas 3 and 1: L̄ = 2.3, scales 3 and 0.575, off by 0.1 and
-    0.08/0.575 of them: sqrt((3 · 0.1² + (0.08/0.575)²)/4)."""
-    truth = np.array([[3.0, 3, 3], [0.2, 0.2, 0.2]])
-    found = truth + [[0.3], [-0.08]]
-    measured = relative_error(found, truth)
-    assert measured.error == pytest.approx(np.sqrt((0.01 + 0.04) / 2))
-    assert measured.uncertainty == 0.0
-    weighted = relative_error(found, truth, area=np.array([3.0, 1.0]))
-    assert weighted.error == pytest.approx(np.sqrt((3 * 0.01 + (0.08 / 0.575) ** 2) / 4))
-
-
-def test_two_noisy_references_are_unbiased_and_their_uncertainty_is_true():
-    """x is 3 % off, the references 20 % each: (x−a)² would say 20 %. 200 repetitions must scatter
-    about 0.03² as the stated uncertainty says; their mean lies within 4 standard errors. One bright
-    receiver, without noise, lifts L̄/4 above all others: their scale is that, as good as exact."""
-    random = np.random.default_rng(0)
-    truth = random.uniform(0.5, 1, (4000, 1)) * np.ones(3)
-    truth[0] = 40000.0
-    scale = np.maximum(truth, truth.mean() / 4)
-    noise = 0.2 * scale
-    noise[0] = 0.0
-    x = truth + 0.03 * scale
-    found, stated = [], []
-    for _ in range(200):
-        a, b = (truth + noise * random.normal(size=(4000, 3)) for _ in range(2))
-        measured = relative_error(x, a, b)
-        found.append(measured.error**2)
-        stated.append(2 * measured.error * measured.uncertainty)
-    assert np.mean(found) == pytest.approx(0.03**2, abs=4 * np.std(found) / np.sqrt(200))
-    assert np.median(stated) == pytest.approx(np.std(found), rel=0.25)
-
-
-def test_noise_of_references():
-    random = np.random.default_rng(1)
-    a, b = (1 + 0.05 * random.normal(size=(10000, 3)) for _ in range(2))
-    assert reference_noise(a, b) == pytest.approx(0.05, rel=0.03)
-
-
-@pytest.mark.parametrize(
-    "x, a, message",
-    [
-        (np.ones((2, 3)), np.ones((3, 3)), "shapes"),
-        (np.ones((0, 3)), np.ones((0, 3)), "n >= 1"),
-        (np.full((1, 3), np.nan), np.ones((1, 3)), "result has 3 values"),
-        (np.ones((1, 3)), np.full((1, 3), np.inf), "reference a has 3 values"),
-        (np.ones((1, 3)), np.zeros((1, 3)), "black"),
-    ],
-)
-def test_error_refuses(x, a, message):
-    with pytest.raises(ValueError, match=message):
-        relative_error(x, a)
-
-
-def test_texels_on_which_another_face_lies(blender):
-    """A square, and one in the same plane on it from x = 0.55 on: eight texels across, the first
-    four of them alone."""
-    blender.ops.wm.read_factory_settings(use_empty=True)
-    mesh = blender.data.meshes.new("Two")
-    square = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
-    half = np.maximum(square, [0.55, 0, 0])
-    mesh.from_pydata(np.vstack([square, half]).tolist(), [], [(0, 1, 2, 3), (4, 5, 6, 7)])
-    uv = np.vstack([square[:, :2] / 2, square[:, :2] / 2 + 0.5])
-    mesh.uv_layers.new(name="Radiosity").uv.foreach_set("vector", uv.ravel().astype(np.float32))
-    mask = doubled_texels(blender.data.objects.new("Two", mesh), 16)
-    whole = comparable_texels(triangle_uvs(blender.data.objects["Two"]), 16)
-    assert not mask[:8, :4].any()
-    assert (mask[:8, 4:8] == whole[:8, 4:8]).all() and (mask[8:, 8:] == whole[8:, 8:]).all()
-    assert mask.sum() > 60
-
-
-def test_comparable_texels_of_a_split_square():
-    """Two triangles fill [0, ½]² of a 8² image: of its 16 texels the 4 on the diagonal are shared,
-    12 lie in one triangle."""
-    uv = np.array([[[0, 0], [0.5, 0], [0.5, 0.5]], [[0, 0], [0.5, 0.5], [0, 0.5]]])
-    mask = comparable_texels(uv, 8)
-    assert mask.sum() == 12 and mask[:4, :4].sum() == 12
-    assert not mask[np.arange(4), np.arange(4)].any()
-
-
-def test_texels_beyond_a_border_are_not_compared():
-    """A square from 1.5 to 6.5 texels of 8: of the texels at its border only a half lies in a triangle,
-    of those at its corners a quarter; 4 × 4 are whole, less the 4 on the diagonal."""
-    low, high = 1.5 / 8, 6.5 / 8
-    a, b, c, d = (low, low), (high, low), (high, high), (low, high)
-    mask = comparable_texels(np.array([[a, b, c], [a, c, d]]), 8)
-    assert mask.sum() == 12 and mask[2:6, 2:6].sum() == 12
 
 
 def rung(seconds, error, method="Cycles"):
@@ -366,33 +274,6 @@ def test_shares_of_a_bake(blender):
     assert all(0 < share < 1 for share in found.values())
 
 
-def stability_row(deviation):
-    from benchmarks.stability import measure
-    from verification.stability_cases import Case
-
-    return measure(Case("axis", "tried", "holds", 1.0, lambda: deviation))
-
-
-def test_stability_table_says_where_a_limit_is_not_met():
-    from benchmarks.stability import page
-
-    text = page([stability_row(7.0)], "")
-    assert "| 7 **not met** |" in text and "0 of 1 rows hold" in text
-
-
-def test_a_deviation_that_is_no_number_is_not_met():
-    row = stability_row(np.nan)
-    assert not row.held and "not met" in row.verdict
-
-
-def test_every_axis_is_in_the_page_of_stability():
-    from benchmarks.stability import ALL, PAGE
-
-    page = PAGE.read_text(encoding="utf-8")
-    for case in ALL:
-        assert f"| {case.axis} | {case.tried} |" in page
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("number", range(4))
 def test_real_scenes_in_a_furnace(number, blender):
@@ -403,19 +284,3 @@ def test_real_scenes_in_a_furnace(number, blender):
     if np.isnan(row.deviation):
         pytest.skip(row.verdict)
     assert row.held, row.verdict
-
-
-def test_bias_goes_on_where_it_stopped(tmp_path, capsys):
-    """A scene, few paths: done once, read again the second time; the page tells it."""
-    from benchmarks.bias import main, page, read
-
-    out = tmp_path / "bias.jsonl"
-    arguments = f"--families tiny_lamps --scenes 1 --seeds 1 --points 2 --errors 0.2 --out {out}"
-    arguments = [*arguments.split(), "--paths", "2000", "--no-page"]
-    main(arguments)
-    assert capsys.readouterr().out.startswith("tiny_lamps")
-    main(arguments)
-    assert capsys.readouterr().out == ""
-    (record,) = read(out)
-    assert (record["family"], record["scene"], record["asked"]) == ("tiny_lamps", 0, 0.2)
-    assert "| tiny lamps | 20 % | 1 |" in page([record])

@@ -9,97 +9,19 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from radiosity_addon.bake.texels import coverage, texel_receivers  # noqa: E402
-from radiosity_addon.gltf.glb import read_glb  # noqa: E402
-from tests.one_core import main  # noqa: E402
-
-SIDES = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
-SQUARE = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
-
-
-@pytest.fixture
-def yard(blender, tmp_path):
-    """A saved file: the square ``Floor``, 4 m × 4 m, with the boxes ``Low``, 1 m × 1 m × 1 m, and
-    ``High``, 1 m × 1 m × 2 m, over it, below a lamp. 16, 6 and 10 m², no UV maps."""
-    add(blender, "Floor", np.array(SQUARE) * 2, [(0, 1, 2, 3)], (0, 0, 0))
-    for name, height, x in (("Low", 1, -1), ("High", 2, 1)):
-        points = [(i - 0.5, j - 0.5, height * k) for k in (0, 1) for j in (0, 1) for i in (0, 1)]
-        add(blender, name, points, SIDES, (x, 0, 0.5))
-    lamp = blender.data.lights.new("Bulb", "POINT")
-    lamp.energy, lamp.shadow_soft_size = 500, 0.2
-    link(blender, "Bulb", lamp, (0, -2, 4))
-    return save(blender, tmp_path / "yard.blend")
-
-
-def add(blender, name, points, faces, place=(0, 0, 0)):
-    mesh = blender.data.meshes.new(name)
-    mesh.from_pydata([tuple(map(float, point)) for point in points], [], faces)
-    mesh.materials.append(blender.data.materials.get("Gray") or blender.data.materials.new("Gray"))
-    return link(blender, name, mesh, place)
-
-
-def link(blender, name, data, place):
-    item = blender.data.objects.new(name, data)
-    item.location = place
-    blender.context.scene.collection.objects.link(item)
-    return item
-
-
-def save(blender, path):
-    blender.ops.wm.save_as_mainfile(filepath=str(path))
-    return path
-
-
-def bake(scene, output, *options) -> int:
-    return main([str(scene), "--target", "image", "--quality", "draft", "--output", str(output),
-                 *map(str, options)])  # fmt: skip
-
-
-def pixels_of(blender, name) -> np.ndarray:
-    """(height, width, 4) of an image."""
-    image = blender.data.images[name]
-    values = np.empty(4 * image.size[0] * image.size[1], np.float32)
-    image.pixels.foreach_get(values)
-    return values.reshape(image.size[1], image.size[0], 4)
-
-
-def triangles(item, uv_map="Radiosity"):
-    """UVs (n, 3, 2) and corners in the world (n, 3, 3) of a mesh's triangles."""
-    mesh = item.data
-    mesh.calc_loop_triangles()
-    loops = np.array([tuple(each.loops) for each in mesh.loop_triangles])
-    corner = np.array([tuple(each.vertices) for each in mesh.loop_triangles])
-    uv = np.array([tuple(each.vector) for each in mesh.uv_layers[uv_map].uv], float)
-    points = np.array([tuple(item.matrix_world @ vertex.co) for vertex in mesh.vertices])
-    return uv[loops], points[corner]
-
-
-def texels(item, size, uv_map="Radiosity"):
-    """{(row, column): covered share} of an object's texels in an image of this size."""
-    uv, _ = triangles(item, uv_map)
-    found = texel_receivers(uv, np.arange(len(uv)), size)
-    return dict(zip(map(tuple, found.grid[:, 1:].tolist()), coverage(found, uv, 0, size)))
-
-
-def density(item, size) -> float:
-    """Texels per meter: the root of texels over square meters."""
-    uv, points = triangles(item)
-    (a, b), (u, v) = ((part[:, 1] - part[:, 0], part[:, 2] - part[:, 0]) for part in (uv, points))
-    taken = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / 2 * size[0] * size[1]
-    return float(np.sqrt(taken / (np.linalg.norm(np.cross(u, v), axis=1).sum() / 2)))
-
-
-def gaps(items, size) -> float:
-    """The least distance of a texel of one object to another's, between their middles."""
-    from scipy.spatial import cKDTree
-
-    trees = [cKDTree(np.array(list(texels(item, size)))) for item in items]
-    pairs = [(a, b) for i, a in enumerate(trees) for b in trees[:i]]
-    return min(float(a.query(b.data)[0].min()) for a, b in pairs)
-
-
-def meshes(blender):
-    return [blender.data.objects[name] for name in ("Floor", "Low", "High")]
+from tests.atlas_yard import (  # noqa: E402
+    SQUARE,
+    add,
+    bake,
+    density,
+    gaps,
+    link,
+    meshes,
+    pixels_of,
+    save,
+    texels,
+    triangles,
+)
 
 
 def test_objects_share_one_image_without_overlap(blender, yard, tmp_path):
@@ -248,109 +170,3 @@ def test_a_new_object_does_not_move_the_others(blender, yard, tmp_path, capfd):
     said = capfd.readouterr().err
     assert "'High'" in said and "'Floor'" in said and "together" in said
     assert bake(tmp_path / "a.blend", tmp_path / "b.blend", *again) == 0
-
-
-def test_other_passes_beside_those_baked_are_refused(blender, yard, tmp_path, capfd):
-    again = ("--atlas", "A", "--resolution", 64)
-    assert bake(yard, tmp_path / "a.blend", *again) == 0
-    assert bake(tmp_path / "a.blend", tmp_path / "b.blend", *again, "--objects", "Low",
-                "--passes", "direct") == 1  # fmt: skip
-    assert "passes" in capfd.readouterr().err
-
-
-def test_a_map_that_no_bake_made_is_not_moved(blender, yard, tmp_path, capfd):
-    blender.data.objects["Low"].data.uv_layers.new(name="Radiosity")
-    save(blender, yard)
-    assert bake(yard, tmp_path / "o.blend", "--atlas", "A") == 1
-    assert "--uv-map Radiosity" in capfd.readouterr().err
-
-
-def test_shared_meshes_lie_there_once(blender, yard, tmp_path):
-    twin = link(blender, "Twin", blender.data.objects["Low"].data, (0, 1.5, 0.5))
-    assert twin.data.users == 2
-    save(blender, yard)
-    report = tmp_path / "r.json"
-    assert bake(yard, tmp_path / "o.blend", "--atlas", "A", "--resolution", 64, "--report", report) == 0
-    objects = {each["name"]: each for each in json.loads(report.read_text())["objects"]}
-    assert objects["Low"]["baked"] and not objects["Twin"]["baked"]
-    assert "single-user" in objects["Twin"]["reason"]
-    assert bake(yard, tmp_path / "o.blend", "--atlas", "A", "--resolution", 64, "--single-user") == 0
-    blender.ops.wm.open_mainfile(filepath=str(tmp_path / "o.blend"))
-    assert "Twin" in blender.data.images["Radiosity_A"]["radiosity_object"]
-
-
-def test_each_object_may_have_its_own_resolution(blender, yard, tmp_path):
-    blender.data.objects["Low"]["radiosity_resolution"] = 16
-    blender.data.objects["High"]["radiosity_resolution"] = [32, 64]
-    save(blender, yard)
-    assert bake(yard, tmp_path / "o.blend", "--resolution", 48) == 0
-    blender.ops.wm.open_mainfile(filepath=str(tmp_path / "o.blend"))
-    sizes = {image.name: tuple(image.size) for image in blender.data.images}
-    assert sizes == {
-        "Radiosity_Floor": (48, 48), "Radiosity_Low": (16, 16), "Radiosity_High": (32, 64),
-    }  # fmt: skip
-
-
-def test_a_resolution_that_is_none_is_told(blender, yard, tmp_path, capfd):
-    blender.data.objects["Low"]["radiosity_resolution"] = "large"
-    save(blender, yard)
-    assert bake(yard, tmp_path / "o.blend") == 1
-    assert "radiosity_resolution" in capfd.readouterr().err
-
-
-def test_gltf_has_the_atlas_once(blender, yard, tmp_path):
-    assert bake(yard, tmp_path / "o.blend", "--atlas", "A", "--resolution", 64, "--passes",
-                "direct,indirect", "--export", tmp_path / "o.glb") == 0  # fmt: skip
-    document = read_glb(tmp_path / "o.glb").document
-    assert len(document["images"]) == len(document["textures"]) == 1
-    used = {p["material"] for mesh in document["meshes"] for p in mesh["primitives"]}
-    lightmaps = [document["materials"][index]["extensions"]["MOZ_lightmap"] for index in used]
-    assert {each["index"] for each in lightmaps} == {0}
-    slots = [p["attributes"] for mesh in document["meshes"] for p in mesh["primitives"]]
-    assert len(slots) == 3 and all("TEXCOORD_1" in attributes for attributes in slots)
-
-
-def test_files_of_an_atlas(yard, tmp_path):
-    assert bake(yard, tmp_path / "o.blend", "--atlas", "A", "--resolution", 64, "--image-dir",
-                tmp_path, "--format", "png", "--scale", "auto") == 0  # fmt: skip
-    assert [path.name for path in tmp_path.glob("*.png")] == ["Radiosity_A.png"]
-
-
-@pytest.mark.parametrize("how", ["lightmap", "existing"])
-def test_charts_are_blenders_other_ones(blender, yard, tmp_path, how):
-    """Lightmap Pack: a chart for each side of a box. Existing: the one chart of a box of which all
-    sides but the last have joint UVs, laid out without overlap."""
-    if how == "existing":
-        for item in meshes(blender):
-            layer = item.data.uv_layers.new(name="Paint", do_init=False)
-            side = np.tile([0, 0, 3, 0, 3, 3, 0, 3], len(item.data.polygons)).astype(np.float32)
-            layer.uv.foreach_set("vector", side)
-        save(blender, yard)
-    assert bake(yard, tmp_path / "o.blend", "--atlas", "A", "--resolution", 128, "--unwrap", how) == 0
-    blender.ops.wm.open_mainfile(filepath=str(tmp_path / "o.blend"))
-    every = [texels(item, (128, 128)) for item in meshes(blender)]
-    assert len({key for part in every for key in part}) == sum(map(len, every))
-    assert max(share for part in every for share in part.values()) < 1.01
-    found = [density(item, (128, 128)) for item in meshes(blender)]
-    assert found == pytest.approx([found[0]] * 3, rel=0.02)
-
-
-def test_existing_charts_that_are_none_are_told(yard, tmp_path, capfd):
-    assert bake(yard, tmp_path / "o.blend", "--unwrap", "existing") == 1
-    assert "has no UV map" in capfd.readouterr().err
-
-
-@pytest.mark.parametrize("words", [
-    ["--atlas", "A"],
-    ["--target", "image", "--density", "5"],
-    ["--target", "image", "--atlas-images", "2"],
-    ["--target", "image", "--atlas", "A", "--uv-map", "M", "--density", "5"],
-    ["--target", "image", "--atlas", "A", "--density", "0"],
-    ["--target", "image", "--atlas", " "],
-    ["--target", "image", "--resolution", "64x"],
-    ["--target", "image", "--resolution", "2x64"],
-    ["--target", "image", "--unwrap", "sphere"],
-])  # fmt: skip
-def test_wrong_usage(words, capfd):
-    assert main(["scene.blend", *words]) == 2
-    assert len(capfd.readouterr().err.strip().splitlines()) == 1

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..bake.windows import TexelRect, sheet_of, whole, window
 from ..settings import Target
-from ..solver.scene import Scene, Sky
+from ..solver.scene import Scene
 from .assemble import (
     Assembly,
     Placed,
@@ -26,8 +26,7 @@ from .assemble import (
 from .corner_weights import one_hot, traced
 from .evaluated import ATLAS, evaluate_steps
 from .exported import Exported, ExportedObject
-from .images import working_space_is_rec709
-from .light_links import emission_links, lit_objects, shading_objects
+from .illumination import Illumination, find_illumination
 from .lights import Light, read_lights, with_node_colors
 from .materials import coated_remarks, read_materials, scene_materials
 from .meshes import read_loop_vertices
@@ -41,11 +40,9 @@ from .shading_normals import (
     texel_normal_steps,  # fmt: skip
 )
 from .smooth_groups import smooth_groups
-from .sockets import Reader
 from .targets import NO_FACES, UNTRACED, choose_objects, sort_out, uv_map_name, why_none
 from .traceless import traceless
 from .tracing import Trace, add_copies, changes_faces, face_modifiers, read_trace
-from .world import read_world
 
 EDITED = "was deleted or edited while the scene was read"
 
@@ -75,19 +72,6 @@ class Evaluated:
     warnings: list[str]
 
 
-@dataclass(frozen=True)
-class Illumination:
-    """What lights the scene beside its surfaces, and which objects lamps and emission light, and which
-    shade them: see ``Scene``."""
-
-    lights: list[Light]
-    sky: Sky | None
-    lamp_objects: tuple
-    lamp_blockers: tuple
-    emission_objects: tuple
-    emission_blockers: tuple
-
-
 def steps(scene, view_layer, settings, progress):
     """The steps of ``export_scene``, which return what it returns. The first is the longest: one
     evaluation of the scene, which Blender does in one piece. ``progress`` may raise during it."""
@@ -113,7 +97,7 @@ def steps(scene, view_layer, settings, progress):
             yield 0.7 + 0.1 * fraction
     elif settings.shading_normals:
         warnings += bent_remarks(bent_materials(read.parts[: len(read.receivers)]))
-    illumination = _illumination(_find_scene(name), read.parts, palette, lights, warnings)
+    illumination = find_illumination(_find_scene(name), read.parts, palette, lights, warnings)
     yield 0.8
     objects, skipped = [], list(read.skipped)
     for number, (receiver, placed) in enumerate(zip(read.receivers, geometry.placed)):
@@ -125,15 +109,6 @@ def steps(scene, view_layer, settings, progress):
         yield 0.8 + 0.2 * len(objects) / len(read.receivers)
     warnings += palette.warnings + coated_remarks(palette, settings)
     return _exported(geometry, palette, illumination, objects, skipped, warnings)
-
-
-def _illumination(scene, parts: list[Part], palette, lights: list[Light], warnings) -> Illumination:
-    """The world's light beside ``lights``, and what is linked to all of them."""
-    with traceless():
-        sky, suns = read_world(scene, Reader(working_space_is_rec709()), warnings)
-        lights = [*lights, *(Light(sun) for sun in suns)]
-        shaded = lit_objects(lights, parts), shading_objects(lights, parts)
-        return Illumination(lights, sky, *shaded, *emission_links(parts, palette))
 
 
 def _find_scene(name: str):

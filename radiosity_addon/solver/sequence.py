@@ -13,8 +13,9 @@ import numpy as np
 from .adaptive.error_estimator import ErrorEstimator
 from .adaptive.estimate import Estimate, Surface
 from .adaptive.plan import Plan, make_plan
-from .adaptive.replicate import Replicate, SolveFigures
+from .adaptive.replicate import Replicate
 from .adaptive.requirements import Requirements, SolverSettings, requirements_of
+from .adaptive.round_result import SolveFigures
 from .adaptive.rounds import MAX_ROUNDS, Clock, Rounds
 from .adaptive.second_replicate import (
     LocalReplicate,
@@ -28,7 +29,7 @@ from .direct.beams import split_beams
 from .direct.line_of_sight import LineOfSight
 from .energy import energy_balance
 from .filtering.graph import build_graph
-from .filtering.lattice import build_lattices
+from .filtering.lattice_weights import build_lattices
 from .geometry.footprints import build_footprints
 from .geometry.triangles import rounding_warning
 from .lights.context import Context, build_context

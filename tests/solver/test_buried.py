@@ -8,7 +8,7 @@ import pytest
 from radiosity_addon.bake.faces import receiver_areas
 from radiosity_addon.bake.texels import texel_receivers
 from radiosity_addon.solver.filtering.graph import build_graph
-from radiosity_addon.solver.filtering.lattice import build_lattices
+from radiosity_addon.solver.filtering.lattice_weights import build_lattices
 from radiosity_addon.solver.filtering.walls import find_walls
 from radiosity_addon.solver.geometry.footprints import build_footprints
 from radiosity_addon.solver.lights.context import build_context

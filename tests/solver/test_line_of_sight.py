@@ -5,7 +5,7 @@ import pytest
 
 from radiosity_addon.solver.direct.line_of_sight import LineOfSight
 from radiosity_addon.solver.filtering.graph import build_graph
-from radiosity_addon.solver.filtering.lattice import build_lattices
+from radiosity_addon.solver.filtering.lattice_weights import build_lattices
 from radiosity_addon.solver.geometry.footprints import build_footprints
 from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.progress import silent

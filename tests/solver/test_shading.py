@@ -9,7 +9,7 @@ from radiosity_addon.bake.cell_normals import shading_of
 from radiosity_addon.bake.faces import face_receivers
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.fields import Constant
-from radiosity_addon.solver.filtering.lattice import build_lattices
+from radiosity_addon.solver.filtering.lattice_weights import build_lattices
 from radiosity_addon.solver.geometry.footprints import build_footprints
 from radiosity_addon.solver.geometry.triangles import build_geometry
 from radiosity_addon.solver.receivers import Receivers, Shading, concatenate, slice_receivers

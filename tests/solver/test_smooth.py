@@ -5,7 +5,7 @@ import pytest
 
 from radiosity_addon.solver.adaptive.error_estimator import ErrorEstimator
 from radiosity_addon.solver.adaptive.estimate import Surface
-from radiosity_addon.solver.filtering.lattice import build_lattices
+from radiosity_addon.solver.filtering.lattice_weights import build_lattices
 from radiosity_addon.solver.filtering.smooth import smooth
 
 SIZE = 96  # texels along an edge of a square

@@ -42,6 +42,7 @@ from .correction import (
 )
 from .plan import Plan
 from .requirements import Requirements, SolverSettings, requirements_of
+from .round_result import RoundResult, SolveFigures
 
 # Factors [elements] of the two replicates: edges differ by half, so that few coincide and what the size
 # of elements does to the light shows in the difference of the replicates.
@@ -56,25 +57,6 @@ FEW_ON_ELEMENTS = 0.01  # share [of rows' rays] on elements: with fewer, none is
 MAX_DIVISIONS = 5  # number [rounds] of dividing elements that bring a bias
 MOST_DIVIDED = 30  # factor [elements at the start]: with more, no further one is divided
 SMALL_BIAS = 0.2  # bias [of the error asked for] of all elements: less is left to the correction
-
-
-@dataclass(frozen=True)
-class SolveFigures:
-    """Figures of a replicate's linear system: unknowns, iterations, residual, seconds it took."""
-
-    unknowns: int
-    iterations: int
-    residual: float
-    seconds: float
-
-
-@dataclass(frozen=True)
-class RoundResult:
-    """What a replicate knows after a round: all its light so far."""
-
-    light: Lighting
-    figures: SolveFigures
-    uncorrected: np.ndarray | None  # (count,) float32: squared relative bias that is not corrected
 
 
 @dataclass

@@ -14,8 +14,9 @@ from ..sampling.guide import Guide, Learning
 from ..scene import Scene
 from ..transport.radiosity import Radiosity
 from .plan import Plan
-from .replicate import Replicate, RoundResult, SolveFigures, build_replicate
+from .replicate import Replicate, build_replicate
 from .requirements import SolverSettings
+from .round_result import RoundResult, SolveFigures
 
 Answer_co = TypeVar("Answer_co", covariant=True)
 

@@ -16,7 +16,7 @@ from ..sampling.guide import Guide, joined, make_guide
 from .error_estimator import DIRECT_SHARE, ErrorEstimator
 from .estimate import Estimate
 from .plan import Plan, round_up
-from .replicate import MOST_PATHS, Replicate, RoundResult, SolveFigures
+from .replicate import MOST_PATHS, Replicate
 from .requests import (
     AddLight,
     Answer_co,
@@ -27,6 +27,7 @@ from .requests import (
     SolveFor,
     TakeRadiosity,
 )
+from .round_result import RoundResult, SolveFigures
 from .second_replicate import SecondReplicate
 from .solve_cache import Solve, SolveCache, cached_solve
 
