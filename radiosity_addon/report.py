@@ -12,6 +12,7 @@ from .stages.encode import Encoding
 from .stages.job import Job, Result
 
 STAGES = ("elements", "transport", "solve", "gather")  # timed by the solver
+NAMED = 3  # number [objects] that are named with one reason
 SHOWN = 5  # number [warnings, objects left out] on the terminal
 ENERGY = ("emitted", "absorbed", "escaped")  # [W]
 
@@ -57,13 +58,13 @@ def summarize(report: dict, output: str) -> str:
     """Five lines for people: what, how much work, how right, how long, what to look at; objects
     that were left out, and several warnings, have lines of their own."""
     baked = sum(entry["baked"] for entry in report["objects"])
-    left_out = [(each["name"], each["reason"]) for each in report["objects"] if not each["baked"]]
+    left_out = [each for each in report["objects"] if not each["baked"]]
     energy, seconds, warnings = report["energy"], report["seconds"], report["warnings"]
     return "\n".join(
         [
             f"Baked {_count(baked, 'object')} into {output}"
             + (f", {_count(len(left_out), 'object')} left out:" if left_out else ""),
-            *_shown([f"{name!r}: {reason}" for name, reason in left_out]),
+            *_shown(_by_reason(left_out)),
             f"Work: {_count(report['triangles'], 'triangle')}, "
             f"{_count(report['elements'], 'element')}, "
             f"{_count(report['receivers'], 'receiver')}, {_count(report['rays'], 'ray')}",
@@ -120,6 +121,18 @@ def _warnings(warnings: list[str]) -> str:
     if len(warnings) == 1:
         return warnings[0]
     return "\n".join([str(len(warnings)), *_shown(warnings)])
+
+
+def _by_reason(objects: list[dict]) -> list[str]:
+    """A line for each reason, with the names of the first objects that it holds for."""
+    names: dict[str, list[str]] = {}
+    for each in objects:
+        names.setdefault(each["reason"], []).append(repr(each["name"]))
+    return [
+        ", ".join(found[:NAMED])
+        + (f" and {len(found) - NAMED} more" if len(found) > NAMED else "") + f": {reason}"
+        for reason, found in names.items()
+    ]  # fmt: skip
 
 
 def _shown(texts: list[str]) -> list[str]:

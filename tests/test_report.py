@@ -79,6 +79,10 @@ def test_summary_is_five_lines_and_one_for_each_warning_and_object_left_out(repo
     assert "2.1 % estimated, 3 % asked; 95 % of the surface within 4.3 %" in lines[2]
     assert "1.25 s" in lines[3] and "512 MB" in lines[3]
     assert lines[4:] == ["Warnings: 3", "  first", "  second", "  third"]
+    report["objects"] += [{"name": f"Box {n}", "baked": False, "reason": "why"} for n in range(5)]
+    lines = summarize(report, "room_baked.blend").splitlines()
+    assert lines[0].endswith("6 objects left out:")
+    assert lines[1:3] == ["  'Lamp': is not a mesh", "  'Box 0', 'Box 1', 'Box 2' and 2 more: why"]
     report["warnings"], report["objects"] = [f"number {n}" for n in range(9)], []
     lines = summarize(report, "room_baked.blend").splitlines()[4:]
     assert lines[0] == "Warnings: 9" and lines[5:] == ["  number 4", "  and 4 more (--report has all)"]

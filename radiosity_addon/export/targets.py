@@ -15,7 +15,10 @@ LINKED_UV = (
     "its mesh is linked from a library and has no UV map {name!r}; make it local "
     "(Object > Relations > Make Local > All)"
 )
-SHARED = "shares its mesh with {first!r}, whose colors it shows; make its mesh single-user"
+SHARED = (
+    "shares its mesh with {first!r}, whose colors it shows; make its mesh single-user "
+    "(--single-user)"
+)
 SHARED_UV = (
     "shares its mesh, and so its UVs, with {first!r}, whose part of the atlas it shows; make its mesh "
     "single-user (--single-user)"

@@ -217,7 +217,7 @@ def _warn_of_sharing(view_layer, targets, settings: Settings) -> list[str]:
                 else f"all show the colors of {first!r}"
             )
             warnings.append(f"mesh {mesh!r} is shared by {_quoted(users[mesh])}: {shown}; make "
-                            "it single-user to give each its own")
+                            "it single-user (--single-user) to give each its own")
     return warnings
 
 

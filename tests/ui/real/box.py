@@ -6,7 +6,6 @@ Every function takes a ``window.Window``.
 from __future__ import annotations
 
 import os
-import shutil
 from pathlib import Path
 
 BAKE, CANCEL = (900, 133), (1007, 133)  # the buttons in a sidebar at the right of the 3D View
@@ -43,11 +42,11 @@ bpy.ops.ed.undo_push(message="Box")
 
 
 def keep(window, name: str, tmp_path: Path) -> None:
-    """A screenshot, also in the folder that keeps them."""
+    """A screenshot, also in the folder that keeps them, as large as the user guide shows them."""
     picture = window.picture(tmp_path / f"{name}.png")
     assert picture.stat().st_size > 20_000  # an empty screen takes less
     if "RADIOSITY_PICTURES" in os.environ:
-        shutil.copy(picture, os.environ["RADIOSITY_PICTURES"])
+        window.shrink(picture, Path(os.environ["RADIOSITY_PICTURES"]) / picture.name)
 
 
 def progress(window):

@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 import time
 
+import numpy as np
+
 box = sys.modules["box"]  # by conftest.py
 AREA, BAKE = box.AREA, box.BAKE
 ATLAS = (793, 469)  # the triangle before the part of the panel that asks for an atlas
@@ -19,6 +21,11 @@ def draw(self, context):
 panel.draw = draw
 bpy.app.driver_namespace["opened"] = opened
 """
+
+
+def middle(window) -> np.ndarray:
+    """Codes of the part of the screen that shows the box."""
+    return window.pixels()[300:560, 310:590].astype(int)
 
 
 def test_three_objects_share_an_image(room, tmp_path):
@@ -42,6 +49,8 @@ region.tag_redraw()
     assert images == ["Radiosity_Room"]
     owners = room.ask(f"answer = bpy.data.images['Radiosity_Room'][{OWNER!r}]").splitlines()
     assert sorted(owners) == ["Cornell", "Sphere", "Sphere.005"]
+    before = middle(room)
     room.ask(box.press("bpy.ops.radiosity.show()"))
-    time.sleep(3)
+    room.until(lambda: np.abs(middle(room) - before).mean() > 5, "the result is not shown")
+    time.sleep(1)
     box.keep(room, "atlas", tmp_path)

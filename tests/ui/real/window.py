@@ -153,6 +153,12 @@ class Window:
         self._tool("import", "-window", "root", str(path))
         return path
 
+    def shrink(self, picture: Path, path: Path) -> None:
+        """Save a picture with fewer pixels and colors."""
+        small = self._folder / "small.png"  # in a folder that a container sees
+        self._tool("convert", str(picture), "-resize", "900x", "-colors", "256", f"PNG8:{small}")
+        shutil.copy(small, path)
+
     def pixels(self) -> np.ndarray:
         """(height, width, 3) uint8 of the screen, the lowest row first."""
         path = self._folder / "screen.rgb"
