@@ -43,7 +43,7 @@ def beam_warning(owner: str, error: float) -> list[str]:
     """One sentence where the light of lamp ``owner`` varies more than its picture shows."""
     return [
         f"{owner}: its light by direction varies more than the bake follows; what its narrow beams "
-        f"light may be off by {percent(error)}, beside the error that is told"
+        f"light may be off by {percent(error)}, in addition to the estimated error"
     ] * (error > TOLERANCE)
 
 
