@@ -25,11 +25,13 @@ class Rung:
     error: Measured
 
 
-def cycles_ladder(obj, size, references: References, comparable, passes, samples) -> list[Rung]:
+def cycles_ladder(
+    obj, size, references: References, comparable, passes, samples, uv_map="Radiosity"
+) -> list[Rung]:
     """Cycles plain, and after Open Image Denoise where that is installed, at each sample count."""
     rungs = []
     for count in samples:
-        pixels, mask, seconds = cycles_bake(obj, size, count, SEED, passes)
+        pixels, mask, seconds = cycles_bake(obj, size, count, SEED, passes, uv_map)
         rungs.append(judged("Cycles", f"{count} samples", seconds, pixels, references, comparable))
         denoised = denoise(pixels, mask)
         if denoised is not None:
