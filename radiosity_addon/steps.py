@@ -10,7 +10,7 @@ from typing import Callable, Generator
 
 
 def finish(steps: Generator, progress: Callable[[float], None] = lambda fraction: None):
-    """Take all steps and return the result. ``progress`` is told each fraction; it may raise."""
+    """Take all steps and return the result. ``progress`` is called with each fraction; it may raise."""
     while True:
         try:
             fraction = next(steps)

@@ -133,7 +133,7 @@ def _warn_glossy(palette: Palette) -> None:
 
 def coated_remarks(palette: Palette, settings: Settings) -> list[str]:
     """A warning where materials' coatings mirror a larger share of the light than the error asked
-    for: it lights other things in Cycles, and what it lacks is no part of the told error."""
+    for: it lights other things in Cycles, and what it lacks is not in the estimated error."""
     coated = {
         name: front.glossy
         for name, front, _ in palette.surfaces

@@ -70,7 +70,7 @@ class TiledSolve:
         return solution_of(self._context, estimator, estimate, Statistics())
 
     def skip(self) -> None:
-        """The time since the last light is none of the solver's."""
+        """Do not count the time since the last light as the solver's."""
         self._open.rounds.clock.skip()
 
     def _deadline(self, share: float) -> float | None:

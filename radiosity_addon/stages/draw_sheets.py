@@ -20,14 +20,14 @@ def draw_sheets(
 ) -> tuple[list[np.ndarray], list[str]]:
     """(height, width, 4) float32 of every sheet: the texels' ``light``, and the margin around them,
     fitted to what is shown; and warnings."""
-    sheets, told = sheets_of(job), []
-    drawn = [_draw(job, sheet, layout, light, told) for sheet in sheets]
+    sheets, warnings = sheets_of(job), []
+    drawn = [_draw(job, sheet, layout, light, warnings) for sheet in sheets]
     if job.settings.margin and layout.receivers.count:
-        told += fit_sheets(job, sheets, layout, drawn, solution, context)
-    return [each.image for each in drawn], told
+        warnings += fit_sheets(job, sheets, layout, drawn, solution, context)
+    return [each.image for each in drawn], warnings
 
 
-def _draw(job: Job, sheet: Sheet, layout: Layout, light: np.ndarray, told: list[str]) -> Drawn:
+def _draw(job: Job, sheet: Sheet, layout: Layout, light: np.ndarray, warnings: list[str]) -> Drawn:
     """The texels' ``light`` and the margin around them.
 
     Texels that are buried are filled like those of the margin, but belong to a face; deeper ones
@@ -41,7 +41,7 @@ def _draw(job: Job, sheet: Sheet, layout: Layout, light: np.ndarray, told: list[
     for texels, mine in zip(flat, values):
         covered[texels] = True
         pixels[texels] = mine
-    told += _mix_shared(job, sheet, layout, flat, values, pixels)
+    warnings += _mix_shared(job, sheet, layout, flat, values, pixels)
     for index in sheet.targets:
         buried[buried_texels(layout, index, rect_of(job, index))] = True
     keep_others(sheet, pixels, covered, buried)

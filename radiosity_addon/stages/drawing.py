@@ -19,7 +19,7 @@ PIXEL = 16  # size [bytes] of a pixel: four float32
 
 
 class Drawing:
-    """The images that parts are drawn into, and those that are done. ``told`` are warnings,
+    """The images that parts are drawn into, and those that are done. ``warnings`` are what to warn of,
     ``seconds`` what it took, ``texels`` those with light."""
 
     def __init__(self, job: Job, tiles: list[list[Window]]):
@@ -31,7 +31,7 @@ class Drawing:
         self._spool = Spool(PIXEL * total, IN_MEMORY)
         self._open: dict[int, Canvas] = {}
         self._done: dict[int, np.ndarray] = {}
-        self.told: list[str] = []
+        self.warnings: list[str] = []
         self.seconds, self.texels = 0.0, 0
 
     def add(
@@ -50,9 +50,9 @@ class Drawing:
             if not self._left[sheet]:
                 self._open.pop(sheet)
                 self.texels += canvas.texels
-                image, told = canvas.finish(self._job)
+                image, warnings = canvas.finish(self._job)
                 self._done[sheet] = self._spool.keep(image)
-                self.told += told
+                self.warnings += warnings
         self.seconds += time.perf_counter() - began
 
     def images(self) -> tuple[np.ndarray, ...]:

@@ -182,9 +182,9 @@ def _warn_of_unfit(job: Job, charts: _Charts, parts: TexelParts, island: np.ndar
     surface = parts.area * scale[charts.triangle]
     crowded = crowded_shares(charts.sheets, parts, texel, island)
     columns = texel, island, parts.area, surface, crowded
-    told = []
+    warnings = []
     for index, target in enumerate(job.targets):
         own = charts.target == index
         shares = unfit_shares(*(column[own] for column in columns))
-        told.append(unfit_warning(target.name, *shares))
-    return [text for text in told if text]
+        warnings.append(unfit_warning(target.name, *shares))
+    return [text for text in warnings if text]

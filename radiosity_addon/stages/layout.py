@@ -48,8 +48,8 @@ def lay_out(job: Job, progress: Progress) -> Layout:
     where none has a texel."""
     layout = lay_out_part(job, progress)
     if not layout.receivers.count and job.settings.target == Target.IMAGE:
-        told = layout.warnings or [f"{job.targets[0].name!r}: {NO_TEXEL}"]
-        raise ValueError("there is no texel to bake: " + told[-1])
+        warnings = layout.warnings or [f"{job.targets[0].name!r}: {NO_TEXEL}"]
+        raise ValueError("there is no texel to bake: " + warnings[-1])
     return layout
 
 
@@ -104,9 +104,9 @@ def _texels(job: Job):
         part = texel_receivers(target.uv, _numbers(target), size, index)
         shared = overlapping_texels(part, target.uv, target.start, size)
         missed = missed_shares(part, target.uv, target.start, areas[target.start : target.stop])
-        told = [_overlap(target, shared)] if shared else []
-        told += filter(None, [missed_warning(target.name, *missed, target.modifiers)])
-        return part, told
+        warnings = [_overlap(target, shared)] if shared else []
+        warnings += filter(None, [missed_warning(target.name, *missed, target.modifiers)])
+        return part, warnings
 
     return make
 

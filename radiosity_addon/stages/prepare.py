@@ -166,9 +166,9 @@ def _what_fits(texels: list[int], resolution: int) -> str:
     edge = memory.fitting_edge(resolution, free, total, largest, 0)
     share = memory.fitting_share(free, lambda s: memory.of_images(s * total, largest, 0))
     number = int(share * len(texels))
-    told = [f"lower --resolution to {edge}"] if edge else []
-    told += [f"name {number} of the --objects at a time"] if number else []
-    return " or ".join(told) or "lower --resolution and name fewer --objects, or free some memory"
+    remedies = [f"lower --resolution to {edge}"] if edge else []
+    remedies += [f"name {number} of the --objects at a time"] if number else []
+    return " or ".join(remedies) or "lower --resolution and name fewer --objects, or free some memory"
 
 
 def _check_triangles(exported: Exported, settings: Settings) -> None:

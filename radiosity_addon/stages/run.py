@@ -51,16 +51,16 @@ def run(
     progress("Write", 0.0)
     light = compose(solution, job.settings.passes)
     if fits is None:
-        colors, told = draw_sheets(job, layout, light, solution, context)
+        colors, warnings = draw_sheets(job, layout, light, solution, context)
     else:
-        colors, told = _mesh_colors(fits, light, progress), []
+        colors, warnings = _mesh_colors(fits, light, progress), []
     progress("Write", 1.0)
     figures = solution.statistics
     return Result(
         colors=tuple(colors),
         statistics=_charged(figures, "elements", laid_out),
         warnings=(
-            *layout.warnings, *told,
+            *layout.warnings, *warnings,
             *([] if has_light(solution) else warn_of_darkness(job.settings.passes)),
             *figures.warnings,
         ),

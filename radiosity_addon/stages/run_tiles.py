@@ -73,7 +73,7 @@ def run_tiles(
     return Result(
         colors=drawing.images(),
         statistics=figures,
-        warnings=(*survey.warnings, *drawing.told, *dark, *figures.warnings),
+        warnings=(*survey.warnings, *drawing.warnings, *dark, *figures.warnings),
         seconds={"fit": drawing.seconds},
         receivers=drawing.texels,
         bare=survey.bare,

@@ -163,8 +163,8 @@ class ErrorEstimator:
         return np.where(best > LEAST_MORE * number, best - number, 0.0)
 
     def _neighbors(self, *light: np.ndarray) -> Sequence[Neighborhood]:
-        """Who is whose neighbor, given all light (count, c) so far: what is dark, as a sealed room
-        beside the sun, stays so behind a wall."""
+        """The neighborhoods, given all light (count, c) so far: receivers without any, as in a sealed room
+        beside the sun, are no neighbors of lit ones behind a wall."""
         dark = np.ones(len(light[0]), bool)
         for part, channel in product(light, range(light[0].shape[1])):
             dark &= part[:, channel] == 0

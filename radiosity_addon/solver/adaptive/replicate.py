@@ -226,8 +226,8 @@ class Replicate:
         return self.now()
 
     def _use_gathered(self) -> None:
-        """Rays read from now on what has been gathered at the receivers that they end on, beside what
-        rows have brought: more rays, one reflection later."""
+        """Let rays read, where they end on receivers, the mean of what the rows' rays brought and of what
+        has been gathered there: more rays, one reflection later."""
         own = self.radiosity.patches.receivers
         if own is None or not self.requirements.everything or not own.are_of(self.footprints):
             return

@@ -61,7 +61,7 @@ class Clock:
         self._last = now
 
     def skip(self) -> None:
-        """Book the time since the last lap on nothing: somebody else counts it."""
+        """Drop the time since the last lap, which is counted elsewhere."""
         self._last = time.perf_counter()
 
     def move(self, stage: str, other: str, seconds: float) -> None:
@@ -146,8 +146,8 @@ class Rounds:
         return request.answer(self.first), self.second.answers()[-1]
 
     def _solve(self, plan: Plan) -> Plan:
-        """Two independent solves, of which the second may still be under way. The plan they were
-        made for is finer than ``plan`` where such solves were kept."""
+        """Start two independent solves, the second of which may still be under way, or take cached ones.
+        Returns the plan they were made for: of cached ones it may be finer than ``plan``."""
         keeps = self.cache is not None and self.first.requirements.reflected
         context, error = self.first.split.reflected, self.first.error
         found = cached_solve(self.cache, plan, context, error) if keeps else None
@@ -168,8 +168,8 @@ class Rounds:
         return plan
 
     def _followed_more_paths(self, estimate: Estimate, plan: Plan) -> bool:
-        """Whether both replicates have followed more paths along the residual, as they know of a
-        bias that is too large and not corrected."""
+        """Have both replicates follow more paths along the residual, where the bias that they know of and
+        cannot correct is too large; whether they did."""
         if not self.first.requirements.reflected or self.first.paths >= MOST_PATHS:
             return False
         known = np.sqrt(max(estimate.error**2 - estimate.sampled**2, 0.0))

@@ -31,7 +31,7 @@ class SecondReplicate(Protocol):
 
     def answers(self) -> list[Any]:
         """What came of all that was asked for since the last answers, in that order. Raises what
-        one of them raised, ReplicateLost if there is nobody to answer."""
+        one of them raised, ReplicateLost if its process has ended."""
 
 
 class RemoteReplicate(SecondReplicate, Protocol):

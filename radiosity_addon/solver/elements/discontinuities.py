@@ -117,8 +117,8 @@ def _crossed(crossings: Crossings, elements: Elements, line: np.ndarray, cell: n
 
 
 def _split_hidden(context: Context, elements: Elements, most: float) -> Elements:
-    """Small faces stay in an element with one that they see; the others form new elements, of
-    which there are at most ``most`` then."""
+    """Keep small faces in an element with one that they see; the others form new elements, until there
+    are ``most``."""
     cell = np.flatnonzero(elements.shared())
     pieces = elements.pieces()
     if len(cell) > MOST_TESTED:
@@ -144,8 +144,8 @@ def _split_hidden(context: Context, elements: Elements, most: float) -> Elements
 
 
 def _inside(elements: Elements, cell: np.ndarray) -> np.ndarray:
-    """(k, 2) barycentric places in the pieces of cut cells (k,), and (k,) bool whether they are:
-    one may be too small for its place to be found."""
+    """(k, 2) barycentric points in the pieces of cut cells (k,), and (k,) bool where one was found: a
+    piece may be too small."""
     probes = grid_cells(PROBES).mean(axis=1)
     corners = elements.corners[cell]
     uv = np.einsum("pi,kic->kpc", _weights(probes), corners)
@@ -178,8 +178,8 @@ def _sees(
 
 
 def _refine_obstructed(context: Context, elements: Elements, target: int, tolerance: float) -> Elements:
-    """Elements of one cell that something stands on, divided; seen from just above the surface,
-    the lines from such a cell's middle to its corners and between those are blocked."""
+    """Divide elements of one cell on which something stands: just above the surface, segments between
+    the cell's middle and its corners are blocked."""
     levels = int(np.clip(np.ceil(np.log2(0.2 / tolerance)), 1, 6))
     whole = (elements.element >= 0) & (elements.grid[elements.triangle] > 1)
     fresh = np.flatnonzero(whole & ~elements.pieces())

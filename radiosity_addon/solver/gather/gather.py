@@ -45,7 +45,7 @@ class Gathered:
 @dataclass(frozen=True)
 class Bundle:
     """Rays to be shot: ``rays`` from each of ``owners`` (count,) int, from the Points that
-    ``sample_points(chosen, group)`` gives of some of them. ``guide`` aims them; None: nobody."""
+    ``sample_points(chosen, group)`` gives of some of them. ``guide`` aims them; None: the cosine law does."""
 
     owners: np.ndarray  # the receivers' numbers
     rays: int
@@ -65,7 +65,7 @@ class _Shot:
     directions: np.ndarray  # (rays, R, 3) float32
     share: np.ndarray | None  # (rays · R, 1) that counts, as owners are shaded; None: all
     weight: np.ndarray | None  # (rays · R, 1) the same times what guided rays weigh; None: 1
-    bins: np.ndarray | None  # (rays, R) of the guide's; None: nobody aimed
+    bins: np.ndarray | None  # (rays, R) of the guide's; None: no guide
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class _Brought:
 def gather(
     context: Context, radiosity: Radiosity, bundle: Bundle, stage: str, learns: bool = False
 ) -> Gathered:
-    """Light that a ``bundle`` of rays brings; where somebody ``learns``, lessons are given."""
+    """Light that a ``bundle`` of rays brings, with lessons for a guide where ``learns``."""
     count = len(bundle.owners)
     totals, unknown, lessons = np.zeros((2, count, context.channels)), [], []
     emitted = first_hand_table(context, radiosity)
@@ -124,7 +124,7 @@ def _brought_by(
     context: Context, radiosity: Radiosity, emitted: np.ndarray | None, shot: _Shot, learns: bool
 ) -> _Brought:
     """What rays bring. ``emitted``: see ``first_hand_table``. The light of each is kept where
-    somebody ``learns``."""
+    ``learns``."""
     patches, (rays, count) = radiosity.patches, shot.directions.shape[:2]
     bounced, first, brought, ends = 0.0, 0.0, None, []
     for part in shot.met:
@@ -220,8 +220,8 @@ def first_hand(
     context: Context, radiosity: Radiosity, emitted: np.ndarray | None, entries: np.ndarray,
     met: Met, directions: np.ndarray,
 ):
-    """(k, channels) float32 light from the sky, and emission met; None where there is neither. What
-    a near ray meets of a picture is its value there, of a far one the mean over the cell."""
+    """(k, channels) float32 light from the sky, and emission met; None where there is neither. A
+    near ray takes a picture's value where it ends, a far one the mean over the cell."""
     light = None if emitted is None else np.take(emitted, entries, axis=0)
     if radiosity.varied is not None:
         near = np.take(radiosity.varied, entries) > NEAR * met.hits.distance

@@ -115,7 +115,7 @@ def add_gathered(
 ) -> tuple[Radiosity, list[Lesson]]:
     """Add gathered rays: ``parts`` are [(owners (k,) int, rays of each)]. A ray that a guide aimed
     counts as many as it is worth. Returns the radiosity, with that of all that the rays met, and
-    lessons where somebody ``learns``. What beams' spots bring is added point by point."""
+    lessons where ``learns``. What beams' spots bring is added point by point."""
     key, lessons = (split.reflected.seed, Stream.GATHER, *key), []
     for number, batch in enumerate(batches_of(parts)):
         unknown = []

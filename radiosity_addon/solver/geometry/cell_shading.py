@@ -26,7 +26,7 @@ class CellShading:
 
 
 def build_cell_shading(geometry: Geometry, receivers: Receivers) -> CellShading | None:
-    """Unit normals, and the triangle's where none is told or it faces away."""
+    """Unit normals, and the triangle's where none is given or it faces away."""
     given = receivers.shading
     if given is None:
         return None

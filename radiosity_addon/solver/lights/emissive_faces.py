@@ -174,10 +174,11 @@ def _pairs(cells: EmissiveParts, corners: np.ndarray, owner: np.ndarray) -> tupl
 
 
 def _with_open_sides(tracer: Tracer, lights: Polygons, explicit: np.ndarray) -> Polygons:
-    """The lights with ``front`` and ``back`` lowered where their light only meets other lights.
+    """The lights, with ``front`` and ``back`` lowered for sides whose light meets only other lights, such as
+    the inside of a glowing tube.
 
-    The inside of a glowing tube lights nothing. That is guessed from rays, for the choice of
-    lights only: the best chance of one that is seen with probability V is in proportion to √V.
+    Rays estimate that, and only the sampling of lights depends on it: the best probability of a light
+    that is seen with probability V is in proportion to √V.
     """
     count = len(lights.color)
     rays = int(min(PROBES // max(2 * count, 1), MOST_PROBES))

@@ -41,8 +41,8 @@ def clusters_of(position: np.ndarray, normal: np.ndarray, area: np.ndarray) -> n
 
 @dataclass(frozen=True)
 class PlainRays:
-    """Rays that nobody aimed, and what they brought. Their bins are looked up only if somebody
-    learns from them: most bakes end before that."""
+    """Rays that no guide aimed, and the light they brought. Their bins are computed when a guide is learned
+    from them, which most bakes do not come to."""
 
     xi: np.ndarray  # (rays, 2) places in the unit square
     shift: np.ndarray  # (R,) what an owner's azimuths are shifted by, in revolutions

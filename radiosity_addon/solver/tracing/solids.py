@@ -69,7 +69,7 @@ def find_solids(scene: Scene, geometry: Geometry, opaque: np.ndarray, threads: i
 
 @dataclass(frozen=True)
 class _Lights:
-    """Where lamps are (k, 3), suns nowhere, and which triangles glow (n_triangles,) bool."""
+    """Positions (k, 3) of lamps, but for suns, and (n_triangles,) bool: triangles that glow."""
 
     lamps: np.ndarray
     glowing: np.ndarray

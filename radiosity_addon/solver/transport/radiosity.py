@@ -39,17 +39,17 @@ class Radiosity:
         return sum(int((each >= self.patches.cells).sum()) for each in hits) / max(met, 1)
 
     def with_gathered(
-        self, solved: np.ndarray, receiver: np.ndarray, light: np.ndarray, rays: np.ndarray
+        self, row_radiosity: np.ndarray, receiver: np.ndarray, light: np.ndarray, rays: np.ndarray
     ) -> Radiosity:
-        """What the patches of ``receiver`` (k,) int reflect is the mean of what their rows' rays
-        brought, ``solved`` (n_patches, channels), and of ``light`` (k, channels), which ``rays``
-        (k,) rays brought; of receivers that are one patch."""
+        """With other radiosities of the patches of ``receiver`` (k,) int, where these are one patch each:
+        the mean, by numbers of rays, of what the rays of their rows brought, ``row_radiosity``
+        (n_patches, channels), and of ``light`` (k, channels), which ``rays`` (k,) rays brought."""
         patch = self.patches.receivers.patch[receiver]
         some = np.flatnonzero(patch >= 0)
         own = self.transport.samples.patch_rays
         share = (rays[some] / (rays[some] + own)).astype(np.float32)[:, None]
         reflected = self.reflected.copy()
-        before = solved[patch[some]]
+        before = row_radiosity[patch[some]]
         reflected[patch[some]] = before + share * (light[some].astype(np.float32) - before)
         return replace(self, reflected=reflected)
 

@@ -99,9 +99,9 @@ def _own_directions(points: Points, u: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 
 def find_lost(entries: np.ndarray, patches: Patches, count: int) -> None:
-    """What lies on a cut of its element, where none of its parts is sure, counts as what the
-    owner's next ray met: ``entries`` (rays · count,) of all rays, changed in place. A ray that went on
-    from there might start on the other side of a wall."""
+    """Give rays that end on a cut of an element, on none of its parts for certain, the entry of the owner's
+    next ray: ``entries`` (rays · count,) of all rays, changed in place. A ray that went on from there
+    might start on the other side of a wall."""
     if patches.elements.has_cuts:
         lost = np.flatnonzero(entries == patches.nowhere)
         entries[lost] = entries[(lost + count) % len(entries)]

@@ -28,7 +28,7 @@ class Work(Protocol[Chunk_contra, Result_co]):
 
 
 class Tick(Protocol):
-    """Told the fraction of the chunks that are done, in [0, 1]; may raise to stop."""
+    """Called with the fraction of the chunks that are done, in [0, 1]; may raise to stop."""
 
     def __call__(self, fraction: float, /) -> None: ...
 
