@@ -3,6 +3,8 @@
 import bpy
 
 from . import session, view
+from .choice import why_not
+from .lines import draw_note
 from .preflight_panel import draw_preflight
 from .presets import RADIOSITY_PT_presets
 from .progress_bar import CATEGORY, draw_progress
@@ -34,9 +36,7 @@ class RADIOSITY_PT_bake(RadiosityPanel, bpy.types.Panel):
         properties = context.scene.radiosity
         bake = session.current()
         if bake is None:
-            row = layout.row()
-            row.scale_y = 1.5
-            row.operator("radiosity.bake", text="Bake", icon="RENDER_STILL")
+            draw_button(layout, context)
             draw_preflight(self.layout, context)
         else:
             draw_progress(layout.column(), bake)
@@ -46,6 +46,16 @@ class RADIOSITY_PT_bake(RadiosityPanel, bpy.types.Panel):
         column.prop(properties, "quality")
         if properties.quality == CUSTOM:
             column.prop(properties, "error_percent")
+
+
+def draw_button(layout, context) -> None:
+    """The button, and below it why it is gray while it is."""
+    row = layout.row()
+    row.scale_y = 1.5
+    row.operator("radiosity.bake", text="Bake", icon="RENDER_STILL")
+    reason = why_not(context)
+    if reason:
+        draw_note(layout.column(align=True), reason, "INFO")
 
 
 class RADIOSITY_PT_target(RadiosityPanel, bpy.types.Panel):

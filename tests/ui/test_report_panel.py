@@ -216,6 +216,23 @@ class Drawn:
         self.texts.append(text)
 
 
+def test_a_gray_button_says_why_below_it(file):
+    from radiosity_addon.ui.panels import draw_button
+
+    class Button(Drawn):
+        def operator(self, *_, text, **__):
+            self.texts.append(text)
+
+    ready, editing = Button(), Button()
+    draw_button(ready, file.context)
+    assert ready.texts == ["Bake"]
+    file.context.view_layer.objects.active = file.data.objects["Box"]
+    file.ops.object.mode_set(mode="EDIT")
+    draw_button(editing, file.context)
+    file.ops.object.mode_set(mode="OBJECT")
+    assert " ".join(editing.texts) == "Bake Leave the current mode for Object Mode first"
+
+
 def test_the_error_of_most_of_the_surface_is_shown(blender):
     """Where it is known: a report that an earlier version left in the file has none."""
     from radiosity_addon.ui.report_panel import draw_error
