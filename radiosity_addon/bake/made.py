@@ -10,6 +10,7 @@ import json
 
 MADE = "radiosity_made"  # custom property on meshes
 PASSES = "radiosity_passes"  # custom property on images: the passes they hold, comma between
+SCALE = "{}_scale"  # custom property of meshes and images: by what encoded colors were divided
 OWNER = "radiosity_object"  # custom property on images: whom they were baked for, one a line
 ATLAS = "radiosity_atlas"  # custom property on images that objects share: the atlas' full name
 COLOR, UV_MAP, SLOT = "color", "uv", "slot"  # kinds of entries

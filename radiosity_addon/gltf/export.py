@@ -10,9 +10,10 @@ import numpy as np
 from ..bake.attribute import FALLBACK
 from ..bake.encodings import coding_error, decode, encode, scale_of
 from ..bake.image import find_baked
+from ..bake.made import SCALE
 from ..bake.png import png_bytes
 from ..bake.uv_maps import find_uv_map
-from ..figures import percent
+from ..figures import figure, percent
 from ..settings import Target
 from .blender_export import carried, export_glb
 from .dress import Dress, Lightmap, dress
@@ -51,6 +52,7 @@ def export_bake(baked: Baked, path: str | Path) -> tuple[str, ...]:
     dressed = dress(glb, Dress(baked.colored, lightmaps))
     if baked.target == Target.VERTEX:
         _to_rec709(glb)
+        warnings += _told_scales(baked)
     bare = [name for name in baked.objects if name not in dressed]
     if bare:
         warnings.append(
@@ -77,6 +79,19 @@ def _carried(baked: Baked) -> dict[str, str]:
         if found is not None:
             names |= carried(baked.target, found)
     return names
+
+
+def _told_scales(baked: Baked) -> list[str]:
+    """A warning where the colors are divided by a scale, which COLOR_0 has no place for."""
+    import bpy
+
+    key = SCALE.format(baked.name)
+    items = filter(None, map(bpy.data.objects.get, baked.objects))
+    scales = sorted({item.data[key] for item in items if item.data.get(key, 1.0) != 1.0})
+    return [
+        f"the exported colors are the light divided by {', '.join(map(figure, scales))} (the scale of "
+        "byte colors): multiply by that in the engine, or bake floats"
+    ] * bool(scales)
 
 
 def _lightmaps(baked: Baked, warnings: list[str]) -> dict[str, Lightmap]:

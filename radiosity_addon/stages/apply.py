@@ -11,7 +11,7 @@ from .. import memory
 from ..bake.attribute import find_colors, write_colors
 from ..bake.encodings import decode, encode
 from ..bake.image import MARK, file_names, find_baked, save_encoded, save_image, write_image
-from ..bake.made import ATLAS, OWNER, PASSES, note
+from ..bake.made import ATLAS, OWNER, PASSES, SCALE, note
 from ..bake.windows import owners
 from ..files import Publication
 from ..settings import Settings, Target
@@ -93,7 +93,7 @@ def _keep_scale(job: Job, item, encoding: Encoding) -> None:
     owner = item.data
     if job.settings.target == Target.IMAGE:
         owner = find_baked(job.settings.name, job.settings.atlas, item.name)
-    _keep_scale_on(owner, f"{job.settings.name}_scale", encoding)
+    _keep_scale_on(owner, SCALE.format(job.settings.name), encoding)
 
 
 def _keep_scale_on(owner, key: str, encoding: Encoding) -> None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .results import attribute_of, has_result, image_of, uv_map_of
+from .results import attribute_of, has_result, image_of, scale_of, uv_map_of
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ def pieces_of(view_layer, depsgraph, properties, earlier: dict, changed: set | N
         source, piece = source_of(item, properties), earlier.get(item.session_uid)
         again = changed is None or {item.session_uid, item.data.session_uid} & changed
         if again or piece is None or (piece.name, piece.source) != (item.name, source):
-            piece = _read(item, depsgraph, source, _scale(item, properties))
+            piece = _read(item, depsgraph, source, scale_of(properties, item))
         if piece is not None:
             found[item.session_uid] = piece
     return found
@@ -51,13 +51,6 @@ def source_of(item, properties) -> tuple[str, str]:
     if properties.target == "VERTEX":
         return attribute_of(properties, item.data), ""
     return uv_map_of(properties, item.data), image_of(properties, item).name
-
-
-def _scale(item, properties) -> float:
-    """By what stored colors are to be multiplied: byte colors may have been divided by it."""
-    if properties.target == "VERTEX":
-        return float(item.data.get(f"{properties.bake_name}_scale", 1.0))
-    return 1.0
 
 
 def _read(item, depsgraph, source: tuple[str, str], scale: float) -> Piece | None:

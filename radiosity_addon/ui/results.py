@@ -8,7 +8,7 @@ import bpy
 
 from ..bake.attribute import find_colors
 from ..bake.image import MARK, find_baked
-from ..bake.made import PASSES, passes_of
+from ..bake.made import PASSES, SCALE, passes_of
 from ..bake.uv_maps import find_uv_map
 from ..bake.windows import owners
 from ..settings import Settings
@@ -29,6 +29,13 @@ def atlas_of(properties) -> str | None:
 def attribute_of(properties, mesh) -> str | None:
     """The name of the mesh's baked color attribute, or None."""
     return find_colors(mesh, properties.bake_name)
+
+
+def scale_of(properties, item) -> float:
+    """By what stored colors are to be multiplied: byte colors may have been divided by it."""
+    if properties.target == "VERTEX":
+        return float(item.data.get(SCALE.format(properties.bake_name), 1.0))
+    return 1.0
 
 
 def passes_baked(properties, item) -> tuple[str, ...]:

@@ -88,3 +88,16 @@ def test_the_button_writes_the_same_file(blender, room, tmp_path):
     np.testing.assert_array_equal(
         colors_in(read_glb(path), "Box"), colors_in(read_glb(tmp_path / "o.glb"), "Box")
     )
+
+
+def test_a_scale_of_byte_colors_is_told(room, tmp_path, capfd):
+    """COLOR_0 has none: what was divided by the brightest value looks darker in every engine."""
+    assert bake(room, tmp_path, "--color-type", "byte", "--scale", "auto") == 0
+    document = read_glb(tmp_path / "o.glb").document
+    node = next(n for n in document["nodes"] if n["name"] == "Box")
+    (part,) = document["meshes"][node["mesh"]]["primitives"]
+    accessor = document["accessors"][part["attributes"]["COLOR_0"]]
+    assert accessor["normalized"] and accessor["componentType"] == 5123  # 16 bits, up to 1
+    assert "the exported colors are the light divided by" in capfd.readouterr().out
+    assert bake(room, tmp_path) == 0
+    assert "divided by" not in capfd.readouterr().out

@@ -194,6 +194,14 @@ def test_material_emits_the_attribute(baked):
     assert source.type == "ATTRIBUTE" and source.attribute_name == "Radiosity"
 
 
+def test_material_emits_byte_colors_times_their_scale(baked):
+    baked.data.objects["Box"].data["Radiosity_scale"] = 2.5
+    baked.ops.radiosity.build_material()
+    material = baked.data.materials["Radiosity_Box Preview"]
+    emission = next(n for n in material.node_tree.nodes if n.type == "EMISSION")
+    assert emission.inputs["Strength"].default_value == 2.5
+
+
 def test_material_emits_the_image_through_its_map(baked):
     write_image(baked)
     baked.ops.radiosity.build_material()
