@@ -12,6 +12,7 @@ import numpy as np
 
 from .adaptive.error_estimator import ErrorEstimator
 from .adaptive.estimate import Estimate, Surface
+from .adaptive.placed_receivers import placed
 from .adaptive.plan import Plan, make_plan
 from .adaptive.replicate import Replicate
 from .adaptive.requirements import Requirements, SolverSettings, requirements_of
@@ -30,7 +31,6 @@ from .direct.line_of_sight import LineOfSight
 from .energy import energy_balance
 from .filtering.graph import build_graph
 from .filtering.lattice_weights import build_lattices
-from .geometry.footprints import build_footprints
 from .geometry.triangles import rounding_warning
 from .lights.context import Context, build_context
 from .materials.region_means import footprint_means
@@ -129,10 +129,10 @@ def begin(
     beside = None if threads == 1 else options.beside
     if beside is not None:
         beside.open(scene, receivers, settings, threads - context.threads)
-    footprints = build_footprints(context.geometry, receivers)
     requirements = options.requirements or requirements_of(context, settings.passes)
+    mine = placed(context, receivers)
     first = Replicate(
-        0, context, split_beams(context), receivers, footprints, requirements, settings.target_error
+        0, context, split_beams(context), mine, requirements, settings.target_error
     )
     estimator = estimator_of(first, settings.passes, options.project, threads)
     corners = options.project is not None
@@ -216,9 +216,9 @@ def estimator_of(
     brightness: float | None = None,
 ) -> ErrorEstimator:
     """What the error of the replicate's receivers is measured on."""
-    context, footprints, receivers = first.context, first.footprints, first.receivers
+    context, footprints, receivers = first.context, first.placed.footprints, first.placed.receivers
     position, normal = footprints.middle()
-    walls = first.walls
+    walls = first.placed.walls
     if receivers.grid is not None:
         facing, rounded = footprints.facing()
         lattices = build_lattices(
@@ -228,7 +228,7 @@ def estimator_of(
         lattices = build_graph(position, normal, footprints.area, threads, walls)
     sees = LineOfSight(context, footprints, position, normal).sees_all_of
     emission = footprint_means(lambda regions: context.mean_emission(regions)[0], footprints)
-    surface = Surface(first.reflectance, emission, footprints.area)
+    surface = Surface(first.placed.reflectance, emission, footprints.area)
     return ErrorEstimator(surface, lattices, passes, threads, sees, project, brightness)
 
 

@@ -80,7 +80,7 @@ class TiledSolve:
         return None if last is None else now + share * max(last - now, 0.0)
 
     def _note(self, estimate: Estimate, figures: list[SolveFigures]) -> None:
-        area = float(self._open.rounds.first.footprints.area.sum())
+        area = float(self._open.rounds.first.placed.footprints.area.sum())
         self._tiles.append((area, estimate.error**2, estimate.bounds))
         self._figures = figures
 

@@ -4,6 +4,7 @@ import bpy
 
 from ..bake.made import SLOT, note
 from ..bake.own_materials import BEFORE, OWN, PREVIEW, is_preview, own_material
+from ..solver.passes import Pass
 from .results import (
     CarriesBake,
     attribute_of,
@@ -57,7 +58,7 @@ def build(properties, item, told: list[str]) -> list:
     slots = range(len(item.material_slots))
     own = [own_material(item, index) for index in slots] or [None]
     passes = passes_baked(properties, item)
-    lit = "color" not in passes and bool({"direct", "indirect"} & set(passes))
+    lit = Pass.COLOR not in passes and bool({Pass.DIRECT, Pass.INDIRECT} & set(passes))
     if not lit:
         material = _material(properties, item, own[0], False)
         _show(material, properties, item, None)

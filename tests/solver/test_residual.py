@@ -27,7 +27,7 @@ def furnace(reflectance: float, divisions: int = 2):
     corners, _ = meshes.box_polygons()
     scene = meshes.scene([meshes.grid(face, 4) for face in corners], reflectance, 1 - reflectance)
     replicate = build_replicate(scene, meshes.triangle_receivers(scene, divisions), Asked(), 1)
-    replicate.solve(make_plan(0.03, replicate.footprints.count, False))
+    replicate.solve(make_plan(0.03, replicate.placed.footprints.count, False))
     return replicate
 
 
@@ -39,7 +39,7 @@ def test_the_mean_path_brings_exactly_what_the_table_lacks(known):
     radiosity, unit = replicate.radiosity, replicate.context.unit
     table = np.where(radiosity.reflected > 0, np.float32(0.5 * known / unit), np.float32(0))
     residuals = follow_residual(
-        replicate.context, replicate.footprints, replace(radiosity, reflected=table), PATHS, 0, 5
+        replicate.context, replicate.placed.footprints, replace(radiosity, reflected=table), PATHS, 0, 5
     )
     lack = residuals.lack.mean(axis=1) * unit
     error = lack.std() / np.sqrt(PATHS)
@@ -50,7 +50,7 @@ def test_the_mean_path_brings_exactly_what_the_table_lacks(known):
 def test_a_right_table_lacks_nothing():
     replicate = furnace(0.8)
     residuals = follow_residual(
-        replicate.context, replicate.footprints, replicate.radiosity, PATHS, 0, 5
+        replicate.context, replicate.placed.footprints, replicate.radiosity, PATHS, 0, 5
     )
     assert np.abs(residuals.lack.mean()) * replicate.context.unit < 2e-3
 

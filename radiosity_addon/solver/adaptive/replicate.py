@@ -7,12 +7,10 @@ second may live in another process (``second_replicate``).
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 
 from ..direct.beams import Split, split_beams
-from ..filtering.walls import Walls, find_walls
 from ..gather.lighting import (
     Lighting,
     Samples,
@@ -22,15 +20,12 @@ from ..gather.lighting import (
     points_on_footprints,
 )
 from ..gather.residual import Residuals, follow_residual, join_residuals
-from ..geometry.footprints import Footprints, build_footprints
 from ..lights.context import Context, build_context
-from ..materials.region_means import footprint_means
 from ..progress import silent
 from ..receivers import Receivers
-from ..sampling.guide import Guide, Learning, Lesson, clusters_of, start_learning
+from ..sampling.guide import Guide, Learning, Lesson, start_learning
 from ..sampling.streams import Stream
 from ..scene import Scene
-from ..transport.patches import ReceiverPatches, build_receiver_patches
 from ..transport.radiosity import Radiosity
 from ..transport.solve_patches import divided, solve_radiosity, without_reflection
 from .correction import (
@@ -40,6 +35,7 @@ from .correction import (
     irradiance_scale,
     regions_of,
 )
+from .placed_receivers import PlacedReceivers, placed
 from .plan import Plan
 from .requirements import Requirements, SolverSettings, requirements_of
 from .round_result import RoundResult, SolveFigures
@@ -66,8 +62,7 @@ class Replicate:
     number: int  # 0 or 1
     context: Context
     split: Split
-    receivers: Receivers
-    footprints: Footprints
+    placed: PlacedReceivers
     requirements: Requirements
     error: float  # relative, that the bake is for
     radiosity: Radiosity | None = None  # that rays look up
@@ -76,29 +71,9 @@ class Replicate:
     residuals: Residuals | None = None  # of paths with these radiosities
     correction: Correction | None = None
     lessons: list[Lesson] = field(default_factory=list)  # of the last round
-    tile: int = 0  # of the receivers, where these come tile by tile
 
     def __post_init__(self) -> None:
-        self.light = no_light(self.footprints.count, self.context.channels)
-
-    @cached_property
-    def walls(self) -> Walls | None:
-        """What stands on the receivers."""
-        return find_walls(self.context, self.footprints, self.receivers)
-
-    @cached_property
-    def clusters(self) -> np.ndarray:
-        """(count,) of receivers that learn together."""
-        return clusters_of(*self.footprints.middle(), self.footprints.area)
-
-    def _patches(self, elements: int) -> ReceiverPatches | None:
-        """Receivers no larger than so many elements would be, as patches."""
-        geometry = self.context.geometry
-        return build_receiver_patches(
-            self.receivers, self.footprints, self.context.scene.object,
-            geometry.area, geometry.area.sum() / elements,
-            None if self.walls is None else self.walls.divided,
-        )
+        self.light = no_light(self.placed.count, self.context.channels)
 
     def solve(self, plan: Plan) -> SolveFigures:
         """Radiosities for ``plan``; what was gathered by others is forgotten."""
@@ -107,11 +82,11 @@ class Replicate:
         if not self.requirements.reflected:
             return self.take(without_reflection(context, size))
         key = (context.seed, Stream.SOLVE, self.number, plan.elements)
-        everyone = np.arange(self.footprints.count)
-        sample_points = points_on_footprints(self.footprints, everyone, plan.row_points, *key)
+        everyone = np.arange(self.placed.footprints.count)
+        sample_points = points_on_footprints(self.placed.footprints, everyone, plan.row_points, *key)
         own = replace(plan, elements=size, row_rays=rays)
         radiosity = solve_radiosity(
-            context, len(everyone), sample_points, self._patches(plan.elements), own, self.error, key
+            context, len(everyone), sample_points, self.placed.patches(plan.elements), own, self.error, key
         )
         return self.take(self._without_bias(radiosity, size, key))
 
@@ -143,7 +118,7 @@ class Replicate:
         )
 
     def _regions(self, residuals: Residuals) -> list[np.ndarray]:
-        return regions_of(self.footprints, len(residuals.owner))
+        return regions_of(self.placed.footprints, len(residuals.owner))
 
     def _followed(self, radiosity: Radiosity, most: int) -> Residuals:
         """As many paths along the residual as the error asked for wants, at ``most``."""
@@ -158,7 +133,7 @@ class Replicate:
 
     def _more_paths(self, radiosity: Radiosity, paths: int, batch: int) -> Residuals:
         return follow_residual(
-            self.split.reflected, self.footprints, radiosity, paths,
+            self.split.reflected, self.placed.footprints, radiosity, paths,
             self.context.seed, Stream.RESIDUAL, *self._key(), batch,
         )
 
@@ -172,20 +147,16 @@ class Replicate:
 
     def move_to(self, receivers: Receivers, tile: int) -> None:
         """Find the light of other receivers from now on, with the radiosities of now and what has been
-        gathered where those before are patches. ``tile`` > 0 numbers the receivers: each has random
-        numbers of its own."""
+        gathered where those before are patches. ``tile``: see ``PlacedReceivers``."""
         if self.residuals is not None:
             self._use_gathered()
-        for name in ("walls", "clusters", "reflectance"):
-            vars(self).pop(name, None)
-        self.receivers, self.tile, self.lessons = receivers, tile, []
+        self.placed, self.lessons = placed(self.context, receivers, tile), []
         self.residuals = self.correction = None
-        self.footprints = build_footprints(self.context.geometry, receivers)
-        self.light = no_light(self.footprints.count, self.context.channels)
+        self.light = no_light(self.placed.count, self.context.channels)
 
     def _key(self, *key: int) -> tuple[int, ...]:
         """Of random numbers: of this replicate and tile."""
-        return (*key, self.number, *([self.tile] if self.tile else []))
+        return (*key, self.number, *([self.placed.tile] if self.placed.tile else []))
 
     def follow_more_paths(self, factor: float) -> None:
         """Follow ``factor`` times as many paths as so far."""
@@ -213,10 +184,10 @@ class Replicate:
             self._use_gathered()
         if self.requirements.explicit:
             for part in direct:
-                add_direct(self.split, self.footprints, self.light, *part, *self._key(step))
+                add_direct(self.split, self.placed.footprints, self.light, *part, *self._key(step))
         if self.requirements.rays:
             self.radiosity, self.lessons = add_gathered(
-                self.split, self.footprints, self.light, self.radiosity, gathered,
+                self.split, self.placed.footprints, self.light, self.radiosity, gathered,
                 *self._key(step), guide=guide, learns=learn,
             )
         if self.requirements.reflected and self.residuals is None:
@@ -229,9 +200,9 @@ class Replicate:
         """Let rays read, where they end on receivers, the mean of what the rows' rays brought and of what
         has been gathered there: more rays, one reflection later."""
         own = self.radiosity.patches.receivers
-        if own is None or not self.requirements.everything or not own.are_of(self.footprints):
+        if own is None or not self.requirements.everything or not own.are_of(self.placed.footprints):
             return
-        light, turned = self.light, self.footprints.turned()
+        light, turned = self.light, self.placed.footprints.turned()
         known = light.rays[:, 0] > 0
         if turned is not None:
             known &= ~turned
@@ -239,13 +210,8 @@ class Replicate:
         arriving = (light.direct[some] - light.beams[some]) / np.maximum(light.points[some], 1)
         arriving += (light.bounced[some] + light.first[some]) / light.rays[some]
         self.radiosity = self.radiosity.with_gathered(
-            self.row_radiosity, some, self.reflectance[some] * arriving, light.rays[some, 0]
+            self.row_radiosity, some, self.placed.reflectance[some] * arriving, light.rays[some, 0]
         )
-
-    @cached_property
-    def reflectance(self) -> np.ndarray:
-        """(count, channels) mean over each receiver."""
-        return footprint_means(self.context.mean_reflectance, self.footprints)
 
     @property
     def paths(self) -> int:
@@ -257,13 +223,13 @@ class Replicate:
         uncorrected = None
         if self.correction is not None:
             gathered = self.light.bounced / np.maximum(self.light.rays, 1)
-            self.light.correction[:] = self.correction.share(gathered, self.footprints.area)
+            self.light.correction[:] = self.correction.share(gathered, self.placed.footprints.area)
             uncorrected = self.correction.uncorrected[self.correction.region].astype(np.float32)
         return RoundResult(self.light, self._figures(), uncorrected)
 
     def learn(self) -> Learning:
         """What the rays of the last round teach."""
-        learning = start_learning(self.clusters)
+        learning = start_learning(self.placed.clusters)
         for lesson in self.lessons:
             learning.add(lesson)
         return learning
@@ -278,9 +244,9 @@ def build_replicate(
 ) -> Replicate:
     """The second replicate, from what ``sequence.solve`` is given."""
     context = build_context(scene, settings.seed, threads, silent)
-    footprints = build_footprints(context.geometry, receivers)
     requirements = requirements_of(context, settings.passes)
     if requirements.reflected:
         context.crossings  # found now: the first replicate counts the rays for both
     split = split_beams(context)
-    return Replicate(1, context, split, receivers, footprints, requirements, settings.target_error)
+    mine = placed(context, receivers)
+    return Replicate(1, context, split, mine, requirements, settings.target_error)

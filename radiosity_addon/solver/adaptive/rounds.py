@@ -85,7 +85,7 @@ class Rounds:
     def run(self, plan: Plan) -> tuple[Estimate, list[SolveFigures]]:
         """A first round for all receivers, then more where the error is, with rays aimed by what
         the first brought; finer elements first where the error is theirs."""
-        everyone = np.arange(self.first.footprints.count)
+        everyone = np.arange(self.first.placed.count)
         if not self.radiosity_given:
             plan = self._solve(plan)
         direct, gathered = [(everyone, plan.points)], [(everyone, plan.rays)]

@@ -1,0 +1,61 @@
+"""Placed receivers: receivers in one scene, and what is known of them before any light is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..filtering.walls import Walls, find_walls
+from ..geometry.footprints import Footprints, build_footprints
+from ..lights.context import Context
+from ..materials.region_means import footprint_means
+from ..receivers import Receivers
+from ..sampling.guide import clusters_of
+from ..transport.patches import ReceiverPatches, build_receiver_patches
+
+
+@dataclass(frozen=True)
+class PlacedReceivers:
+    """``tile`` > 0 numbers the receivers where these come tile by tile: each tile has random numbers of
+    its own. What is asked for is found once."""
+
+    context: Context
+    receivers: Receivers
+    footprints: Footprints
+    tile: int = 0
+
+    @property
+    def count(self) -> int:
+        """Of receivers."""
+        return self.footprints.count
+
+    @cached_property
+    def walls(self) -> Walls | None:
+        """What stands on the receivers."""
+        return find_walls(self.context, self.footprints, self.receivers)
+
+    @cached_property
+    def clusters(self) -> np.ndarray:
+        """(count,) of receivers that learn together."""
+        return clusters_of(*self.footprints.middle(), self.footprints.area)
+
+    @cached_property
+    def reflectance(self) -> np.ndarray:
+        """(count, channels) mean over each receiver."""
+        return footprint_means(self.context.mean_reflectance, self.footprints)
+
+    def patches(self, elements: int) -> ReceiverPatches | None:
+        """Receivers no larger than so many elements would be, as patches."""
+        geometry = self.context.geometry
+        return build_receiver_patches(
+            self.receivers, self.footprints, self.context.scene.object,
+            geometry.area, geometry.area.sum() / elements,
+            None if self.walls is None else self.walls.divided,
+        )
+
+
+def placed(context: Context, receivers: Receivers, tile: int = 0) -> PlacedReceivers:
+    """The receivers in the scene of a context."""
+    return PlacedReceivers(context, receivers, build_footprints(context.geometry, receivers), tile)
