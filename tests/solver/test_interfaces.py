@@ -29,9 +29,11 @@ from radiosity_addon.solver.lights.sky_spots import SkySpots
 from radiosity_addon.solver.lights.spheres import SphereLights
 from radiosity_addon.solver.lights.suns import Suns
 from radiosity_addon.solver.sampling.guide import PlainRays, start_learning, sums_by_bin
+from radiosity_addon.solver.scene import AreaLamp, Lamp, PointLamp, SunLamp
 from radiosity_addon.solver.transport.solve_patches import SolvePlan
 
 KINDS = [
+    *((Lamp, kind) for kind in (PointLamp, SunLamp, AreaLamp)),
     *((LightBatch, kind) for kind in (Polygons, FacingDisks, SphereLights, Suns, SkySpots)),
     (Neighborhood, Lattice), (Neighborhood, Graph),
     (SecondReplicate, LocalReplicate), (RemoteReplicate, ReplicateProcess),
