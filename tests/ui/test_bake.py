@@ -181,7 +181,7 @@ def test_gray_button_says_why(file):
     assert "Select" in refusal(file)
     properties.objects_from = "ALL"
     box(file).hide_render = True
-    assert "Add a mesh" in refusal(file)
+    assert refusal(file) == "Box cannot be baked: it is disabled in renders"
 
 
 def test_edit_mode_is_refused(file):
