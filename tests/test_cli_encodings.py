@@ -10,6 +10,7 @@ import pytest
 pytest.importorskip("bpy")
 
 from radiosity_addon.bake.encodings import decode  # noqa: E402
+from radiosity_addon.figures import percent  # noqa: E402
 from tests.one_core import main  # noqa: E402
 
 
@@ -55,7 +56,7 @@ def test_files_hold_the_light(blender, room, tmp_path, kind, scale):
     share = (rgb.max(1) > 1).mean()
     if kind.startswith("png") and scale is None:
         assert share > 0.01 and stored == 1 and back.max() <= 1
-        assert len(told) == 1 and f"{100 * share:.2g} % of the texels lie above 1 " in told[0]
+        assert len(told) == 1 and f"{percent(share)} of the texels lie above 1 " in told[0]
         assert report["encoded_error"] > report["estimated_error"]
     else:
         assert not told

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 PROJECT = Path(__file__).resolve().parents[1]
-OF_BENCHMARKS = ("test_benchmarks.py", "test_faults.py", "test_parity.py")  # so they cannot rot
+# Tests of benchmarks, so that these cannot rot.
+OF_BENCHMARKS = ("test_benchmarks.py", "test_benchmarks_kept.py", "test_faults.py", "test_parity.py")
 
 
 def imported(path: Path) -> set[str]:
