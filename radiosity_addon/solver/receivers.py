@@ -55,11 +55,13 @@ class Receivers:
 class Projection:
     """Where the error is judged instead of at the receivers: at colors that are means of them.
 
-    ``apply`` maps values (count, c) at receivers to colors (m, c), linearly; ``area`` (m,), in
-    any unit, is what each color counts by: that of the faces it is fitted to.
+    ``apply`` maps values (count, c) at receivers to colors (m, c), linearly, about as ``show`` does
+    light (count, c >= 1), to (m, 3), of which colors stay within bounds; ``area`` (m,), in any unit, is
+    what each color counts by: that of the faces it is fitted to.
     """
 
     apply: Callable[[np.ndarray], np.ndarray]
+    show: Callable[[np.ndarray], np.ndarray]
     area: np.ndarray
 
 

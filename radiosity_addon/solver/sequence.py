@@ -137,6 +137,7 @@ def begin(
     estimator = estimator_of(first, settings.passes, options.project, threads)
     corners = options.project is not None
     plan = make_plan(settings.target_error, receivers.count, bool(estimator.lattices), corners)
+    estimator = replace(estimator, enough=plan.enough)
     if cache is not None:
         cache.begin(scene_key(scene, receivers, settings.seed))
     clock.lap("elements")

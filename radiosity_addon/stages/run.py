@@ -95,4 +95,8 @@ def _where_judged(fits: list[JointFit]) -> Projection:
     def apply(light: np.ndarray) -> np.ndarray:
         return np.concatenate([each.fit.rough_colors(each.light(light)) for each in fits])
 
-    return Projection(apply, np.concatenate([each.fit.areas() for each in fits]))
+    def show(light: np.ndarray) -> np.ndarray:
+        light = np.repeat(light, 3 // light.shape[1], axis=1)
+        return np.concatenate([each.fit.colors(each.light(light)) for each in fits])
+
+    return Projection(apply, show, np.concatenate([each.fit.areas() for each in fits]))

@@ -114,7 +114,7 @@ def test_what_receivers_gather_is_read_by_the_numbers_of_rays():
         seed, passes, target_error = 0, ("direct", "indirect"), 0.03
 
     replicate = build_replicate(scene, receivers, Asked(), 1)
-    own = replicate._patches(10)
+    own = replicate.placed.patches(10)
     patches = Patches(build_elements(replicate.context.geometry, np.zeros(2, int), 4), own)
 
     class Solved:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radiosity_addon.solver.adaptive.error_estimator import ErrorEstimator
+from radiosity_addon.solver.adaptive.error_estimator import ErrorEstimator, _blur
 from radiosity_addon.solver.adaptive.estimate import BALANCE, Estimate, SmoothedLight, Surface
 from radiosity_addon.solver.adaptive.relative_error import (
     area_shares,
@@ -87,11 +87,35 @@ def test_the_estimate_has_the_floor():
 def test_colors_count_by_their_area():
     """Four receivers, two colors that are the means of two each: errors 0.1 and 0.3 on areas 9 and
     1: ε² = 0.9 · 0.01 + 0.1 · 0.09 = 0.018; by number it were 0.05."""
-    project = Projection(lambda x: x.reshape(2, 2, -1).mean(axis=1), np.array([9.0, 1.0]))
+    def mean(x):
+        return x.reshape(2, 2, -1).mean(axis=1)
+
+    project = Projection(mean, mean, np.array([9.0, 1.0]))
     off = np.array([[0.0], [0.2], [0.5], [0.1]])
     found = estimate(np.ones((4, 1)), off, [1, 1, 1, 1], project)
     assert found.error == pytest.approx(np.sqrt(0.018), rel=1e-5)
     assert found.error_95 == pytest.approx(0.3, rel=1e-5)
+
+
+def test_colors_are_judged_as_they_are_shown():
+    """As above, but of each two receivers the first alone is shown: errors 0 and 0.5, ε² = 0.1 · 0.25."""
+    project = Projection(
+        lambda x: x.reshape(2, 2, -1).mean(axis=1), lambda x: x[::2], np.array([9.0, 1.0])
+    )
+    off = np.array([[0.0], [0.2], [0.5], [0.1]])
+    found = estimate(np.ones((4, 1)), off, [1, 1, 1, 1], project)
+    assert found.error == pytest.approx(np.sqrt(0.025), rel=1e-5)
+
+
+def test_blur_of_smoothing_shows_without_noise():
+    """Light 1 and 2 by turns, smoothed by the mean of three neighbors, 1 + 2/3 and 1 + 1/3 around: what
+    that adds is 2/3 everywhere, its square 4/9, whatever the noise of 0.3. The mean of a million
+    terms of that noise has a standard error of about 1e-3."""
+    random = np.random.default_rng(1)
+    light = 1.0 + np.arange(1_000_000) % 2
+    raw = [light + random.normal(0, 0.3, len(light)) for _ in range(2)]
+    smooth = [(np.roll(each, 1) + each + np.roll(each, -1)) / 3 for each in raw]
+    assert _blur(*smooth, *raw).mean() == pytest.approx(4 / 9, abs=5e-3)
 
 
 @pytest.mark.parametrize(("channels", "times"), [(1, 1.960), (3, 2.388)])

@@ -55,6 +55,7 @@ class ErrorEstimator:
     sees: Sees  # whether one receiver sees all of the other
     project: Projection | None = None
     brightness: float | None = None  # mean radiance of all, where these are a part; None: all
+    enough: float = np.inf  # relative error: below it colors are judged as they will be shown
 
     def weigh(
         self, replicates: list[Lighting], uncorrected: Sequence[np.ndarray | None] = (None, None)
@@ -77,10 +78,11 @@ class ErrorEstimator:
         level /= self._level(radiance, brightness)
         samples, found = zip(*(part.error(self.surface.share, level) for part in parts))
         shadow_square, gather_square = map_chunks(
-            lambda square: self._pooled(lattices, square), found, self.threads,
-            lambda fraction: None,
-        )  # fmt: skip
-        sampled, (error_95, *bounds) = self._judged((shadow_square, gather_square), samples, radiance)
+            lambda square: self._pooled(lattices, square), found, self.threads, lambda fraction: None
+        )
+        raw = [self._radiance(each[0] + each[2], each[1], unit) for each in (one, two)]
+        squares = shadow_square, gather_square
+        sampled, (error_95, *bounds) = self._judged(squares, samples, radiance, raw)
         lacking = sum(mean_over(self.surface.share, each) for each in uncorrected if each is not None)
         (one_direct, one_indirect), (two_direct, two_indirect) = light
         return Estimate(
@@ -114,17 +116,17 @@ class ErrorEstimator:
 
     def _judged(
         self, squares: tuple[np.ndarray, np.ndarray], samples: tuple[np.ndarray, np.ndarray],
-        radiance: list[np.ndarray],
+        radiance: list[np.ndarray], raw: list[np.ndarray],
     ) -> tuple[float, np.ndarray]:
         """Where colors end: the mean squared error, of ``squares`` (count,) and ``samples`` (count,
-        channels) of the errors of explicit and of gathered light, or of the replicates' ``radiance``;
-        and the bounds for MOST of the surface and for PARTS."""
+        channels) of the errors of explicit and of gathered light, or of the replicates' ``radiance``,
+        smoothed from ``raw``; and the bounds for MOST of the surface and for PARTS."""
         share = self.surface.share
         if self.project is None:
             square = mean_over(share, squares[0]) + mean_over(share, squares[1])
             sample = sum(samples)
         else:
-            share, sample = self._projected(radiance)
+            share, sample = self._projected(radiance, raw)
             square = mean_over(share, sample**2)
         return square, bounds_of(share, sample, np.append(MOST, PARTS))
 
@@ -243,13 +245,32 @@ class ErrorEstimator:
         least = LEAST * float(self.surface.emission.max(initial=0))
         return max(irradiance, least) or 1.0
 
-    def _projected(self, replicates: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    def _projected(
+        self, radiance: list[np.ndarray], raw: list[np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Where colors end: shares (m,) of the surface, and a sample (m, channels) of the relative
-        error of the replicates' mean."""
-        a, b = (replicate.astype(float) for replicate in replicates)
+        error of the colors of the replicates' mean: half of what those of the replicates differ by,
+        widened by what smoothing blurs. Where that would do, it is taken of the colors as they are
+        shown, within bounds that noise moves."""
         share = area_shares(self.project.area)
-        level = level_of(self.project.apply((a + b) / 2), share)
-        return share, self.project.apply(a - b) / (2 * level)
+        fields = self.project.apply(np.hstack([*radiance, *raw]).astype(float))
+        a, b, raw_a, raw_b = np.split(fields, 4, axis=1)
+        level = level_of((a + b) / 2, share)
+        sample = (a - b) / (2 * level)
+        blur = mean_over(share, _blur(a, b, raw_a, raw_b) / level**2)
+        noise = mean_over(share, sample**2)
+        if noise + blur <= self.enough**2:
+            a, b = (self.project.show(each.astype(float)) for each in radiance)
+            sample = (a - b) / (2 * level_of((a + b) / 2, share))
+            noise = mean_over(share, sample**2)
+        return share, sample * np.sqrt(1 + max(blur, 0.0) / noise) if noise > 0 else sample
+
+
+def _blur(a: np.ndarray, b: np.ndarray, raw_a: np.ndarray, raw_b: np.ndarray) -> np.ndarray:
+    """(m, channels) squares of what smoothing adds to the mean, noise taken off: E[(a − b′)²] =
+    MSE(a) + var(b′) where a is smoothed, b′ another replicate as gathered, and var(b′) half of what
+    two of these differ by, squared; MSE(a) less var(a) is what is left."""
+    return ((a - raw_b) ** 2 + (b - raw_a) ** 2 - (raw_a - raw_b) ** 2 - (a - b) ** 2) / 2
 
 
 def _signs(count: int, draw: int) -> np.ndarray:
