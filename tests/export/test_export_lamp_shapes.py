@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from radiosity_addon.export import export_scene
 from radiosity_addon.settings import Settings
@@ -165,7 +166,7 @@ def test_a_hot_spot_of_one_degree_has_all_its_light(blender, export):
     found *= 20 / found[np.argmin(np.abs(down - 45))]  # [cd]
 
     def flux(angle, value):  # [cd sr]
-        return 2 * np.pi * np.trapezoid(value * np.sin(np.radians(angle)), np.radians(angle))
+        return 2 * np.pi * trapezoid(value * np.sin(np.radians(angle)), np.radians(angle))
 
     near, fine = down < 5, np.linspace(0, 5, 10001)
     assert flux(down[near], found[near]) == pytest.approx(flux(fine, candela(fine)), rel=0.01)
