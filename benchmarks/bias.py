@@ -18,6 +18,7 @@ from benchmarks.machine import commit
 from verification.bias import LIMIT, MOST, POINTS, measure, verdicts
 from verification.random_scenes import FAMILIES
 
+LEAST = 1e-4  # error [relative]: what is measured below it is the tracer's noise
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "bias.md"
 def page(records: list[dict]) -> str:
     """docs/bias.md."""
@@ -29,7 +30,7 @@ def page(records: list[dict]) -> str:
         mark = "" if v.unbiased else " **biased**"
         lines.append(f"| {v.family.replace('_', ' ')} | {100 * v.asked:g} % | {v.scenes} "
                      f"| {both[0]} | {both[1]}{mark} | {100 * v.worst:+.1f} | {v.off} "
-                     f"| {v.told / max(v.measured, 1e-9):.2f} |")  # fmt: skip
+                     f"| {f'{v.told / v.measured:.2f}' if v.measured > LEAST else '–'} |")  # fmt: skip
     good = sum(v.unbiased and v.off == 0 for v in found)
     commits = ", ".join(sorted({r["commit"] for r in records}))
     lines.append(f"\n{good} of {len(found)} rows hold (commit {commits}).")
@@ -47,7 +48,7 @@ shares of the point's light (or the scene's mean, where that is more), with its 
 *biased*: more than {100 * LIMIT:g} % and more than three standard errors. *worst point*: the
 largest deviation beyond four standard errors. *points off*: deviations of direct or indirect light
 beyond four standard errors and beyond the error asked. *told / measured*: the solver's estimate
-over its true relative error, both in the mean square.
+over its true relative error, both in the mean square; a dash where the tracer's noise hides it.
 """
 
 

@@ -31,6 +31,7 @@ from .references import References
 UV_MAP = "Lightmap"
 PASSES = ("direct", "indirect", "color")
 OPTIONS = {"uv_map": UV_MAP, "margin": 0, "passes": PASSES}
+NEVER = 1000.0  # factor [our seconds]: a rival that would take longer does not get there
 SAMPLES = (4, 16, 64, 256, 1024)  # of Cycles
 
 
@@ -81,7 +82,8 @@ def measure(path: Path, errors: list[float], seeds: int, say=print) -> None:
             seconds_for(rung.error.error, rivals, rival) / rung.seconds
             for rival in ("Cycles", "Cycles + OIDN")
         )
-        say(f"\n{rung.effort}: {plain:.1f} × faster than Cycles, {denoised:.1f} × than Cycles + OIDN")
+        denoised = f"{denoised:.1f} × than" if denoised < NEVER else "never reached by"
+        say(f"\n{rung.effort}: {plain:.1f} × faster than Cycles, {denoised} Cycles + OIDN")
 
 
 def _line(rung: Rung, pixels=None, truth=None, open_texels=None, told=None, within=None) -> str:
