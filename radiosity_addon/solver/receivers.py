@@ -11,6 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .array_struct import ArrayStruct
+
 
 @dataclass(frozen=True)
 class Shading:
@@ -26,7 +28,7 @@ class Shading:
 
 
 @dataclass(frozen=True)
-class TexelMaps:
+class TexelMaps(ArrayStruct):
     """Where in images triangles lie, by which a place on one finds its texel."""
 
     triangle: np.ndarray  # (k,) int32: scene triangles, each at most once
@@ -81,14 +83,9 @@ def concatenate(parts: list[Receivers]) -> Receivers:
         corners=np.concatenate([part.corners for part in parts]),
         square=np.concatenate([part.square for part in parts]),
         grid=None if any(grid is None for grid in grids) else np.concatenate(grids),
-        maps=None if any(part.maps is None for part in parts) else _joined_maps(parts),
+        maps=None if any(part.maps is None for part in parts) else TexelMaps.join([part.maps for part in parts]),
         shading=shading and _joined(shading),
     )
-
-
-def _joined_maps(parts: list[Receivers]) -> TexelMaps:
-    columns = zip(*((part.maps.triangle, part.maps.image, part.maps.corners) for part in parts))
-    return TexelMaps(*map(np.concatenate, columns))
 
 
 def slice_receivers(receivers: Receivers, start: int, stop: int) -> Receivers:

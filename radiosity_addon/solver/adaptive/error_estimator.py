@@ -80,7 +80,7 @@ class ErrorEstimator:
         shadow_square, gather_square = map_chunks(
             lambda square: self._pooled(lattices, square), found, self.threads, lambda fraction: None
         )
-        raw = [self._radiance(each[0] + each[2], each[1], unit) for each in (one, two)]
+        raw = self.project and [self._radiance(each[0] + each[2], each[1], unit) for each in (one, two)]
         squares = shadow_square, gather_square
         sampled, (error_95, *bounds) = self._judged(squares, samples, radiance, raw)
         lacking = sum(mean_over(self.surface.share, each) for each in uncorrected if each is not None)
@@ -116,11 +116,11 @@ class ErrorEstimator:
 
     def _judged(
         self, squares: tuple[np.ndarray, np.ndarray], samples: tuple[np.ndarray, np.ndarray],
-        radiance: list[np.ndarray], raw: list[np.ndarray],
+        radiance: list[np.ndarray], raw: list[np.ndarray] | None,
     ) -> tuple[float, np.ndarray]:
         """Where colors end: the mean squared error, of ``squares`` (count,) and ``samples`` (count,
         channels) of the errors of explicit and of gathered light, or of the replicates' ``radiance``,
-        smoothed from ``raw``; and the bounds for MOST of the surface and for PARTS."""
+        smoothed from ``raw``, None where no colors are fitted; and the bounds for MOST of the surface and for PARTS."""
         share = self.surface.share
         if self.project is None:
             square = mean_over(share, squares[0]) + mean_over(share, squares[1])

@@ -57,11 +57,8 @@ def build_receiver_map(receivers: Receivers, triangles: int) -> ReceiverMap:
         return ReceiverMap(first, width, size, texel, np.zeros(0, np.int32))
     entries, mapped = [], np.zeros(triangles, bool)
     if receivers.maps is not None:
-        some = np.isin(receivers.maps.triangle, receivers.triangle)
-        t, image, corners = (
-            column[some]
-            for column in (receivers.maps.triangle, receivers.maps.image, receivers.maps.corners)
-        )
+        maps = receivers.maps.take(np.isin(receivers.maps.triangle, receivers.triangle))
+        t, image, corners = maps.triangle, maps.image, maps.corners
         mapped[t] = True
         texel[t] = corners - corners[:, :1] * np.array([0, 1, 1])[:, None]
         start, sizes, pictures = _pictures(receivers)
