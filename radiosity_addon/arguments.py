@@ -26,7 +26,7 @@ ONLY_FOR = {
     Target.IMAGE: ("resolution", "unwrap", "uv_map", "margin"),
     Target.VERTEX: ("domain",),
 }
-KINDS = {Target.IMAGE: "images", Target.VERTEX: "vertex colors"}
+TARGET_NAMES = {Target.IMAGE: "images", Target.VERTEX: "vertex colors"}
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def _with_options(text: str) -> str:
 def _unused(found) -> tuple[str, ...]:
     """A warning for each option that was given and changes nothing."""
     return tuple(
-        f"--{option.replace('_', '-')} is for {KINDS[target]} and changes nothing here; add "
+        f"--{option.replace('_', '-')} is for {TARGET_NAMES[target]} and changes nothing here; add "
         f"--target {target}"
         for target, options in ONLY_FOR.items() if found.target != target
         for option in options if getattr(found, option) is not None

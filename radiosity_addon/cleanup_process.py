@@ -42,13 +42,13 @@ class CleanupProcess:
 
         A bake is not given up where the process cannot be started: then the next bake cleans up.
         """
-        place = glob.escape(str(folder.absolute()))
+        matching = glob.escape(str(folder.absolute()))
         if pattern is not None:
-            place = os.path.join(place, pattern)
+            matching = os.path.join(matching, pattern)
         try:
             if self._process is None:
                 self._process = _start()
-            self._process.stdin.write(os.fsencode(place) + b"\0")
+            self._process.stdin.write(os.fsencode(matching) + b"\0")
             self._process.stdin.flush()
         except OSError as error:
             log.warning("no cleanup process (%s): a kill may leave temporary files in %s", error, folder)

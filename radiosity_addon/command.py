@@ -162,19 +162,19 @@ def _bake(bpy, request, progress, publication, second) -> str:
     job = work.prepare(bpy.context, request.settings, progress.part("prepare"))
     prepared = time.perf_counter()
     result = work.run(job, OverallProgress(progress.part("run")), beside=second)
-    solved = time.perf_counter()
+    ended = time.perf_counter()
     job, result = work.without_bare(job, result)
     encoding = work.find_encoding(job, result)
-    told = work.apply(bpy.context, job, result, progress.part("apply"), publication, encoding)
-    result = replace(result, warnings=(*request.warnings, *result.warnings, *told))
+    added = work.apply(bpy.context, job, result, progress.part("apply"), publication, encoding)
+    result = replace(result, warnings=(*request.warnings, *result.warnings, *added))
     if request.export:
-        told = _export(job, publication.stage(request.export))
-        result = replace(result, warnings=(*result.warnings, *told))
+        added = _export(job, publication.stage(request.export))
+        result = replace(result, warnings=(*result.warnings, *added))
     def report() -> dict:
         now = time.perf_counter()
         seconds = {
             "export": prepared - started,
-            "write": now - solved + result.seconds["fit"],
+            "write": now - ended + result.seconds["fit"],
             "total": now - started,
         }
         return build_report(job, result, seconds, peak_memory(second), encoding)
@@ -256,14 +256,14 @@ def _save(bpy, path: Path) -> None:
     """Save the open file as a copy. Raises OSError with Blender's reason, or where it has none."""
     try:
         bpy.ops.wm.save_as_mainfile(filepath=str(path.resolve()), copy=True, check_existing=False)
-        whole = _is_whole(path)
+        complete = _is_complete(path)
     except RuntimeError as error:
         raise OSError(_unsaved(str(error).strip())) from error
-    if not whole:
+    if not complete:
         raise OSError(_unsaved("its end is missing"))
 
 
-def _is_whole(path: Path) -> bool:
+def _is_complete(path: Path) -> bool:
     """Whether a .blend has its end: Blender does not tell when a compressed one gets cut short."""
     with open(path, "rb") as handle:
         start = handle.read(len(PLAIN))

@@ -15,10 +15,10 @@ def connected_components(count: int, first: np.ndarray, second: np.ndarray) -> n
     root = np.arange(count)
     while True:
         a, b = root[first], root[second]
-        apart = a != b
-        if not apart.any():
+        different = a != b
+        if not different.any():
             return np.unique(root, return_inverse=True)[1].reshape(-1)
-        first, second, a, b = first[apart], second[apart], a[apart], b[apart]
+        first, second, a, b = first[different], second[different], a[different], b[different]
         np.minimum.at(root, np.maximum(a, b), np.minimum(a, b))
         shorter = root[root]
         while not np.array_equal(shorter, root):

@@ -12,10 +12,10 @@ from pathlib import Path
 START, START_PER_CORE = 1700 << 20, 100 << 20
 # Memory [bytes] of a bake, and of each of its receivers and triangles, measured.
 ALWAYS, PER_RECEIVER, PER_TRIANGLE = 450e6, 2900.0, 500.0
-# Numbers [texels that belong to a face]: more than WHOLE are baked in tiles of at most TILE, after a
+# Numbers [texels that belong to a face]: more than UNDIVIDED are baked in tiles of at most TILE, after a
 # survey of SURVEY coarse ones. The first two set the memory; the smaller they are the more is done twice,
 # where tiles overlap.
-WHOLE, TILE, SURVEY = 1_500_000, 700_000, 400_000
+UNDIVIDED, TILE, SURVEY = 1_500_000, 700_000, 400_000
 OVERLAPS = 1.1  # factor [texels of a tile], with those that others have, too
 SURVEYED = 600.0  # memory [bytes of each texel of the survey] that stays
 # Memory [bytes of each texel] that is done, and of the largest image's, measured.
@@ -59,11 +59,11 @@ def of_a_bake(receivers: float, triangles: float) -> float:
 
 def of_images(texels: float, largest: float, triangles: float) -> float:
     """The same for images of so many ``texels`` together, of which the ``largest`` has that many."""
-    whole = of_a_bake(min(texels, WHOLE), triangles)
-    if texels <= WHOLE:
-        return whole
+    undivided = of_a_bake(min(texels, UNDIVIDED), triangles)
+    if texels <= UNDIVIDED:
+        return undivided
     tile = of_a_bake(OVERLAPS * TILE, triangles) + SURVEYED * SURVEY
-    return max(whole, tile + KEPT * texels + DRAWN * largest)
+    return max(undivided, tile + KEPT * texels + DRAWN * largest)
 
 
 def fitting_share(free: float, needed: Callable[[float], float]) -> float:

@@ -86,18 +86,18 @@ class ReplicateProcess:
         what one of them raised, ReplicateLost if the process has ended."""
         asked, self._asked = self._asked, 0
         found = [self._answer() for _ in range(asked)]
-        for kind, value in found:
-            if kind == FAILURE:
+        for status, value in found:
+            if status == FAILURE:
                 raise value
         return [value for _, value in found]
 
     def _answer(self) -> tuple:
         try:
-            kind, value, *figures = PickleReader(self._process.stdout, SHORT).load()
+            status, value, *figures = PickleReader(self._process.stdout, SHORT).load()
         except (EOFError, OSError, pickle.UnpicklingError) as error:
             raise self._ended() from error
         self.rays, self.embree_seconds, self.peak_memory = figures
-        return kind, value
+        return status, value
 
     def close(self) -> None:
         """End the process."""
@@ -143,22 +143,22 @@ def serve() -> None:
     from .solver import sequence  # noqa: F401  all a bake needs, before it is asked for
     from .solver.adaptive.requests import OpenScene
 
-    half, before = None, (0, 0.0)
+    replicate, before = None, (0, 0.0)
     while True:
         request = asked.get()
         try:
             if isinstance(request, OpenScene):
-                half = None  # frees the one before
-                half, value = request.replicate(), None
-                before = half.context.rays, half.context.embree_seconds  # as many as the first took
+                replicate = None  # frees the one before
+                replicate, value = request.replicate(), None
+                before = replicate.context.rays, replicate.context.embree_seconds  # as many as the first took
             else:
-                value = request.answer(half)
-            kind = ANSWER
+                value = request.answer(replicate)
+            status = ANSWER
         except Exception as error:  # noqa: BLE001  raised again where it was asked
-            kind, value = FAILURE, _portable(error)
-        now = (half.context.rays, half.context.embree_seconds) if half else before
+            status, value = FAILURE, _portable(error)
+        now = (replicate.context.rays, replicate.context.embree_seconds) if replicate else before
         figures = (now[0] - before[0], now[1] - before[1], memory.peak_memory())
-        pickle.dump((kind, value, *figures), answers, PROTOCOL)
+        pickle.dump((status, value, *figures), answers, PROTOCOL)
         answers.flush()
         del value, request
 

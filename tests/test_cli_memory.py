@@ -35,10 +35,10 @@ def test_what_is_free_is_allowed_and_more_is_refused(monkeypatch):
 
 
 def test_memory_of_images_grows_with_what_is_kept_only():
-    """Above WHOLE texels one tile is worked on: more of them take what is kept of each, and never less
+    """Above UNDIVIDED texels one tile is worked on: more of them take what is kept of each, and never less
     than fewer do. 4096² bakes in 6 GB, and 500 images of 1024² in 8 GB, with what is ALWAYS taken:
     2,900 · 1.1 · 700,000 + 600 · 400,000 + 8 · 500 · 1024² + 60 · 1024² = 6.7 GB, and 450 MB."""
-    whole, texels = memory.WHOLE, 1024**2
+    whole, texels = memory.UNDIVIDED, 1024**2
     below, above = (memory.of_images(texels, 1000, 0) for texels in (whole, whole + 1))
     assert below == above == memory.PER_RECEIVER * whole
     more = memory.of_images(700 * texels, texels, 0) - memory.of_images(600 * texels, texels, 0)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from radiosity_addon.bake.windows import TexelRect, whole
+from radiosity_addon.bake.windows import TexelRect, full_rect
 from radiosity_addon.bake_job import Job, run
 from radiosity_addon.export.exported import ExportedObject
 from radiosity_addon.replicate_process import start_replicate_process
@@ -19,7 +19,7 @@ from radiosity_addon.solver.scene import Material, PointLamp, Scene
 from radiosity_addon.stages.spool import Spool, drop_pages
 from radiosity_addon.stages.tiling import Tiling, part_of, survey_of, tiles_of, windows_of
 
-SMALL = Tiling(whole=3000, tile=600, survey=1000, overlap=8)  # a 96² image: 16 tiles
+SMALL = Tiling(undivided=3000, tile=600, survey=1000, overlap=8)  # a 96² image: 16 tiles
 SIZE = 96
 CORNERS = np.array([(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
 # The faces of a box, seen from inside: floor, ceiling, and four walls.
@@ -71,7 +71,7 @@ def bakes():
 def test_windows_cover_an_image_and_their_weights_add_up_to_one():
     for width, height in ((96, 96), (40, 200), (44, 44), (300, 7)):
         total = np.zeros((height, width))
-        for each in windows_of(0, whole((width, height)), SMALL):
+        for each in windows_of(0, full_rect((width, height)), SMALL):
             assert each.width * each.height <= 2 * SMALL.tile  # with the overlap
             row, column = np.divmod(np.arange(each.width * each.height), each.width)
             total[each.row + row, each.column + column] += each.weight(row, column)
@@ -93,7 +93,7 @@ def test_parts_have_the_texels_of_the_whole():
     receivers = lay_out(job, silent).receivers
     known = {tuple(g[1:]): k for k, g in enumerate(receivers.grid)}
     seen = set()
-    for windows in tiles_of(job, replace(SMALL, whole=1000, tile=700)):
+    for windows in tiles_of(job, replace(SMALL, undivided=1000, tile=700)):
         part = part_of(job, windows)
         found = lay_out_part(part, silent).receivers
         for k, (image, row, column) in enumerate(found.grid):
@@ -164,7 +164,7 @@ def test_tiles_of_objects_do_not_depend_on_threads_and_processes():
     """Images of two objects, of which each is a tile or two: the same bits with one thread, and with two
     in two processes."""
     job = room(size=48, error=0.1, objects=2)
-    tiling = replace(SMALL, whole=2000, tile=1500)
+    tiling = replace(SMALL, undivided=2000, tile=1500)
     assert {w.target for tile in tiles_of(job, tiling) for w in tile} == {0, 1}
     two = replace(job, settings=replace(job.settings, threads=2))
     with start_replicate_process(2) as twin:
@@ -179,7 +179,7 @@ def test_texels_of_several_objects_are_their_mean():
     job = room(size=47, error=0.1, objects=2)
     rect = TexelRect("Atlas", (47, 47), 0, 0, 47, 47)
     job = replace(job, targets=tuple(replace(target, rect=rect) for target in job.targets))
-    tiles, one = (run(job, tiling=tiling) for tiling in (replace(SMALL, whole=2000), None))
+    tiles, one = (run(job, tiling=tiling) for tiling in (replace(SMALL, undivided=2000), None))
     assert len(tiles.colors) == 1
     row = 23  # v = 1/2 lies in the middle of it
     level = one.colors[0][row, :, :3]
@@ -232,5 +232,5 @@ def test_a_full_disk_is_told(monkeypatch):
 
 def test_progress_of_tiles_rises_to_the_end():
     told = []
-    run(room(size=48, error=0.1), lambda stage, fraction: told.append(fraction), tiling=replace(SMALL, whole=2000))
+    run(room(size=48, error=0.1), lambda stage, fraction: told.append(fraction), tiling=replace(SMALL, undivided=2000))
     assert told == sorted(told) and 0.9 < told[-1] <= 1

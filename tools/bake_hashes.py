@@ -33,7 +33,7 @@ VERTEX = Settings(quality="draft", seed=3)
 BLOCK = replace(VERTEX, objects=("Block",))
 IMAGE = replace(VERTEX, target="image", resolution=16, margin=2)
 ROOM = replace(IMAGE, uv_map="UV", objects=("Room",))
-TILES = Tiling(whole=100, tile=100, survey=60, overlap=3)  # a room's image is in several
+TILES = Tiling(undivided=100, tile=100, survey=60, overlap=3)  # a room's image is in several
 CORNERS = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)]
 INWARD = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 2, 6, 4), (1, 5, 7, 3), (2, 3, 7, 6), (0, 4, 5, 1)]
 OUTWARD = [quad[::-1] for quad in INWARD]

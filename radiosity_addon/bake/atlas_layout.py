@@ -23,7 +23,7 @@ SMALLEST = 16  # edge [texels] of an image that is made smaller: the shorter one
 SMART_GAP = 1 / 256  # gap [unit square] between charts before they are packed
 
 
-def layout_steps(names: list[str], others: list[str], map_name: str, settings):
+def atlas_steps(names: list[str], others: list[str], map_name: str, settings):
     """The UV maps by which the objects share ``settings.atlas``: steps that return a list of
     HeldMap, empty where all lie well already.
 

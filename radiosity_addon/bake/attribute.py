@@ -12,7 +12,7 @@ FALLBACK = "{} Color"  # where something that is no color attribute holds the na
 
 
 def write_colors(
-    obj, name: str, colors: np.ndarray, domain: str, kind: str = "FLOAT_COLOR"
+    obj, name: str, colors: np.ndarray, domain: str, data_type: str = "FLOAT_COLOR"
 ) -> list[str]:
     """Write linear ``colors`` (n_loops or n_vertices, 3) as attribute of type ``kind``, alpha 1.
 
@@ -27,12 +27,12 @@ def write_colors(
     name, warnings = _free_name(obj, name)
     rows = _rows(mesh, colors, domain)
     existing = mesh.color_attributes.get(name)
-    wanted = (kind, domain.upper())
+    wanted = (data_type, domain.upper())
     if existing is None or (existing.data_type, existing.domain) != wanted:
         if existing is not None:
             warnings.append(
                 f"{obj.name!r}: its color attribute {name!r} was {existing.data_type} per "
-                f"{existing.domain.lower()} and is now {kind} per {domain}"
+                f"{existing.domain.lower()} and is now {data_type} per {domain}"
             )
         _make(mesh, name, existing, wanted)
         if existing is None:
@@ -88,7 +88,7 @@ def _make(mesh, name: str, existing, wanted) -> None:
     rendered = layers[layers.render_color_index].name if len(layers) else name
     if existing is not None:
         layers.remove(existing)
-    kind, domain = wanted
-    layers.new(name=name, type=kind, domain=domain)
+    data_type, domain = wanted
+    layers.new(name=name, type=data_type, domain=domain)
     layers.active_color = layers[name]
     layers.render_color_index = layers.find(rendered)

@@ -1,4 +1,4 @@
-"""Border samples: places on seams where what both sides show is asked for. NumPy only."""
+"""Border samples: points on seams where what both sides show is asked for. NumPy only."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from .islands import Charted, Edges
 from .shown import Sheets, Stencils
 from .texels import expand
 
-APART = 0.5  # distance [texels] of two samples along a border, at most
+SPACING = 0.5  # distance [texels] of two samples along a border, at most
 MOST = 1 << 14  # number [samples of one edge], at most
-ASIDE = 1.0  # distance [texels] from a seam to where a way over it begins
-DEEP = 0.5  # distance [of a triangle's height over the seam]: such a way begins no farther
+ASIDE = 1.0  # distance [texels] from a seam to where a segment over it begins
+DEEP = 0.5  # distance [of a triangle's height over the seam]: such a segment begins no farther
 
 
 @dataclass(frozen=True)
 class SeamSamples:
-    """Places (k,) on seams, as both sides show them; ``weight`` is the length [texels] that each
+    """Points (k,) on seams, as both sides show them; ``weight`` is the length [texels] that each
     stands for."""
 
     one: Stencils
     other: Stencils
     weight: np.ndarray  # (k,) float64
-    starts: np.ndarray  # (k, 3) places a little to one side [scene's length],
+    starts: np.ndarray  # (k, 3) points a little to one side [scene's length],
     start_up: np.ndarray  # (k, 3) their faces' normals,
     ends: np.ndarray  # (k, 3) and to the other side
     end_up: np.ndarray  # (k, 3)
@@ -39,10 +39,10 @@ class SeamSamples:
 
 
 def sample_seams(charted: Charted, edges: Edges, seams: Seams, sheets: Sheets) -> SeamSamples:
-    """Places along the ``seams`` between border ``edges``."""
+    """Points along the ``seams`` between border ``edges``."""
     sides = seams.one, seams.other
     lengths = np.stack([_texels_along(charted, edges, part) for part in sides])
-    owner, fraction, weight = _places(lengths.max(0))
+    owner, fraction, weight = _spread_evenly(lengths.max(0))
     stencils, beside, up = [], [], []
     for part in sides:
         own = edges.take(part.edge[owner])
@@ -56,10 +56,10 @@ def sample_seams(charted: Charted, edges: Edges, seams: Seams, sheets: Sheets) -
     return SeamSamples(*stencils, weight, beside[0], up[0], beside[1], up[1])
 
 
-def _places(length: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(owner, fraction, weight): places along lines of so many texels (k,), in the middles of equal
+def _spread_evenly(length: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(owner, fraction, weight): points along lines of so many texels (k,), in the middles of equal
     parts."""
-    count = np.clip(np.ceil(length / APART), 1, MOST).astype(int)
+    count = np.clip(np.ceil(length / SPACING), 1, MOST).astype(int)
     owner, number = expand(count)
     return owner, (number + 0.5) / count[owner], length[owner] / count[owner]
 
@@ -70,7 +70,7 @@ def _texels_along(charted: Charted, edges: Edges, part: Parts) -> np.ndarray:
 
 
 def _aside(charted: Charted, edges: Edges) -> np.ndarray:
-    """(m, 3) ways from the edges into their faces, ASIDE texels long."""
+    """(m, 3) steps from the edges into their faces, ASIDE texels long."""
     a, b, c = charted.vertices[charted.triangles[edges.triangle]].transpose(1, 0, 2)
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     texels = np.abs(doubled_areas(charted.uv[edges.triangle]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..solver.geometry.planar import cell_middles
 from ..solver.receivers import Receivers, Shading
 from ..solver.workers.parallel import ranges
 
@@ -43,16 +44,15 @@ def shading_of(
 
 def _middles(corners: np.ndarray, square: np.ndarray) -> np.ndarray:
     """(k, 3) weights of a triangle's corners in the middle of each cell."""
-    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    place = corners[:, 0] + np.where(square, 0.5, 1 / 3)[:, None] * (u + v)
-    return np.concatenate([1 - place.sum(axis=1, keepdims=True), place], axis=1)
+    middle = cell_middles(corners, square)
+    return np.concatenate([1 - middle.sum(axis=1, keepdims=True), middle], axis=1)
 
 
 def _heights(corners, normals, weight, mean) -> np.ndarray:
-    """(k,) how high the rounded surface lies over places of ``weight`` (k, 3) in triangles
-    (k, 3, 3), along the unit normal ``mean`` (k, 3) there: the place's projections on the planes that touch the
+    """(k,) how high the rounded surface lies over points of ``weight`` (k, 3) in triangles
+    (k, 3, 3), along the unit normal ``mean`` (k, 3) there: the point's projections on the planes that touch the
     corners, where these are above it (Hanika 2021, "Hacking the Shadow Terminator")."""
-    place = np.einsum("ki,kij->kj", weight, corners)
-    depth = np.einsum("kij,kij->ki", place[:, None] - corners, normals)
+    point = np.einsum("ki,kij->kj", weight, corners)
+    depth = np.einsum("kij,kij->ki", point[:, None] - corners, normals)
     lift = -np.einsum("ki,kij->kj", weight * np.minimum(depth, 0), normals)
     return np.maximum(np.einsum("kj,kj->k", lift, mean), 0)

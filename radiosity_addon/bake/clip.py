@@ -20,12 +20,12 @@ def clip_squares(corner: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray,
     (Sutherland & Hodgman 1974), count 0 where nothing is left.
     """
     local = triangles - corner[:, None]
-    turn = np.sign(doubled_areas(local))
+    sense = np.sign(doubled_areas(local))
     points = np.repeat(np.array([0, 1, 1 + 1j, 1j])[:, None], len(corner), axis=1)
     count = np.full(len(corner), 4)
     ends = np.ascontiguousarray(local).view(complex)[..., 0].T
     for a, b in ((0, 1), (1, 2), (2, 0)):
-        points, count = clip(points, count, ends[a], 1j * (ends[b] - ends[a]) * turn)
+        points, count = clip(points, count, ends[a], 1j * (ends[b] - ends[a]) * sense)
     return points, count
 
 

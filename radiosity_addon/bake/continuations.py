@@ -18,11 +18,11 @@ from .texels import expand
 WELD = 1e-5  # distance [of the surface's extent]: points closer than that are one
 # Cosine [of 3°] between shading normals: those that differ by more are of different faces.
 BENT = np.cos(np.radians(3.0))
-# Cosine [of an angle] between the ways into two faces: above it they lie on the same side.
+# Cosine [of an angle] between the directions into two faces: above it they lie on the same side.
 FOLDED = -0.3
 CROWD = 16  # number [borders on one line] that are compared: where there are more, none continues
 LONG = 1e-4  # length [of the extent]: shorter edges have no certain direction, and are not cut
-NEAR = 1e-4  # ways and feet [of the extent] of edges on one line differ by less, about
+NEAR = 1e-4  # directions and feet [of the extent] of edges on one line differ by less, about
 
 
 @dataclass(frozen=True)
@@ -50,15 +50,15 @@ class Seams:
 def find_seams(charted: Charted, edges: Edges, bent: float = BENT) -> Seams:
     """Where the borders ``edges`` continue each other, wholly or in part; normals' cosines are at
     least ``bent``."""
-    ends, place = _weld(charted, edges)
+    ends, positions = _weld(charted, edges)
     number = np.arange(len(edges.triangle))
     parts = _parts(number, np.tile([0.0, 1.0], (len(number), 1)), ends)
-    whole = _continued(charted, edges, parts, bent)
+    uncut = _continued(charted, edges, parts, bent)
     alone = np.ones(len(number), bool)
-    for part in (whole.one, whole.other):
+    for part in (uncut.one, uncut.other):
         alone[part.edge] = False
-    cut = _continued(charted, edges, _cut(number[alone], ends, place), bent)
-    return Seams(_joined(whole.one, cut.one), _joined(whole.other, cut.other))
+    cut = _continued(charted, edges, _cut(number[alone], ends, positions), bent)
+    return Seams(_joined(uncut.one, cut.one), _joined(uncut.other, cut.other))
 
 
 def _joined(one: Parts, other: Parts) -> Parts:
@@ -67,18 +67,18 @@ def _joined(one: Parts, other: Parts) -> Parts:
 
 
 def _weld(charted: Charted, edges: Edges) -> tuple[np.ndarray, np.ndarray]:
-    """(m, 2) points at the edges' ends, and (p, 3) their places; what is one in space is one."""
+    """(m, 2) points at the edges' ends, and (p, 3) their positions; what is one in space is one."""
     from scipy.spatial import cKDTree
 
     vertex = np.stack(edges.ends(charted.triangles), 1)
     used, ends = np.unique(vertex, return_inverse=True)
-    places = charted.vertices[used]
+    positions = charted.vertices[used]
     if not len(used):
-        return vertex.reshape(-1, 2), places
-    pairs = cKDTree(places).query_pairs(WELD * np.ptp(places, axis=0).max(), output_type="ndarray")
+        return vertex.reshape(-1, 2), positions
+    pairs = cKDTree(positions).query_pairs(WELD * np.ptp(positions, axis=0).max(), output_type="ndarray")
     point = connected_components(len(used), pairs[:, 0], pairs[:, 1])
     _, first = np.unique(point, return_index=True)
-    return point[ends.reshape(-1, 2)], places[first]
+    return point[ends.reshape(-1, 2)], positions[first]
 
 
 def _parts(edge: np.ndarray, along: np.ndarray, points: np.ndarray) -> Parts:
@@ -88,31 +88,31 @@ def _parts(edge: np.ndarray, along: np.ndarray, points: np.ndarray) -> Parts:
     return Parts(edge, along, points.min(1), points.max(1))
 
 
-def _cut(edge: np.ndarray, ends: np.ndarray, place: np.ndarray) -> Parts:
+def _cut(edge: np.ndarray, ends: np.ndarray, positions: np.ndarray) -> Parts:
     """The ``edge`` (k,) cut at the ends of others among them that lie on them."""
-    owner, point, along = _points_on(ends[edge], place)
+    owner, point, along = _points_on(ends[edge], positions)
     owner = np.concatenate([np.tile(np.arange(len(edge)), 2), owner])
     point = np.concatenate([ends[edge].T.ravel(), point])
     along = np.concatenate([np.repeat([0.0, 1.0], len(edge)), along])
     order = np.lexsort((along, owner))
     owner, point, along = owner[order], point[order], along[order]
     same = owner[1:] == owner[:-1]
-    steps = (np.stack([x[:-1], x[1:]], 1)[same] for x in (along, point))
-    return _parts(edge[owner[:-1][same]], *steps)
+    spans = (np.stack([x[:-1], x[1:]], 1)[same] for x in (along, point))
+    return _parts(edge[owner[:-1][same]], *spans)
 
 
-def _points_on(ends: np.ndarray, place: np.ndarray):
+def _points_on(ends: np.ndarray, positions: np.ndarray):
     """(owner, point, along): where on which edges (k, 2) lie ends of others on the same line, but
     for their own."""
     if not len(ends):
         return np.zeros(0, int), np.zeros(0, int), np.zeros(0)
-    start, step = place[ends[:, 0]], place[ends[:, 1]] - place[ends[:, 0]]
-    extent = np.ptp(place[ends].reshape(-1, 3), axis=0).max()
+    start, step = positions[ends[:, 0]], positions[ends[:, 1]] - positions[ends[:, 0]]
+    extent = np.ptp(positions[ends].reshape(-1, 3), axis=0).max()
     length = np.linalg.norm(step, axis=1)
     long = np.flatnonzero(length > LONG * extent)
-    line, way = _lines((start[long] - place.mean(0)) / extent, step[long] / length[long, None])
+    line, direction = _lines((start[long] - positions.mean(0)) / extent, step[long] / length[long, None])
     point = ends[long]
-    far = np.einsum("kij,kj->ki", (place[point] - place.mean(0)) / extent, way)
+    far = np.einsum("kij,kj->ki", (positions[point] - positions.mean(0)) / extent, direction)
     key = 4 * line[:, None] + far  # far lies within ±√3/2, so that lines stay apart
     order = np.argsort(key, axis=None, kind="stable")
     known, point = key.ravel()[order], point.ravel()[order]
@@ -120,7 +120,7 @@ def _points_on(ends: np.ndarray, place: np.ndarray):
     count = np.maximum(np.searchsorted(known, key.max(1), "left") - low, 0)
     owner, offset = expand(count)
     owner, point = np.unique(np.stack([long[owner], point[low[owner] + offset]]), axis=1)
-    away = place[point] - start[owner]
+    away = positions[point] - start[owner]
     along = np.einsum("ij,ij->i", away, step[owner]) / length[owner] ** 2
     height = np.linalg.norm(away - along[:, None] * step[owner], axis=1)
     room = WELD * extent / length[owner]
@@ -128,20 +128,20 @@ def _points_on(ends: np.ndarray, place: np.ndarray):
     return owner[on], point[on], along[on]
 
 
-def _lines(start: np.ndarray, way: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(k,) which line the edges from ``start`` (k, 3) along ``way`` (k, 3) lie on, nearly, and (k, 3)
-    the ways turned alike: lines are the same where their ways and their feet under the origin are."""
+def _lines(start: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(k,) which line the edges from ``start`` (k, 3) along ``direction`` (k, 3) lie on, nearly, and (k, 3)
+    the directions with one sign: lines are the same where their directions and their feet under the origin are."""
     from scipy.spatial import cKDTree
 
-    if not len(way):
-        return np.zeros(0, int), way
-    largest = np.take_along_axis(way, np.abs(way).argmax(1)[:, None], 1)
-    way = way * np.sign(largest)
-    foot = start - np.einsum("ij,ij->i", start, way)[:, None] * way
-    pairs = cKDTree(np.concatenate([way, foot], 1)).query_pairs(NEAR, output_type="ndarray")
-    line = connected_components(len(way), pairs[:, 0], pairs[:, 1])
+    if not len(direction):
+        return np.zeros(0, int), direction
+    largest = np.take_along_axis(direction, np.abs(direction).argmax(1)[:, None], 1)
+    direction = direction * np.sign(largest)
+    foot = start - np.einsum("ij,ij->i", start, direction)[:, None] * direction
+    pairs = cKDTree(np.concatenate([direction, foot], 1)).query_pairs(NEAR, output_type="ndarray")
+    line = connected_components(len(direction), pairs[:, 0], pairs[:, 1])
     _, first = np.unique(line, return_index=True)
-    return line, way[first[line]]
+    return line, direction[first[line]]
 
 
 def _continued(charted: Charted, edges: Edges, parts: Parts, bent: float) -> Seams:
@@ -165,17 +165,17 @@ def _faces_continue(
     charted: Charted, edges: Edges, one: Parts, other: Parts, bent: float
 ) -> np.ndarray:
     """(k,) bool: to both sides of the line, and by one normal in its middle."""
-    ways, true, shaded = [], [], []
+    inward, true, shaded = [], [], []
     for part in (one, other):
         own = edges.take(part.edge)
-        ways.append(into_faces(charted, own))
+        inward.append(into_faces(charted, own))
         true.append(face_normals_of(charted, own.triangle))
         middle = part.along.mean(1)[:, None]
         start, end = own.ends(charted.normals)
         mean = (1 - middle) * start + middle * end
         length = np.linalg.norm(mean, axis=1, keepdims=True)
         shaded.append(np.where(length > 1e-6, mean / np.maximum(length, 1e-300), true[-1]))
-    cosine = [np.einsum("ij,ij->i", *pair) for pair in (ways, true, shaded)]
+    cosine = [np.einsum("ij,ij->i", *pair) for pair in (inward, true, shaded)]
     return (cosine[0] < FOLDED) & (cosine[1] > 0) & (cosine[2] >= bent)
 
 

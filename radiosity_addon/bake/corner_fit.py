@@ -15,41 +15,18 @@ term matters only where one receiver a triangle cannot tell its three corners ap
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix, diags
+from scipy.sparse import csr_matrix
 
 from ..export.exported import ExportedObject
 from ..settings import Domain
-from ..solver.adaptive.relative_error import FLOOR
 from ..solver.receivers import Receivers
 from .bounded import solve_bounded, solve_roughly
+from .corner_bounds import color_bounds
+from .corner_equations import SurfaceLight, importance, normal_equations, surface_light
 from .hanging import NOTHING, Hanging, spread
-
-# Stiffnesses ε [of 1] of triangles with fewer than, and at least, three receivers.
-STIFFNESS = (0.03, 1e-10)
-
-
-def fit_corners(
-    target: ExportedObject,
-    receivers: Receivers,
-    values: np.ndarray,
-    weights: np.ndarray,
-    domain: str = "corner",
-) -> np.ndarray:
-    """Colors of the target's corners or points for light ``values`` (count, 3): see CornerFit."""
-    return corner_fit(target, receivers, weights, domain).colors(values)
-
-
-@dataclass(frozen=True)
-class _Light:
-    """Where the receivers are: a matrix and counts on the object's n triangles."""
-
-    sampling: csr_matrix  # (count, 3 n): light at a receiver from that at triangle corners
-    triangle: np.ndarray  # (count,) the triangle of the receiver's first cell
-    area: np.ndarray  # (n,) area with light known on it
-    cuts: np.ndarray  # (n,) float64: square root of the number of receivers with weight
 
 
 @dataclass(frozen=True)
@@ -60,7 +37,7 @@ class CornerFit:
     loop_vertex: np.ndarray  # (n_loops,)
     group: np.ndarray  # (n_loops,) the unknown of each loop
     corners: csr_matrix  # (3 n, unknowns)
-    light: _Light
+    light: SurfaceLight
     free: np.ndarray  # (free,) those that are solved for: they hang on no others,
     spread: csr_matrix  # (unknowns, free) which all are made of
     sampling: csr_matrix  # (count, free): light at receivers
@@ -80,13 +57,13 @@ class CornerFit:
         """
         values = np.asarray(values, float)
         _check(self.name, values, self.weights)
-        bounds = _bounds(
+        bounds = color_bounds(
             self.corners, self.light, values, self.weights, self.loop_vertex, self.group,
             self.hidden,
         )
-        weights = self.weights * _importance(values, self.weights)
+        weights = self.weights * importance(values, self.weights)
         corners = self.corners @ self.spread
-        normal = _normal_equations(self.sampling, corners, self.light, weights)
+        normal = normal_equations(self.sampling, corners, self.light, weights)
         right = self.sampling.T @ (weights[:, None] * values)
         colors = np.empty((len(self.free), 3))
         for channel in range(3):
@@ -140,10 +117,10 @@ def corner_fit(
     shown, group = (number if domain == Domain.POINT else number[group]), number[group]
     unknowns = int(number.max(initial=-1)) + 1
     corners = _corner_map(target, group, unknowns)
-    light = _data(receivers, weights, target.start, target.stop - target.start)
+    light = surface_light(receivers, weights, target.start, target.stop - target.start)
     free, matrix = spread(NOTHING if hanging is None else hanging, unknowns)
     sampling = (light.sampling @ corners @ matrix).tocsr()
-    normal = _normal_equations(sampling, corners @ matrix, light, weights)
+    normal = normal_equations(sampling, corners @ matrix, light, weights)
     return CornerFit(
         weights, target.loop_vertex, group, corners, light, free, matrix, sampling, normal, shown,
         target.name, _nowhere_seen(corners, light, hidden),
@@ -155,13 +132,13 @@ def unknowns_of(target: ExportedObject, domain: str) -> np.ndarray:
     return target.loop_vertex if domain == Domain.POINT else target.loop_smooth_group
 
 
-def _nowhere_seen(corners: csr_matrix, light: _Light, hidden: np.ndarray | None) -> np.ndarray:
+def _nowhere_seen(corners: csr_matrix, light: SurfaceLight, hidden: np.ndarray | None) -> np.ndarray:
     """(unknowns,) bool: light is known on none of the triangles around, and some are ``hidden``."""
     if hidden is None:
         return np.zeros(corners.shape[1], bool)
     share = abs(corners).T
-    lit, unseen = (share @ np.repeat(np.asarray(x, float), 3) for x in (light.area > 0, hidden))
-    return (lit == 0) & (unseen > 0)
+    lit, covered = (share @ np.repeat(np.asarray(x, float), 3) for x in (light.area > 0, hidden))
+    return (lit == 0) & (covered > 0)
 
 
 def _check(name: str, values: np.ndarray, weights: np.ndarray) -> None:
@@ -177,153 +154,8 @@ def _check(name: str, values: np.ndarray, weights: np.ndarray) -> None:
         )
 
 
-def _data(receivers: Receivers, weights, start: int, triangles: int) -> _Light:
-    """Sampling matrix at the receivers' centroids, each the area mean over its cells."""
-    u, v = _centroids(receivers)
-    cell_triangle = receivers.triangle - start
-    side = receivers.corners[:, 1:] - receivers.corners[:, :1]
-    area = np.abs(side[:, 0, 0] * side[:, 1, 1] - side[:, 0, 1] * side[:, 1, 0])
-    area = area * np.where(receivers.square, 2.0, 1.0)
-    total = np.bincount(receivers.receiver, area, receivers.count)
-    share = area / total[receivers.receiver]
-    entries = np.stack([1 - u - v, u, v], 1) * share[:, None]
-    columns = 3 * cell_triangle[:, None] + np.arange(3)
-    rows = np.repeat(receivers.receiver, 3)
-    sampling = csr_matrix(
-        (entries.ravel(), (rows, columns.ravel())), shape=(receivers.count, 3 * triangles)
-    )
-    first = np.searchsorted(receivers.receiver, np.arange(receivers.count))
-    triangle = cell_triangle[first] if receivers.count else np.zeros(0, int)
-    known = np.bincount(triangle, weights > 0, triangles)
-    return _Light(sampling, triangle, np.bincount(triangle, weights, triangles), np.sqrt(known))
-
-
-def _centroids(receivers: Receivers) -> tuple[np.ndarray, np.ndarray]:
-    a, b, c = receivers.corners.transpose(1, 2, 0)
-    return tuple(np.where(receivers.square, (b + c) / 2, (a + b + c) / 3))
-
-
 def _corner_map(target: ExportedObject, group: np.ndarray, unknowns: int) -> csr_matrix:
     """(3 n, unknowns): the color at each evaluated triangle corner from the unknown colors."""
     loops = len(group)
-    choose = csr_matrix((np.ones(loops), (np.arange(loops), group)), shape=(loops, unknowns))
-    return (target.corner_map.matrix() @ choose).tocsr()
-
-
-def _importance(values: np.ndarray, areas: np.ndarray) -> np.ndarray:
-    """(count,) L̄ / max(L, L̄/4) of light (count, 3) over ``areas`` (count,); 1 where all is dark."""
-    level = values.mean(axis=1)
-    total = areas.sum()
-    mean = float(level @ areas / total) if total > 0 else 0.0
-    if not mean > 0:
-        return np.ones(len(level))
-    return 1 / np.maximum(level / mean, FLOOR)
-
-
-def _normal_equations(
-    sampling: csr_matrix, corners: csr_matrix, light: _Light, weights: np.ndarray
-) -> csr_matrix:
-    """(unknowns, unknowns) for receivers that count by ``weights`` (count,)."""
-    area = np.bincount(light.triangle, weights, len(light.area))
-    stiff = _stiffness(corners, replace(light, area=area))
-    return (sampling.T @ diags(weights) @ sampling + stiff).tocsr()
-
-
-def _stiffness(corners: csr_matrix, light: _Light) -> csr_matrix:
-    """Differences between a triangle's corners, times its area and ε."""
-    epsilon = np.where(light.cuts**2 < 2.5, *STIFFNESS) * light.area / 3
-    n = len(epsilon)
-    first = 3 * np.arange(n)
-    signs = np.tile([1.0, -1.0], (n, 1))
-    total = None
-    for a, b in ((0, 1), (1, 2), (2, 0)):
-        rows = np.repeat(np.arange(n), 2)
-        columns = np.stack([first + a, first + b], 1).ravel()
-        edge = coo_matrix((signs.ravel(), (rows, columns)), shape=(n, 3 * n)).tocsr() @ corners
-        term = edge.T @ diags(epsilon) @ edge
-        total = term if total is None else total + term
-    return total
-
-
-def _bounds(corners, light, values, weights, loop_vertex, group, hidden):
-    """Per unknown a first guess, the lowest and the highest color allowed: (unknowns, 3) each.
-
-    Over a triangle cut n-fold a linear function reaches 2/(3(n−1)) of what its receivers'
-    centroids span beyond them; that much is allowed. With one receiver a triangle it is half of
-    what the triangles around the unknown span.
-    """
-    shown = weights > 0
-    triangle, values = light.triangle[shown], values[shown]
-    n = len(light.area)
-    low, high, total = np.full((n, 3), np.inf), np.full((n, 3), -np.inf), np.zeros((n, 3))
-    np.minimum.at(low, triangle, values)
-    np.maximum.at(high, triangle, values)
-    np.add.at(total, triangle, weights[shown, None] * values)
-    with np.errstate(invalid="ignore"):
-        reach = (high - low) * (2 / 3 / np.maximum(light.cuts - 1, 0.5))[:, None]
-    reach[light.cuts == 0] = -np.inf
-    low, high, reach = (_over_unknowns(corners, x, f) for x, f in (
-        (low, np.minimum), (high, np.maximum), (reach, np.maximum)))
-    mass = corners.T @ np.repeat(light.area, 3)
-    known = (mass > 0) & np.isfinite(low).all(1)
-    guess = np.zeros((corners.shape[1], 3))
-    guess[known] = (corners.T @ np.repeat(total, 3, axis=0))[known] / mass[known, None]
-    guess = _fill(guess, known, mass, loop_vertex, group)
-    guess[hidden] = _spread_into(corners, guess, known, hidden)
-    with np.errstate(invalid="ignore"):
-        reach = np.where(reach > 0, reach, (high - low) / 2)
-        low, high = np.maximum(low - reach, 0.0), np.maximum(high + reach, 0.0)
-    known = known[:, None]
-    return np.maximum(guess, 0), np.where(known, low, guess), np.where(known, high, guess)
-
-
-def _over_unknowns(corners: csr_matrix, value: np.ndarray, reduce: np.ufunc) -> np.ndarray:
-    """Reduce ``value`` (n, 3) of the triangles over those around each unknown."""
-    around = corners.tocsc()
-    used = np.nonzero(np.diff(around.indptr))[0]
-    out = np.full((corners.shape[1], 3), np.inf if reduce is np.minimum else -np.inf)
-    if len(used):
-        out[used] = reduce.reduceat(value[around.indices // 3], around.indptr[used], axis=0)
-    return out
-
-
-def _spread_into(corners: csr_matrix, guess, known, hidden) -> np.ndarray:
-    """(k, 3) colors of the unknowns ``hidden`` (unknowns,) bool: means of those they share a
-    triangle with, from the nearest that are ``known`` on; 0 where none is joined to any."""
-    used = abs(corners) > 0
-    around = csr_matrix(used.T.astype(float) @ _triangles_of(used.shape[0]))
-    around = (around @ around.T).tocsr()
-    colors, done = np.where(known[:, None], guess, 0.0), known.copy()
-    left = hidden & ~known
-    while left.any():
-        weight = around @ done.astype(float)
-        now = left & (weight > 0)
-        if not now.any():
-            break
-        colors[now] = (around @ (colors * done[:, None]))[now] / weight[now, None]
-        done |= now
-        left &= ~now
-    return colors[hidden]
-
-
-def _triangles_of(corners: int) -> csr_matrix:
-    """(corners, corners / 3): which triangle a corner is of."""
-    row = np.arange(corners)
-    return csr_matrix((np.ones(corners), (row, row // 3)), shape=(corners, corners // 3))
-
-
-def _fill(guess, known, mass, loop_vertex, group) -> np.ndarray:
-    """Give unknowns without light the mean of their vertex, else of the object."""
-    if known.all():
-        return guess
-    if not known.any():
-        return np.zeros_like(guess)
-    lit = known[group].astype(float)
-    count = np.bincount(loop_vertex, lit)
-    sums = [np.bincount(loop_vertex, lit * guess[group, c]) for c in range(3)]
-    vertex = np.stack(sums, 1) / np.maximum(count, 1)[:, None]
-    vertex[count == 0] = np.average(guess[known], axis=0, weights=mass[known])
-    filled = np.tile(np.average(guess[known], axis=0, weights=mass[known]), (len(guess), 1))
-    filled[group] = vertex[loop_vertex]
-    filled[known] = guess[known]
-    return filled
+    selection = csr_matrix((np.ones(loops), (np.arange(loops), group)), shape=(loops, unknowns))
+    return (target.corner_map.matrix() @ selection).tocsr()

@@ -19,13 +19,13 @@ EXPONENT_OFFSET = 128  # offset [of an exponent] in RGBE (Ward 1991, "Real Pixel
 DARK = 0.25  # brightness [of the mean]: darker places are judged against it (the report's error)
 
 
-def scale_of(colors: list[np.ndarray], kind: str, asked: float | None) -> float:
+def scale_of(colors: list[np.ndarray], encoding: str, asked: float | None) -> float:
     """The scale to divide by: as ``asked``; 0, or None for RGBM: the brightest value (at least
     1e-6); else 1."""
-    if kind == "rgbe":
+    if encoding == "rgbe":
         return 1.0
     if asked is None:
-        asked = 0.0 if kind in OWN_RANGE else 1.0
+        asked = 0.0 if encoding in OWN_RANGE else 1.0
     if asked > 0:
         return float(asked)
     return max([1e-6, *(float(c.max()) for c in colors if c.size)])
@@ -36,7 +36,7 @@ def share_above(colors: np.ndarray, limit: float) -> float:
     return float((colors.max(axis=1) > limit * (1 + 1e-6)).mean()) if len(colors) else 0.0
 
 
-def encode(colors: np.ndarray, kind: str, scale: float, seed: int = 0) -> np.ndarray:
+def encode(colors: np.ndarray, encoding: str, scale: float, seed: int = 0) -> np.ndarray:
     """Codes of ``colors`` (..., 3) linear: (..., 3), or (..., 4) for RGBM and RGBE.
 
     Dithered: a value between two codes becomes either of them by chance, the nearer the likelier,
@@ -44,24 +44,24 @@ def encode(colors: np.ndarray, kind: str, scale: float, seed: int = 0) -> np.nda
     """
     values = np.maximum(np.asarray(colors, np.float64), 0) / scale
     chance = np.random.default_rng(seed).random(values.shape)
-    if kind == "rgbm":
+    if encoding == "rgbm":
         return _rgbm(np.minimum(values, 1), chance)
-    if kind == "rgbe":
+    if encoding == "rgbe":
         return _rgbe(values, chance)
-    most = 2 ** BITS[kind] - 1
+    most = 2 ** BITS[encoding] - 1
     values = np.minimum(values, 1)
-    values = to_srgb(values) if kind in SRGB else values
-    return _dither(values, most, chance).astype(f"u{BITS[kind] // 8}")
+    values = to_srgb(values) if encoding in SRGB else values
+    return _dither(values, most, chance).astype(f"u{BITS[encoding] // 8}")
 
 
-def decode(codes: np.ndarray, kind: str, scale: float) -> np.ndarray:
+def decode(codes: np.ndarray, encoding: str, scale: float) -> np.ndarray:
     """The linear colors (..., 3) float64 that an engine reads from ``codes``."""
-    parts = codes / (2.0 ** BITS[kind] - 1)
-    if kind == "rgbm":
+    parts = codes / (2.0 ** BITS[encoding] - 1)
+    if encoding == "rgbm":
         return scale * parts[..., :3] * parts[..., 3:]
-    if kind == "rgbe":
+    if encoding == "rgbe":
         return parts[..., :3] * np.exp2(codes[..., 3:].astype(float) - EXPONENT_OFFSET)
-    return scale * (from_srgb(parts) if kind in SRGB else parts)
+    return scale * (from_srgb(parts) if encoding in SRGB else parts)
 
 
 def to_srgb(linear: np.ndarray) -> np.ndarray:

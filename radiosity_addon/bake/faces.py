@@ -11,6 +11,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from ..solver.geometry.planar import cell_areas
 from ..solver.receivers import Receivers
 
 SAMPLES = 20_000  # number [receivers], aimed at, over all objects of a bake
@@ -85,8 +86,6 @@ def receiver_areas(
     vertices: np.ndarray, triangles: np.ndarray, receivers: Receivers
 ) -> np.ndarray:
     """(count,) float64 surface area of each receiver; ``triangles`` are all of the scene's."""
-    u = receivers.corners[:, 1] - receivers.corners[:, 0]
-    v = receivers.corners[:, 2] - receivers.corners[:, 0]
-    share = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) * np.where(receivers.square, 2.0, 1.0)
+    share = cell_areas(receivers.corners, receivers.square)
     area = share * triangle_areas(vertices, triangles[receivers.triangle])
     return np.bincount(receivers.receiver, area, receivers.count)

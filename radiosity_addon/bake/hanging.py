@@ -50,9 +50,9 @@ def spread(hanging: Hanging, count: int) -> tuple[np.ndarray, csr_matrix]:
     column = np.concatenate([hanging.start, hanging.end, free])
     weight = np.concatenate([1 - hanging.share, hanging.share, np.ones(len(free))])
     step = csr_matrix((weight, (row, column)), shape=(count, count))
-    whole = step
+    product = step
     for _ in range(ROUNDS):
-        if not abs(whole[:, hangs]).sum() > DONE:
+        if not abs(product[:, hangs]).sum() > DONE:
             break
-        whole = whole @ step
-    return free, whole[:, free].tocsr()
+        product = product @ step
+    return free, product[:, free].tocsr()

@@ -97,7 +97,7 @@ def find_baked(name: str, atlas: str | None, item: str):
     return None
 
 
-def file_names(names: list[str], kind: str) -> list[str]:
+def file_names(names: list[str], file_format: str) -> list[str]:
     """A file name for each image name: safe on every system, unique also where case is ignored."""
     taken: set[str] = set()
     result = []
@@ -109,29 +109,29 @@ def file_names(names: list[str], kind: str) -> list[str]:
         while unique.casefold() in taken:
             unique, number = f"{stem}_{number}", number + 1
         taken.add(unique.casefold())
-        result.append(unique + ENDINGS[kind])
+        result.append(unique + ENDINGS[file_format])
     return result
 
 
-def save_image(image, path: str | Path, kind: str) -> None:
+def save_image(image, path: str | Path, file_format: str) -> None:
     """Write ``image`` to ``path`` as "exr" or "hdr"; an existing file is replaced whole.
 
     Both hold the linear values, HDR without alpha. Raises OSError naming the path; no part of a
     file stays.
     """
-    _write_whole(path, kind, lambda partial: _render_to(image, partial, kind))
+    _write_atomically(path, file_format, lambda partial: _render_to(image, partial, file_format))
 
 
-def save_encoded(pixels: np.ndarray, path: str | Path, kind: str, scale: float) -> None:
+def save_encoded(pixels: np.ndarray, path: str | Path, encoding: str, scale: float) -> None:
     """Write ``pixels`` (height, width, 4) linear Rec.709 as a PNG file in one of the encodings.
 
     Alpha is kept where the encoding leaves it free. Raises as ``save_image`` does.
     """
-    codes = encode(pixels[..., :3], kind, scale)
+    codes = encode(pixels[..., :3], encoding, scale)
     if codes.shape[-1] == 3:
-        alpha = np.rint(np.clip(pixels[..., 3:], 0, 1) * (2 ** BITS[kind] - 1))
+        alpha = np.rint(np.clip(pixels[..., 3:], 0, 1) * (2 ** BITS[encoding] - 1))
         codes = np.concatenate([codes, alpha.astype(codes.dtype)], -1)
-    data = png_bytes(codes, srgb=kind in SRGB)
+    data = png_bytes(codes, srgb=encoding in SRGB)
 
     def write(partial: Path) -> None:
         try:
@@ -139,15 +139,15 @@ def save_encoded(pixels: np.ndarray, path: str | Path, kind: str, scale: float) 
         except OSError as error:
             raise OSError(_explain(partial, error.strerror or str(error))) from error
 
-    _write_whole(path, kind, write)
+    _write_atomically(path, encoding, write)
 
 
-def _write_whole(path: str | Path, kind: str, write) -> None:
+def _write_atomically(path: str | Path, file_format: str, write) -> None:
     """``write`` to a file beside ``path``, then put that in its place."""
     path = Path(path).absolute()
     if not path.parent.is_dir():
         raise OSError(f"folder {path.parent} does not exist; create it or choose another")
-    partial = path.with_name(f".{path.stem}.partial{ENDINGS[kind]}")
+    partial = path.with_name(f".{path.stem}.partial{ENDINGS[file_format]}")
     try:
         write(partial)
         os.replace(partial, path)
@@ -155,12 +155,12 @@ def _write_whole(path: str | Path, kind: str, write) -> None:
         partial.unlink(missing_ok=True)
 
 
-def _render_to(image, path: Path, kind: str, codec: str = "NONE") -> None:
+def _render_to(image, path: Path, file_format: str, codec: str = "NONE") -> None:
     import bpy
 
     scene = bpy.data.scenes.new("radiosity save")
     try:
-        _set_up(scene, kind)
+        _set_up(scene, file_format)
         scene.render.image_settings.exr_codec = codec
         image.save_render(str(path), scene=scene)
     except RuntimeError as error:
@@ -171,14 +171,14 @@ def _render_to(image, path: Path, kind: str, codec: str = "NONE") -> None:
         raise OSError(_explain(path, "nothing was written"))
 
 
-def _set_up(scene, kind: str) -> None:
+def _set_up(scene, file_format: str) -> None:
     """Color management and file format of ``Image.save_render``."""
     scene.display_settings.display_device = "sRGB"
     view = scene.view_settings
     view.view_transform, view.exposure, view.gamma = "Standard", 0.0, 1.0
     settings = scene.render.image_settings
-    settings.file_format, depth = BLENDER_FORMAT[kind]
-    settings.color_mode = "RGB" if kind == "hdr" else "RGBA"
+    settings.file_format, depth = BLENDER_FORMAT[file_format]
+    settings.color_mode = "RGB" if file_format == "hdr" else "RGBA"
     settings.color_depth = depth
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from ..components import connected_components
 from ..solver.geometry.planar import doubled_areas
 
-SAME = 1e-3  # distance [texels]: UVs closer than that are one place
+SAME = 1e-3  # distance [texels]: UVs closer than that are one point
 FLAT = 1e-9  # area [texels²]: a triangle with less UV area shows nothing
 
 
@@ -56,7 +56,7 @@ def cut_into_islands(charted: Charted) -> tuple[np.ndarray, Edges]:
     edges = Edges(np.tile(np.arange(n), 3), np.repeat(np.arange(3), n))
     edges = edges.take(charted.shows[edges.triangle])
     pairs = []
-    for number in (_vertices, _places):
+    for number in (_vertices, _positions):
         one, other = _shared(charted, edges, *number(charted, edges))
         pairs.append((edges.triangle[one], edges.triangle[other]))
         left = np.ones(len(edges.triangle), bool)
@@ -70,12 +70,12 @@ def _vertices(charted: Charted, edges: Edges) -> tuple[np.ndarray, np.ndarray]:
     return edges.ends(charted.triangles)
 
 
-def _places(charted: Charted, edges: Edges) -> tuple[np.ndarray, np.ndarray]:
-    """(m,) numbers of both ends: the same for vertices at the same place."""
+def _positions(charted: Charted, edges: Edges) -> tuple[np.ndarray, np.ndarray]:
+    """(m,) numbers of both ends: the same for vertices at the same position."""
     ends = np.stack(edges.ends(charted.triangles))
     used, at = np.unique(ends, return_inverse=True)
-    place = np.unique(charted.vertices[used], axis=0, return_inverse=True)[1].reshape(-1)
-    return tuple(place[at.reshape(ends.shape)])
+    position = np.unique(charted.vertices[used], axis=0, return_inverse=True)[1].reshape(-1)
+    return tuple(position[at.reshape(ends.shape)])
 
 
 def _shared(

@@ -46,9 +46,9 @@ def write_attribute(mesh, name: str, values: np.ndarray) -> None:
     mesh.update()
 
 
-def values_of(collection, field: str, width: int, kind) -> np.ndarray:
+def values_of(collection, field: str, width: int, dtype) -> np.ndarray:
     """(n, width) of one property of all items."""
-    values = np.empty(len(collection) * width, kind)
+    values = np.empty(len(collection) * width, dtype)
     collection.foreach_get(field, values)
     return values.reshape(-1, width)
 
@@ -58,16 +58,16 @@ def _write_bmesh(mesh, attribute, values: np.ndarray) -> None:
 
     if attribute.data_type == "BYTE_COLOR":
         raise ValueError(f"mesh {mesh.name!r} is in Edit Mode; leave it to bake byte colors")
-    name, kind, domain = attribute.name, attribute.data_type, attribute.domain
+    name, data_type, domain = attribute.name, attribute.data_type, attribute.domain
     edited = _bmesh(mesh)
     corners = domain == "CORNER"
     owners = edited.loops.layers if corners else edited.verts.layers
-    layer = owners.float_color[name] if kind == "FLOAT_COLOR" else owners.uv[name]
+    layer = owners.float_color[name] if data_type == "FLOAT_COLOR" else owners.uv[name]
     items = [loop for face in edited.faces for loop in face.loops] if corners else edited.verts
     if len(items) != len(values):
         raise ValueError(_mismatch(mesh, len(values), len(items)))
     for item, value in zip(items, values.tolist()):
-        if kind == "FLOAT_COLOR":
+        if data_type == "FLOAT_COLOR":
             item[layer] = value
         else:
             item[layer].uv = value

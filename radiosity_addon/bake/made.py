@@ -13,7 +13,7 @@ PASSES = "radiosity_passes"  # custom property on images: the passes they hold, 
 SCALE = "{}_scale"  # custom property of meshes and images: by what encoded colors were divided
 OWNER = "radiosity_object"  # custom property on images: whom they were baked for, one a line
 ATLAS = "radiosity_atlas"  # custom property on images that objects share: the atlas' full name
-COLOR, UV_MAP, SLOT = "color", "uv", "slot"  # kinds of entries
+COLOR, UV_MAP, SLOT = "color", "uv", "slot"  # types of entries
 
 
 def read_made(mesh) -> dict[str, dict]:
@@ -44,11 +44,11 @@ def forget(mesh, name: str) -> None:
         del mesh[MADE]
 
 
-def names_made(mesh, kind: str) -> list[str]:
+def names_made(mesh, entry_type: str) -> list[str]:
     """The attributes or UV maps that bakes added to the mesh and that nobody renamed since."""
-    there = mesh.uv_layers if kind == UV_MAP else mesh.color_attributes
+    there = mesh.uv_layers if entry_type == UV_MAP else mesh.color_attributes
     entries = read_made(mesh).items()
-    return [name for name, e in entries if e.get("kind") == kind and e.get("new") and name in there]
+    return [name for name, e in entries if e.get("kind") == entry_type and e.get("new") and name in there]
 
 
 def passes_of(mesh, name: str) -> tuple[str, ...]:

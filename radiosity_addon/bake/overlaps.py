@@ -10,7 +10,7 @@ from collections import deque
 
 import numpy as np
 
-from ..solver.geometry.planar import doubled_areas
+from ..solver.geometry.planar import cell_areas, doubled_areas
 from ..solver.receivers import Receivers
 from ..steps import finish
 from .texels import OVERLAP, expand, texel_steps
@@ -61,7 +61,7 @@ def _neighbors(pairs, touches) -> np.ndarray:
 def _sharing(cells: Receivers, uv, face, resolution) -> tuple[np.ndarray, np.ndarray]:
     """(m, 2) unique pairs of faces, smaller first, found in one texel covered more than once;
     (m,) bool: they were alone in it, so it is they that overlap."""
-    area = np.abs(doubled_areas(cells.corners)) * np.where(cells.square, 1.0, 0.5)
+    area = cell_areas(cells.corners, cells.square) / 2
     area = area * np.abs(doubled_areas(uv))[cells.triangle] * resolution**2
     covered = np.bincount(cells.receiver, area, cells.count)
     chosen = (covered[cells.receiver] > OVERLAP) & (area > SHARED)

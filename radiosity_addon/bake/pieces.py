@@ -20,13 +20,13 @@ from .islands import Charted, Edges
 SMOOTH = np.cos(np.radians(30.0))
 # Number [corners that hang on one edge]: of more, light varies too much along it for a line.
 MOST = 8
-# Distance [of an edge's length, or a face's height over it] at which ways over it begin.
+# Distance [of an edge's length, or a face's height over it] at which segments over it begin.
 ASIDE = 0.25
 
 
 @dataclass(frozen=True)
-class Ways:
-    """From places a little to one side of edges to places to the other [scene's length]."""
+class Segments:
+    """From points a little to one side of edges to points to the other [scene's length]."""
 
     starts: np.ndarray  # (k, 3)
     start_up: np.ndarray  # (k, 3) the faces' unit normals
@@ -53,8 +53,8 @@ def joined_unknowns(
     owners = [edges.take(part.edge) for part in sides]
     same = np.flatnonzero(material[owners[0].triangle] == material[owners[1].triangle])
     sides = [part.take(same) for part in sides]
-    places = [_beside(charted, edges, part) for part in sides]
-    free = is_free(Ways(*places[0], *places[1]))
+    points = [_beside(charted, edges, part) for part in sides]
+    free = is_free(Segments(*points[0], *points[1]))
     meetings = _meetings(edges, [part.take(free) for part in sides], unknown)
     number = connected_components(count, *meetings.equal())
     return number, meetings.hanging(number)
@@ -65,7 +65,7 @@ class _Meetings:
     """Points (k,) where a part of one edge meets a part of another."""
 
     edge: np.ndarray  # (2, k) the edges,
-    along: np.ndarray  # (2, k) the points' places along them, 0 or 1 at their ends,
+    along: np.ndarray  # (2, k) where the points lie along them, 0 or 1 at their ends,
     ends: np.ndarray  # (2, k, 2) and the unknowns at their starts and ends
     point: np.ndarray  # (k,)
 
@@ -125,12 +125,12 @@ def _open_edges(triangles: np.ndarray, group: np.ndarray) -> Edges:
 
 
 def _beside(charted: Charted, edges: Edges, part: Parts) -> tuple[np.ndarray, np.ndarray]:
-    """(k, 3) places beside the middles of parts, in their faces, and (k, 3) these' normals."""
+    """(k, 3) points beside the middles of parts, in their faces, and (k, 3) these' normals."""
     own = edges.take(part.edge)
     start, end = own.ends(charted.vertices[charted.triangles])
     third = charted.vertices[charted.triangles[own.triangle, (own.side + 2) % 3]]
-    way, (low, high) = into_faces(charted, own), part.along.T[..., None]
+    inward, (low, high) = into_faces(charted, own), part.along.T[..., None]
     length = np.linalg.norm(end - start, axis=1) * np.abs(high - low)[:, 0]
-    far = np.minimum(length, np.einsum("ij,ij->i", third - start, way))
+    far = np.minimum(length, np.einsum("ij,ij->i", third - start, inward))
     middle = start + (low + high) / 2 * (end - start)
-    return middle + ASIDE * far[:, None] * way, face_normals_of(charted, own.triangle)
+    return middle + ASIDE * far[:, None] * inward, face_normals_of(charted, own.triangle)

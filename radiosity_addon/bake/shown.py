@@ -13,7 +13,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Stencils:
-    """Places in images as weighted sums of four texels each: ``texel`` and ``weight`` (k, 4)."""
+    """Points in images as weighted sums of four texels each: ``texel`` and ``weight`` (k, 4)."""
 
     texel: np.ndarray  # int64, through all images
     weight: np.ndarray  # float64
@@ -44,14 +44,14 @@ class Sheets:
         inside &= (row < self.height[sheet]) & (column < self.width[sheet])
         return np.where(inside, self.first[sheet] + row * self.width[sheet] + column, -1)
 
-    def place(self, texel: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def locate(self, texel: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(sheet, row, column) of texels' numbers."""
         sheet = np.searchsorted(self.first, texel, "right") - 1
         row, column = np.divmod(texel - self.first[sheet], self.width[sheet])
         return sheet, row, column
 
     def stencils(self, sheet: np.ndarray, at: np.ndarray) -> Stencils:
-        """Of places ``at`` (k, 2) [texels from the lower left corner] in images (k,)."""
+        """Of points ``at`` (k, 2) [texels from the lower left corner] in images (k,)."""
         low = np.floor(at - 0.5)
         share = at - 0.5 - low
         texels, weights = [], []

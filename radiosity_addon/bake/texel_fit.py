@@ -30,7 +30,7 @@ STAY = 1e-4  # weight ε [texels]: how much texels stay what they are without th
 TOLERANCE = 1e-4  # residual [relative]: far below what anybody sees
 SEEN = 1e-6  # weight [of 1]: a texel with less is not seen at a place
 LEEWAY = 0.5  # excess [of the light's span nearby] of a value over the light, at most
-REACH = 2  # distance [texels] up to which the light's span is taken
+NEARBY = 2  # distance [texels] up to which the light's span is taken
 
 
 @dataclass(frozen=True)
@@ -136,9 +136,9 @@ def _bounds(
 ) -> tuple[np.ndarray, np.ndarray]:
     """(m, 3) lowest and highest light nearby, or the guess where there is none."""
     low, high = np.full((len(chosen), 3), np.inf), np.full((len(chosen), 3), -np.inf)
-    sheet, row, column = sheets.place(chosen)
-    for dy in range(-REACH, REACH + 1):
-        for dx in range(-REACH, REACH + 1):
+    sheet, row, column = sheets.locate(chosen)
+    for dy in range(-NEARBY, NEARBY + 1):
+        for dx in range(-NEARBY, NEARBY + 1):
             index = light.of(sheets.texel(sheet, row + dy, column + dx))
             there = np.flatnonzero(index >= 0)
             nearby = mean[index[there]]
@@ -152,8 +152,8 @@ def _bounds(
 def _widened(low: np.ndarray, high: np.ndarray, unknown: _Numbers, seams: SeamSamples):
     """(m, 3) bounds: light to both sides of seams, and a little more."""
     texel = np.concatenate([seams.one.texel, seams.other.texel], 1)
-    row, place = np.nonzero(unknown.of(texel) >= 0)
-    at = unknown.of(texel[row, place])
+    row, column = np.nonzero(unknown.of(texel) >= 0)
+    at = unknown.of(texel[row, column])
     for bound, f, empty in ((low, np.minimum, np.inf), (high, np.maximum, -np.inf)):
         joint = np.full((len(texel), 3), empty)
         f.at(joint, row, bound[at])

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..figures import percent
-from ..solver.geometry.planar import doubled_areas
+from ..solver.geometry.planar import cell_areas, cell_middles, doubled_areas
 from ..solver.receivers import Receivers
 from .shown import Sheets
 
@@ -17,7 +17,7 @@ TOUCH = 0.01  # share [of a texel]: an island that has less of one does not coun
 NONE, SEVERAL = -1, -2  # codes [islands] of texels without, and with more than one, island
 # Directions [quarters of a texel]: up and right of its middle.
 QUARTERS = (-1, -1), (-1, 1), (1, -1), (1, 1)
-WHOLE = 0.999  # share [of a texel] covered: its mean is its value, and its island is not thinner
+COVERED = 0.999  # share [of a texel] covered: its mean is its value, and its island is not thinner
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class TexelParts:
         owner, count = receivers.receiver, receivers.count
         share = np.bincount(owner, self.area, count)
         total = np.maximum(share, 1e-300)
-        middle = [np.bincount(owner, self.area * place, count) / total for place in self.middle.T]
+        middle = [np.bincount(owner, self.area * x, count) / total for x in self.middle.T]
         return share, np.stack(middle, 1)
 
 
@@ -41,17 +41,16 @@ def texel_parts(receivers: Receivers, uv: np.ndarray, triangle: np.ndarray) -> T
     (n_cells,) is which of these."""
     corners, square = receivers.corners, receivers.square
     scale = np.abs(doubled_areas(uv))[triangle]
-    area = np.abs(doubled_areas(corners)) * np.where(square, 1.0, 0.5) * scale
-    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    place = corners[:, 0] + np.where(square, 0.5, 1 / 3)[:, None] * (u + v)
+    area = cell_areas(corners, square) / 2 * scale
+    middle = cell_middles(corners, square)
     a, b, c = uv[triangle].transpose(1, 0, 2)
-    return TexelParts(area, a + place[:, :1] * (b - a) + place[:, 1:] * (c - a))
+    return TexelParts(area, a + middle[:, :1] * (b - a) + middle[:, 1:] * (c - a))
 
 
 def anchored_texels(
-    sheets: Sheets, texel: np.ndarray, whole: np.ndarray, cell_texel: np.ndarray, island: np.ndarray
+    sheets: Sheets, texel: np.ndarray, covered: np.ndarray, cell_texel: np.ndarray, island: np.ndarray
 ) -> np.ndarray:
-    """(k,) bool: of ``texel`` (k,), those of one island alone, beside a ``whole`` (k,) bool one of that
+    """(k,) bool: of ``texel`` (k,), those of one island alone, beside a ``covered`` (k,) bool one of that
     island and none of another island: only there is the light around known to be that of one surface,
     and the picture between texels to be its own.
 
@@ -59,10 +58,10 @@ def anchored_texels(
     """
     owner = _owners(sheets, cell_texel, island)
     inside = np.full(int(sheets.first[-1]), NONE)
-    inside[texel[whole]] = owner[texel[whole]]
+    inside[texel[covered]] = owner[texel[covered]]
     own = owner[texel]
     beside, alone = np.zeros(len(texel), bool), own != SEVERAL
-    sheet, row, column = sheets.place(texel)
+    sheet, row, column = sheets.locate(texel)
     for dy in (-1, 0, 1):
         for dx in (-1, 0, 1):
             near = sheets.texel(sheet, row + dy, column + dx)
@@ -90,7 +89,7 @@ def crowded_shares(
     their middles do, larger ones all over it.
     """
     owner = _owners(sheets, texel, island)
-    sheet, row, column = sheets.place(texel)
+    sheet, row, column = sheets.locate(texel)
     mixed = np.zeros((4, len(texel)), bool)
     for dy, dx in ((y, x) for y in (-1, 0, 1) for x in (-1, 0, 1) if x or y):
         near = sheets.texel(sheet, row + dy, column + dx)
@@ -128,7 +127,7 @@ def unfit_shares(
     shared = several[number]
     most = np.zeros(int(island.max()) + 1)
     np.maximum.at(most, island, part)
-    thin = (most < WHOLE)[island] & ~shared
+    thin = (most < COVERED)[island] & ~shared
     close = np.where(shared, surface, np.where(thin, 0.0, crowded))
     total = max(float(surface.sum()), 1e-300)
     count = len(np.unique(texel[(close > 0) | thin]))

@@ -11,7 +11,7 @@ from typing import Iterator
 
 import numpy as np
 
-from ..solver.geometry.planar import doubled_areas
+from ..solver.geometry.planar import cell_areas, doubled_areas
 from ..solver.receivers import Receivers, TexelMaps
 from ..steps import finish
 from .clip import clip_squares, fan
@@ -97,7 +97,7 @@ def coverage(
     """
     width, height = width_and_height(size)
     texel_area = np.abs(doubled_areas(np.asarray(uv, float))) * (width * height)
-    area = np.abs(doubled_areas(receivers.corners)) * np.where(receivers.square, 1.0, 0.5)
+    area = cell_areas(receivers.corners, receivers.square) / 2
     covered = area * texel_area[receivers.triangle - start]
     return np.bincount(receivers.receiver, covered, receivers.count)
 
@@ -121,8 +121,8 @@ def _cells(points: np.ndarray, start: int, size: tuple[int, int]) -> Iterator[tu
     for at in range(0, len(owner), CHUNK):
         who, y = owner[at : at + CHUNK], row[at : at + CHUNK]
         outer, inner = _spans(np.take(points, who, axis=0), y, width)
-        whole = _whole(inner, who, y)
-        yield _finish(whole, points, inverse, usable + start, width)
+        full = _full_texels(inner, who, y)
+        yield _finish(full, points, inverse, usable + start, width)
         partial = _partial(outer, inner, who, y)
         for i in range(0, len(partial[0]), CHUNK):
             piece = tuple(column[i : i + CHUNK] for column in partial)
@@ -173,9 +173,9 @@ def _spans(triangles: np.ndarray, row: np.ndarray, width: int):
             left = np.where(meets, np.minimum(left, np.minimum(x, other)), left)
             right = np.where(meets, np.maximum(right, np.maximum(x, other)), right)
             cuts = (bottom <= y) & (y <= top)
-            reach = np.minimum(x, other), np.maximum(x, other)
-            within[side] = np.where(cuts, np.minimum(within[side], reach[0]), within[side])
-            within[2 + side] = np.where(cuts, np.maximum(within[2 + side], reach[1]),
+            ends = np.minimum(x, other), np.maximum(x, other)
+            within[side] = np.where(cuts, np.minimum(within[side], ends[0]), within[side])
+            within[2 + side] = np.where(cuts, np.maximum(within[2 + side], ends[1]),
                                         within[2 + side])
     first = np.ceil(np.maximum(within[0], within[1]) - 1e-9)
     last = np.floor(np.minimum(within[2], within[3]) + 1e-9)
@@ -191,7 +191,7 @@ def _clamped(first, last, width) -> tuple[np.ndarray, np.ndarray]:
     return first, np.maximum(np.clip(last, 0, width).astype(np.int64), first)
 
 
-def _whole(inner, owner, row):
+def _full_texels(inner, owner, row):
     """Texels wholly inside one triangle: (owner, column, row, corners in the texel, square)."""
     span, offset = expand(inner[1] - inner[0])
     corners = np.broadcast_to([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], (len(span), 3, 2))
@@ -217,9 +217,9 @@ def _clipped(owner, column, row, points):
 def _finish(cells, points, inverse, names, width):
     """From corners in the texel to barycentric ones: (texel, triangle, corners, square, area)."""
     owner, column, row, corners, square = cells
-    area = np.abs(doubled_areas(corners)) * np.where(square, 1.0, 0.5)
+    area = cell_areas(corners, square) / 2
     matrix = np.take(inverse, owner, axis=2)
-    offset = [place - points[owner, 0, axis] for axis, place in enumerate((column, row))]
+    offset = [at - points[owner, 0, axis] for axis, at in enumerate((column, row))]
     barycentric = np.empty(corners.shape)
     for corner in range(3):  # inner loops over cells, not over two numbers
         x, y = (corners[:, corner, axis] + offset[axis] for axis in range(2))

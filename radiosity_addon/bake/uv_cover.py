@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..figures import percent
-from ..solver.geometry.planar import doubled_areas
+from ..solver.geometry.planar import cell_areas, doubled_areas
 from ..solver.receivers import Receivers
 
 FLAT = 1e-12  # area [of the tile]: a triangle with less UV area has none
@@ -24,8 +24,8 @@ def missed_shares(
     total = float(area.sum())
     if total == 0:
         return 0.0, 0.0
-    cells = np.abs(doubled_areas(receivers.corners)) * np.where(receivers.square, 2.0, 1.0) / 2
-    inside = np.bincount(receivers.triangle - start, 2 * cells, len(uv))
+    cells = cell_areas(receivers.corners, receivers.square)
+    inside = np.bincount(receivers.triangle - start, cells, len(uv))
     extent = np.abs(doubled_areas(np.asarray(uv, float))) / 2
     flat = ~(extent > FLAT)  # NaN too
     outside = np.where(flat, 0.0, np.clip(1 - inside, 0, 1))
@@ -34,16 +34,16 @@ def missed_shares(
 
 def missed_warning(name: str, outside: float, flat: float, modifiers: tuple[str, ...]) -> str:
     """One sentence on what the image of ``name`` lacks; "" when it lacks next to nothing."""
-    told = []
+    reasons = []
     if outside > NOTABLE:
-        told.append(
+        reasons.append(
             f"{percent(outside)} of its surface has UVs outside the tile from 0 to 1 (or on other "
             "UDIM tiles) and gets no texel: move them inside, or bake to a map made for it"
         )
     if flat > NOTABLE:
         cause = f" that its modifiers make ({', '.join(modifiers)})" if modifiers else ""
-        told.append(
+        reasons.append(
             f"{percent(flat)} of its surface are faces without area in the UV map{cause} and get "
             "no texel: give them UVs, apply the modifiers and bake again, or bake vertex colors"
         )
-    return f"{name!r}: " + "; ".join(told) if told else ""
+    return f"{name!r}: " + "; ".join(reasons) if reasons else ""

@@ -10,7 +10,7 @@ from typing import Callable
 
 import numpy as np
 
-from ..export.meshes import within_reach
+from ..export.meshes import within_range
 from .layers import values_of
 
 
@@ -35,7 +35,7 @@ def shape_of(obj) -> Shape:
     size = np.array(obj.matrix_world, float)[:3, :3]
     if np.isfinite(size).all() and abs(np.linalg.det(size)) > 0:
         points = points @ size.T
-    points = np.where(within_reach(points), points, 0.0)  # else Blender never ends
+    points = np.where(within_range(points), points, 0.0)  # else Blender never ends
     corner = values_of(source.loops, "vertex_index", 1, np.int32)[:, 0].astype(np.int64)
     return Shape(points, corner, values_of(source.polygons, "loop_start", 1, np.int32)[:, 0])
 

@@ -30,7 +30,7 @@ class TexelRect:
     height: int
 
 
-def whole(size: tuple[int, int]) -> TexelRect:
+def full_rect(size: tuple[int, int]) -> TexelRect:
     """An image of the object's own."""
     return TexelRect(None, size, 0, 0, *size)
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .materials import Palette, slot_keys
-from .meshes import FARTHEST, sound_triangles, within_reach
+from .meshes import FARTHEST, sound_triangles, within_range
 from .parts import Part, is_mirrored, world_vertices
 
 
@@ -46,7 +46,7 @@ def assemble(parts: list[Part], warnings: list[str]) -> Assembly:
         _report_unsound(part.name, unfinite, empty, warnings)
         kept = np.flatnonzero(sound).astype(np.int32)
         order = np.array([0, 2, 1] if is_mirrored(part) else [0, 1, 2])
-        points = np.where(within_reach(points), points, 0.0) if unfinite else points
+        points = np.where(within_range(points), points, 0.0) if unfinite else points
         vertices.append(points)
         triangles.append(part.mesh.triangles[kept][:, order] + base)
         owners.append(np.full(len(kept), index, np.int32))
@@ -106,9 +106,9 @@ def scatter_atlas(geometry: Assembly, atlases: dict) -> np.ndarray:
     result = np.zeros((len(geometry.triangles), 3, 2), np.float32)
     for index, (chosen, uv) in atlases.items():
         placed = geometry.placed[index]
-        whole = np.zeros((len(placed.part.mesh.triangles), 3, 2), np.float32)
-        whole[chosen] = uv
-        result[placed.start : placed.stop] = whole[placed.kept][:, placed.order]
+        of_mesh = np.zeros((len(placed.part.mesh.triangles), 3, 2), np.float32)
+        of_mesh[chosen] = uv
+        result[placed.start : placed.stop] = of_mesh[placed.kept][:, placed.order]
     return result
 
 

@@ -1,7 +1,7 @@
-"""Atlas: a private place in one square image for every triangle.
+"""Atlas: a square of its own in one image for every triangle.
 
-Each triangle gets a square cell whose edge is a power of two. Sorted by falling size and laid
-along the Z curve (Morton 1966) such cells fill a square without gaps or overlap.
+Each triangle gets a square whose edge is a power of two. Sorted by falling size and laid
+along the Z curve (Morton 1966) they fill a larger one without gaps or overlap.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 LARGEST = 4096  # edge [texels] of the image, at most
-SMALLEST_CELL, LARGEST_CELL = 1, 9  # edges [powers of two, texels] of cells
-INSET = 1.45  # distance [texels] between a cell's border and its triangle's corners
+SMALLEST_SQUARE, LARGEST_SQUARE = 1, 9  # edges [powers of two, texels] of squares
+INSET = 1.45  # distance [texels] between a square's border and its triangle's corners
 DENSITY = 512**2  # number [texels] that a mesh of few triangles gets
 PER_TRIANGLE = 32  # number [texels] that each of many triangles gets on average
 
@@ -21,7 +21,7 @@ PER_TRIANGLE = 32  # number [texels] that each of many triangles gets on average
 class Atlas:
     """``bake``: where Cycles writes; ``lookup``: where to read; both (n, 3, 2) float64 in [0, 1].
 
-    A cell of two texels holds one color, read from the center of its first texel.
+    A square of two texels holds one color, read from the center of its first texel.
     """
 
     size: int
@@ -30,13 +30,13 @@ class Atlas:
 
 
 def make_atlas(area: np.ndarray) -> Atlas:
-    """Cells for triangles of these areas (n,), larger triangles in larger cells."""
+    """Squares for triangles of these areas (n,), larger ones for larger triangles."""
     budget = min(max(DENSITY, PER_TRIANGLE * len(area)), LARGEST**2 // 4)
     share = area / max(float(area.sum()), 1e-300)
     power = np.floor(0.5 * np.log2(np.maximum(share * budget, 1e-9)))
-    power = np.clip(power, SMALLEST_CELL, LARGEST_CELL).astype(np.int64)
-    while _side(power) > LARGEST and power.max() > SMALLEST_CELL:
-        power = np.maximum(power - 1, SMALLEST_CELL)
+    power = np.clip(power, SMALLEST_SQUARE, LARGEST_SQUARE).astype(np.int64)
+    while _side(power) > LARGEST and power.max() > SMALLEST_SQUARE:
+        power = np.maximum(power - 1, SMALLEST_SQUARE)
     size = _side(power)
     if size > LARGEST:
         raise ValueError(
@@ -44,9 +44,9 @@ def make_atlas(area: np.ndarray) -> Atlas:
             f"{size} texels, above {LARGEST}; simplify the material or the mesh"
         )
     order = np.argsort(-power, kind="stable")
-    cells = 4 ** power[order]
+    texels = 4 ** power[order]
     origin = np.empty((len(area), 2))
-    origin[order] = _unweave(np.concatenate([[0], np.cumsum(cells)[:-1]]))
+    origin[order] = _unweave(np.concatenate([[0], np.cumsum(texels)[:-1]]))
     edge = (2.0**power)[:, None, None]
     low = np.where(edge > 2.0, INSET, 0.3)
     high = np.where(edge > 2.0, edge - INSET, 1.4)
@@ -57,7 +57,7 @@ def make_atlas(area: np.ndarray) -> Atlas:
 
 
 def _side(power: np.ndarray) -> int:
-    """The smallest power of two whose square holds all cells."""
+    """The smallest power of two whose square holds all squares."""
     total = int(np.sum(4**power))
     return max(4, 1 << int(np.ceil(np.log2(max(total, 1)) / 2.0)))
 
@@ -73,7 +73,7 @@ def _unweave(code: np.ndarray) -> np.ndarray:
 
 def atlas_texels(atlas: Atlas, which: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     """Rows and columns of texels well inside the chosen (n,) bool triangles, a pair for each size
-    of cell."""
+    of square."""
     corner = np.floor(atlas.bake[which, 0] * atlas.size + 1e-6).astype(np.int64)
     edge = np.rint((atlas.bake[which, 1, 0] - atlas.bake[which, 0, 0]) * atlas.size + 2 * INSET)
     edge = edge.astype(np.int64)

@@ -21,9 +21,9 @@ def user_materials(keys) -> dict:
     import bpy
 
     known = {material_key(material): material for material in bpy.data.materials}
-    gone = [key for key in keys if key not in known]
-    if gone:
-        raise ValueError(f"material {gone[0]!r} was removed while it was read; bake again")
+    removed = [key for key in keys if key not in known]
+    if removed:
+        raise ValueError(f"material {removed[0]!r} was removed while it was read; bake again")
     return {key: known[key] for key in keys}
 
 
@@ -95,7 +95,7 @@ def _mesh(part: Part, chosen, uv: np.ndarray):
     return mesh
 
 
-def bake_pass(stage, thing, image, kind: str, passes: set, **options) -> np.ndarray:
+def bake_pass(stage, thing, image, pass_type: str, passes: set, **options) -> np.ndarray:
     """(height, width, 3) float32 of one bake."""
     import bpy
 
@@ -111,7 +111,7 @@ def bake_pass(stage, thing, image, kind: str, passes: set, **options) -> np.ndar
         scene=stage, view_layer=layer, active_object=thing, object=thing,
         selected_objects=things, selected_editable_objects=things,
     ):  # fmt: skip
-        bpy.ops.object.bake(type=kind, pass_filter=passes, margin=2, use_clear=True, **options)
+        bpy.ops.object.bake(type=pass_type, pass_filter=passes, margin=2, use_clear=True, **options)
     values = np.empty(image.size[0] * image.size[1] * 4, np.float32)
     image.pixels.foreach_get(values)
     return values.reshape(image.size[1], image.size[0], 4)[..., :3].copy()

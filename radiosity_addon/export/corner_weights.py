@@ -2,8 +2,8 @@
 
 Without modifiers that change faces the weights are one-hot. Otherwise they are those by which Blender
 itself mixed the corners of the face that a corner came from (see ``tracing``). Where it came from
-several faces, or from one of more corners than are told apart, they are barycentric ones of its
-place before the modifiers, in the nearest triangle of the face that its own face came from.
+several faces, or from one of more corners than are numbered, they are barycentric ones of its
+position before the modifiers, in the nearest triangle of the face that its own face came from.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from .meshes import bulk, read_loop_vertices
 from .tracing import Trace
 
 NEGLIGIBLE = 1e-6  # weight [of 1]: smaller ones are rounding
-HALF = 0.5  # weight [of 1]: a corner that has less of the user's corners has no source
+LEAST_SOURCED = 0.5  # weight [of 1]: a corner that has less of the user's corners has no source
 
 
 def one_hot(loops: np.ndarray, n_loops: int) -> CornerMap:
@@ -30,16 +30,16 @@ def traced(loops: np.ndarray, polygon: np.ndarray, trace: Trace, mesh) -> Corner
     Corners without a source have no weight. None when the modifiers dropped the attributes or no
     corner has a source.
     """
-    if trace.face is None or trace.place is None:
+    if trace.face is None or trace.position is None:
         return None
     corner = loops.reshape(-1)
     face = np.repeat(trace.face[polygon], 3) - 1
     face[face >= len(mesh.polygons)] = -1
     if not (face >= 0).any():
         return None
-    told, mixed = _mixed(mesh, trace, corner)
-    rest = np.flatnonzero((face >= 0) & ~told)
-    nearest = barycentric(mesh, face[rest], trace.place[corner[rest]])
+    sourced, mixed = _mixed(mesh, trace, corner)
+    rest = np.flatnonzero((face >= 0) & ~sourced)
+    nearest = barycentric(mesh, face[rest], trace.position[corner[rest]])
     entries = zip(mixed, (np.repeat(rest, 3), *(x.ravel() for x in nearest)))
     row, loop, weight = (np.concatenate(pair) for pair in entries)
     order = np.argsort(row, kind="stable")
@@ -54,32 +54,32 @@ def _mixed(mesh, trace: Trace, corner: np.ndarray):
         return np.zeros(len(corner), bool), (np.zeros(0, int), np.zeros(0, int), np.zeros(0))
     shares = trace.shares[corner].astype(np.float64)
     face, total = trace.source[corner] - 1, shares.sum(axis=1)
-    told = (face >= 0) & (face < len(mesh.polygons)) & (total > HALF)
-    row, number = np.nonzero((np.abs(shares) > NEGLIGIBLE) & told[:, None])
+    sourced = (face >= 0) & (face < len(mesh.polygons)) & (total > LEAST_SOURCED)
+    row, number = np.nonzero((np.abs(shares) > NEGLIGIBLE) & sourced[:, None])
     start = bulk(mesh.polygons, "loop_start", np.int32)
-    return told, (row, start[face[row]] + number, shares[row, number] / total[row])
+    return sourced, (row, start[face[row]] + number, shares[row, number] / total[row])
 
 
-def _loop_places(mesh) -> np.ndarray:
-    places = bulk(mesh.vertices, "co", np.float32, 3).astype(np.float64)
-    return places[read_loop_vertices(mesh)]
+def _loop_positions(mesh) -> np.ndarray:
+    positions = bulk(mesh.vertices, "co", np.float32, 3).astype(np.float64)
+    return positions[read_loop_vertices(mesh)]
 
 
-def barycentric(mesh, face: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Loops (m, 3) and weights (m, 3) in the triangle of the face nearest to the place."""
+def barycentric(mesh, face: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Loops (m, 3) and weights (m, 3) in the triangle of the face nearest to the position."""
     mesh.calc_loop_triangles()
     owner = bulk(mesh.loop_triangles, "polygon_index", np.int32)
     loops = bulk(mesh.loop_triangles, "loops", np.int32, 3)
     count = np.bincount(owner, minlength=len(mesh.polygons))
     first = np.concatenate([[0], np.cumsum(count)[:-1]])
     order = np.argsort(owner, kind="stable")
-    places = _loop_places(mesh)
+    positions = _loop_positions(mesh)
     best = np.full(len(face), np.inf)
     chosen, weights = np.zeros((len(face), 3), np.int64), np.zeros((len(face), 3))
     for step in range(int(count[face].max(initial=0))):
         have = np.flatnonzero(count[face] > step)
         three = loops[order[first[face[have]] + step]]
-        weight, distance = nearest_in_triangle(places[three], place[have])
+        weight, distance = nearest_in_triangle(positions[three], position[have])
         closer = distance < best[have]
         have = have[closer]
         best[have], chosen[have] = distance[closer], three[closer]

@@ -70,8 +70,8 @@ def _walls() -> list[tuple[np.ndarray, int]]:
 
 def _block(center, half: float, height: float, degrees: float) -> list[tuple[np.ndarray, int]]:
     """A white block standing on the floor, turned about z; no bottom; faces outwards."""
-    turn = np.radians(degrees)
-    rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    angle = np.radians(degrees)
+    rotation = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     corners = np.array(CUBE, float)
     corners[:, :2] = half * corners[:, :2] @ rotation.T + center
     corners[:, 2] *= height / 2

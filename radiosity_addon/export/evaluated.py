@@ -14,7 +14,7 @@ from .colors import Color, Mapping, constant
 from .materials import Palette, slot_keys
 from .parts import Part, world_vertices
 from .shaders import SurfaceShader
-from .sides import sees_sides, turn_around
+from .sides import sees_sides, show_back
 from .traceless import traceless
 from .transparency import emit_transmittance, lets_light_through
 
@@ -59,7 +59,7 @@ def _evaluate_part(part: Part, keys, palette: Palette, like):
     fronts = _surfaces(stage, thing, image, {k: m.copy() for k, m in originals.items()}, cells)
     turned = {k: m.copy() for k, m in originals.items() if sees_sides(m.node_tree)}
     for material in turned.values():
-        turn_around(material.node_tree)
+        show_back(material.node_tree)
     backs = _surfaces(stage, thing, image, turned, cells) if turned else {}
     found = {key: palette.add(key, fronts[key], backs.get(key)) for key in keys}
     bpy.data.batch_remove([thing, thing.data, image, stage])

@@ -79,8 +79,8 @@ def _sphere():
     import bpy
 
     polar = np.pi * np.arange(1, RINGS) / RINGS
-    turn = 2 * np.pi * np.arange(SLICES) / SLICES
-    ring = np.stack([np.outer(np.sin(polar), f(turn)) for f in (np.cos, np.sin)]
+    azimuth = 2 * np.pi * np.arange(SLICES) / SLICES
+    ring = np.stack([np.outer(np.sin(polar), f(azimuth)) for f in (np.cos, np.sin)]
                     + [np.repeat(np.cos(polar)[:, None], SLICES, 1)], -1).reshape(-1, 3)  # fmt: skip
     points = [*ring.tolist(), (0, 0, 1), (0, 0, -1)]
     top, last, after = len(ring), (RINGS - 2) * SLICES, [*range(1, SLICES), 0]
@@ -173,7 +173,7 @@ def _ies_alone(node):
     tree = data.node_tree
     tree.nodes.clear()
     emission, output, copy = (
-        tree.nodes.new(kind) for kind in ("ShaderNodeEmission", "ShaderNodeOutputLight", IES)
+        tree.nodes.new(name) for name in ("ShaderNodeEmission", "ShaderNodeOutputLight", IES)
     )
     copy.mode, copy.ies = node.mode, node.ies
     copy.filepath = bpy.path.abspath(node.filepath, library=node.id_data.library)

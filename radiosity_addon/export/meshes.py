@@ -99,7 +99,7 @@ def _read_colors(mesh, vertex: np.ndarray) -> dict[str, np.ndarray]:
     return result
 
 
-def within_reach(points: np.ndarray) -> np.ndarray:
+def within_range(points: np.ndarray) -> np.ndarray:
     """Mask of coordinates that are numbers: neither NaN nor infinite, which Blender stores as
     3.4e38 where it is typed. Squares of what is farther than FARTHEST are none in float32."""
     return np.abs(points) < FARTHEST
@@ -112,7 +112,7 @@ def sound_triangles(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.nda
     float32 coordinates that is three points on one line.
     """
     corners = vertices[triangles]
-    finite = within_reach(corners).all(axis=(1, 2))
+    finite = within_range(corners).all(axis=(1, 2))
     safe = np.where(finite[:, None, None], corners, 0.0)
     edges = safe[:, [1, 2, 0]] - safe
     longest = np.max(np.einsum("nij,nij->ni", edges, edges), axis=1, initial=0.0)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..bake.windows import TexelRect, sheet_of, whole, window
+from ..bake.windows import TexelRect, full_rect, sheet_of, window
 from ..settings import Target
 from ..solver.scene import Scene
 from .assemble import (
@@ -92,8 +92,8 @@ def steps(scene, view_layer, settings, progress):
     if settings.target == Target.IMAGE:
         windows = [_window(*pair) for pair in zip(read.receivers, geometry.placed)]
     if settings.target == Target.IMAGE and settings.shading_normals:
-        here = [(placed, *found) for placed, found in zip(geometry.placed, windows)]
-        for fraction in texel_normal_steps(here, lambda: _find_scene(name), turned):
+        rects = [(placed, *found) for placed, found in zip(geometry.placed, windows)]
+        for fraction in texel_normal_steps(rects, lambda: _find_scene(name), turned):
             yield 0.7 + 0.1 * fraction
     elif settings.shading_normals:
         warnings += bent_remarks(bent_materials(read.parts[: len(read.receivers)]))
@@ -183,7 +183,7 @@ def _window(receiver: Receiver, placed: Placed) -> tuple[TexelRect, np.ndarray]:
     """Where a receiver's texels lie, and its triangles' UVs (n, 3, 2) float64 there."""
     uv = placed.part.mesh.uvs[receiver.uv_map][corner_loops(placed)].astype(np.float64)
     if receiver.sheet is None or not len(uv):
-        return whole(receiver.size), uv
+        return full_rect(receiver.size), uv
     return window(receiver.sheet, receiver.size, uv)
 
 

@@ -45,8 +45,8 @@ def tree_remarks(owner: str, tree) -> list[str]:
             f"{owner}: links that form a cycle or fit no socket are ignored, as in Cycles"
         )
     output = tree.get_output_node("CYCLES")
-    ways = [] if output is None else [output.inputs.get(way) for way in ("Surface", "Volume")]
-    if not any(socket and source(socket) for socket in ways):
+    sockets = [] if output is None else [output.inputs.get(name) for name in ("Surface", "Volume")]
+    if not any(socket and source(socket) for socket in sockets):
         remarks.append(f"{owner} has no shader linked to its output; it is black")
     return remarks
 
@@ -56,8 +56,8 @@ def library_remarks() -> list[str]:
     import bpy
 
     lost = {}
-    for kind in (bpy.data.objects, bpy.data.collections, bpy.data.meshes, bpy.data.materials):
-        for item in kind:
+    for collection in (bpy.data.objects, bpy.data.collections, bpy.data.meshes, bpy.data.materials):
+        for item in collection:
             if item.is_missing and item.library is not None:
                 lost.setdefault(item.library.filepath, []).append(item.name)
     return [

@@ -114,8 +114,8 @@ def _shade(mesh, part: Part, chosen: np.ndarray) -> None:
 
 def _to_world(part: Part, normals: np.ndarray) -> np.ndarray:
     """(..., 3) unit normals in the world of those in the part's own space; 0 where there is none."""
-    turn = np.linalg.pinv(part.matrix[:3, :3])
-    world = np.nan_to_num(normals) @ turn
+    inverse = np.linalg.pinv(part.matrix[:3, :3])
+    world = np.nan_to_num(normals) @ inverse
     length = np.linalg.norm(world, axis=-1, keepdims=True)
     return world / np.where(length > 0, length, 1)
 

@@ -20,12 +20,12 @@ def sees_sides(tree, depth: int = 0) -> bool:
     )
 
 
-def turn_around(tree, depth: int = 0) -> None:
+def show_back(tree, depth: int = 0) -> None:
     """Make the tree of a temporary material show its back; groups in it are copied first."""
     for node in list(tree.nodes):
         if _is_group(node) and depth < MAX_DEPTH and sees_sides(node.node_tree):
             node.node_tree = node.node_tree.copy()
-            turn_around(node.node_tree, depth + 1)
+            show_back(node.node_tree, depth + 1)
         for link in _backfacing(node):
             value = tree.nodes.new("ShaderNodeValue")
             value.outputs[0].default_value = BACK

@@ -32,9 +32,9 @@ def polygon_normals(vertices, loop_vertex, start, count) -> np.ndarray:
     follow = _next_loop(start, count)
     vertices = np.where(np.isfinite(vertices), vertices, 0.0)
     first = vertices[loop_vertex[start]][polygon]
-    here, there = vertices[loop_vertex] - first, vertices[loop_vertex[follow]] - first
+    one, other = vertices[loop_vertex] - first, vertices[loop_vertex[follow]] - first
     total = np.zeros((len(start), 3))
-    np.add.at(total, polygon, np.cross(here, there))
+    np.add.at(total, polygon, np.cross(one, other))
     length = np.linalg.norm(total, axis=1, keepdims=True)
     return np.divide(total, length, out=np.zeros_like(total), where=length > 0.0)
 

@@ -6,7 +6,7 @@ from ..settings import Target
 from .parts import Part
 
 NOT_RENDERED = "is not visible in renders"
-NOT_MESH = "is a {kind}, which cannot hold baked colors; convert it to a mesh"
+NOT_MESH = "is a {type}, which cannot hold baked colors; convert it to a mesh"
 LINKED = (
     "its mesh is linked from a library and cannot get a color attribute; make it local "
     "(Object > Relations > Make Local > All)"
@@ -85,8 +85,8 @@ def sort_out(things, parts: list[Part], seen: set[str], settings):
         reason = _refusal(thing, own, seen, settings)
         if reason is None and (settings.target == Target.VERTEX or settings.atlas):
             first = users.setdefault(thing.data.as_pointer(), thing.name)
-            told = SHARED if settings.target == Target.VERTEX else SHARED_UV
-            reason = None if first == thing.name else told.format(first=first)
+            text = SHARED if settings.target == Target.VERTEX else SHARED_UV
+            reason = None if first == thing.name else text.format(first=first)
         if reason is None:
             reason = _check_uv(thing, parts[own[thing.name]], settings)
         if reason is None:
@@ -98,7 +98,7 @@ def sort_out(things, parts: list[Part], seen: set[str], settings):
 
 def _refusal(thing, own, seen, settings) -> str | None:
     if thing.type != "MESH":
-        return NOT_MESH.format(kind=thing.type.lower())
+        return NOT_MESH.format(type=thing.type.lower())
     if thing.name not in own:
         return NO_FACES if thing.name in seen else NOT_RENDERED
     if settings.target == Target.VERTEX and (thing.data.library or thing.data.override_library):

@@ -1,7 +1,7 @@
 """Tracing: which of the user's faces, and which of their corners, an evaluated corner came from.
 
 A temporary copy of an object carries attributes through its modifiers: the face a face came from (plus
-one, so that 0 means none); and of each corner its place before them, its face, and a 1 at its number
+one, so that 0 means none); and of each corner its position before them, its face, and a 1 at its number
 within the face. Blender mixes these as it mixes colors of corners, so that what arrives are the
 weights of the corners that a color came from. The user's mesh is not touched.
 """
@@ -14,10 +14,10 @@ import numpy as np
 
 from .meshes import bulk, read_loop_vertices
 
-FACE, PLACE = "radiosity_face", "radiosity_place"
+FACE, POSITION = "radiosity_face", "radiosity_position"
 SOURCE, SHARE = "radiosity_source", "radiosity_share_{}"
-MOST_CORNERS = 64  # number [corners of a face]: those of larger ones are not told apart
-# Number [shares of all corners of a mesh]: of larger meshes only small faces' corners are told apart.
+MOST_CORNERS = 64  # number [corners of a face]: those of larger ones have no attributes of their own
+# Number [shares of all corners of a mesh]: of larger meshes only small faces' corners have them.
 MOST_SHARES = 1 << 26
 # Base [of a number]: faces are numbered in two digits, which 32-bit floats hold, and their means as well.
 DIGIT = 1 << 12
@@ -38,7 +38,7 @@ class Trace:
     """What the evaluated copy says; arrays are None where the modifiers dropped an attribute."""
 
     face: np.ndarray | None  # (n_polygons,) int32, the source face plus one
-    place: np.ndarray | None  # (n_loops, 3) float64
+    position: np.ndarray | None  # (n_loops, 3) float64
     source: np.ndarray | None  # (n_loops,) int32, the corner's one source face plus one; 0: not known
     shares: np.ndarray | None  # (n_loops, k) float32: weights of the source face's first corners
     n_loops: int
@@ -71,24 +71,24 @@ def add_copies(scene, things) -> dict[str, str]:
 def _attach(mesh) -> None:
     count = bulk(mesh.polygons, "loop_total", np.int32)
     start = bulk(mesh.polygons, "loop_start", np.int32)
-    place = bulk(mesh.vertices, "co", np.float32, 3)[read_loop_vertices(mesh)]
+    position = bulk(mesh.vertices, "co", np.float32, 3)[read_loop_vertices(mesh)]
     face = np.arange(1, len(count) + 1, dtype=np.int32)
     _add(mesh, FACE, "INT", "FACE", "value", face)
-    _add(mesh, PLACE, "FLOAT_VECTOR", "CORNER", "vector", place)
+    _add(mesh, POSITION, "FLOAT_VECTOR", "CORNER", "vector", position)
     _add(mesh, SOURCE, "FLOAT_VECTOR", "CORNER", "vector", np.repeat(_digits(face), count, axis=0))
-    most = _told_apart(count)
-    number = np.where(np.repeat(count > most, count), -1, np.arange(len(place)) - np.repeat(start, count))
+    most = _numbered_corners(count)
+    number = np.where(np.repeat(count > most, count), -1, np.arange(len(position)) - np.repeat(start, count))
     for first in range(0, most, 4):
         share = number[:, None] == first + np.arange(4)
         _add(mesh, SHARE.format(first), "FLOAT_COLOR", "CORNER", "color", share.astype(np.float32))
 
 
-def _add(mesh, name: str, kind: str, domain: str, key: str, values: np.ndarray) -> None:
-    attribute = mesh.attributes.new(name, kind, domain)
+def _add(mesh, name: str, data_type: str, domain: str, key: str, values: np.ndarray) -> None:
+    attribute = mesh.attributes.new(name, data_type, domain)
     attribute.data.foreach_set(key, np.ascontiguousarray(values).reshape(-1))
 
 
-def _told_apart(count: np.ndarray) -> int:
+def _numbered_corners(count: np.ndarray) -> int:
     """How many corners of faces with ``count`` (n,) corners get attributes of their own."""
     return min(int(count.max(initial=0)), MOST_CORNERS, MOST_SHARES // max(int(count.sum()), 1))
 
@@ -104,8 +104,8 @@ def _digits(face: np.ndarray) -> np.ndarray:
 def _number(digits: np.ndarray) -> np.ndarray:
     """(n,) int32: faces from their ``_digits`` (n, 3), 0 where these are of no one face."""
     with np.errstate(invalid="ignore"):
-        whole = np.where(np.isfinite(digits), np.rint(digits), 0)
-        face = (whole[:, 0] * DIGIT + whole[:, 1]).astype(np.int32)
+        rounded = np.where(np.isfinite(digits), np.rint(digits), 0)
+        face = (rounded[:, 0] * DIGIT + rounded[:, 1]).astype(np.int32)
         same = (np.abs(_digits(face) - digits) < OFF).all(1)
     return np.where(same, face, 0)
 
@@ -119,14 +119,14 @@ def read_trace(mesh) -> Trace:
             return None
         return bulk(attribute.data, key, dtype, width)
 
-    place = fetch(PLACE, "CORNER", "vector", np.float32, 3)
+    position = fetch(POSITION, "CORNER", "vector", np.float32, 3)
     digits = fetch(SOURCE, "CORNER", "vector", np.float32, 3)
     shares = []
     while (share := fetch(SHARE.format(4 * len(shares)), "CORNER", "color", np.float32, 4)) is not None:
         shares.append(share)
     return Trace(
         fetch(FACE, "FACE", "value", np.int32, 1),
-        None if place is None else place.astype(np.float64),
+        None if position is None else position.astype(np.float64),
         None if digits is None else _number(digits),
         np.concatenate(shares, 1) if shares else None,
         len(mesh.loops),

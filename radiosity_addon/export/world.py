@@ -122,9 +122,9 @@ def _sun_lamp(stage, node, name: str, sky: np.ndarray) -> list[SunLamp]:
 
 def _disk_direction(node) -> np.ndarray:
     """(3,) unit direction toward the disk: rotation turns from +y toward +x."""
-    high, turn = node.sun_elevation, node.sun_rotation
-    across = np.cos(high)
-    return np.array([across * np.sin(turn), across * np.cos(turn), np.sin(high)])
+    elevation, rotation = node.sun_elevation, node.sun_rotation
+    across = np.cos(elevation)
+    return np.array([across * np.sin(rotation), across * np.cos(rotation), np.sin(elevation)])
 
 
 def _pixel_of(toward: np.ndarray, shape) -> tuple[int, int]:
@@ -139,11 +139,11 @@ def _close_up_rays(toward: np.ndarray, angle: float) -> tuple[np.ndarray, np.nda
     the cosine to ``toward``: pixel area · cos³ · cos."""
     from mathutils import Vector
 
-    turn = np.array(Vector(toward).to_track_quat("-Z", "Y").to_matrix(), np.float64)
+    rotation = np.array(Vector(toward).to_track_quat("-Z", "Y").to_matrix(), np.float64)
     half = np.tan(angle / 2.0)
     places = ((np.arange(CLOSE_UP) + 0.5) / CLOSE_UP * 2.0 - 1.0) * half
     x, y = np.meshgrid(places, places)
     rays = np.stack([x, y, -np.ones_like(x)], axis=-1)
     length = np.linalg.norm(rays, axis=-1)
     weight = (2.0 * half / CLOSE_UP) ** 2 / length**4
-    return (rays / length[..., None]) @ turn.T, weight
+    return (rays / length[..., None]) @ rotation.T, weight

@@ -64,7 +64,7 @@ def dress(glb: Glb, wish: Dress) -> list[str]:
         mesh = copy.deepcopy(pristine[node["mesh"]])
         if not all([_primitive(glb, p, wish, name, made, textures) for p in mesh["primitives"]]):
             continue
-        node["mesh"] = _place(document, node["mesh"], mesh, taken)
+        node["mesh"] = _put_mesh(document, node["mesh"], mesh, taken)
         dressed.append(name)
     _forget_carried(document)
     return dressed
@@ -77,7 +77,7 @@ def _untag(node: dict) -> str:
     return name
 
 
-def _place(document: dict, index: int, mesh: dict, taken: set[int]) -> int:
+def _put_mesh(document: dict, index: int, mesh: dict, taken: set[int]) -> int:
     """The mesh's number: its own, or a new one where another object has a different dress."""
     if index not in taken:
         taken.add(index)

@@ -20,7 +20,7 @@ from .dress import Dress, Lightmap, dress
 from .glb import read_glb, write_glb
 from .primaries import to_rec709
 
-KIND = "linear"
+ENCODING = "linear"
 NOTABLE = 0.01  # error [relative]: a coarser lightmap is warned of
 
 
@@ -52,7 +52,7 @@ def export_bake(baked: Baked, path: str | Path) -> tuple[str, ...]:
     dressed = dress(glb, Dress(baked.colored, lightmaps))
     if baked.target == Target.VERTEX:
         _to_rec709(glb)
-        warnings += _told_scales(baked)
+        warnings += _scale_warning(baked)
     bare = [name for name in baked.objects if name not in dressed]
     if bare:
         warnings.append(
@@ -81,7 +81,7 @@ def _carried(baked: Baked) -> dict[str, str]:
     return names
 
 
-def _told_scales(baked: Baked) -> list[str]:
+def _scale_warning(baked: Baked) -> list[str]:
     """A warning where the colors are divided by a scale, which COLOR_0 has no place for."""
     import bpy
 
@@ -111,10 +111,10 @@ def _lightmaps(baked: Baked, warnings: list[str]) -> dict[str, Lightmap]:
         image.pixels.foreach_get(pixels)
         pixels = pixels.reshape(image.size[1], image.size[0], 4)
         colors = np.maximum(pixels[..., :3] @ matrix, 0)
-        scale = scale_of([colors], KIND, 0)
-        codes = encode(colors, KIND, scale)
+        scale = scale_of([colors], ENCODING, 0)
+        codes = encode(colors, ENCODING, scale)
         on = pixels[..., 3] > 0
-        worst = max(worst, (coding_error(colors[on], decode(codes, KIND, scale)[on]), name))
+        worst = max(worst, (coding_error(colors[on], decode(codes, ENCODING, scale)[on]), name))
         made[name] = Lightmap(image.name, png_bytes(codes, srgb=False), scale)
         images[image.name] = made[name]
     if worst[0] > NOTABLE:

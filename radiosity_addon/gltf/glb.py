@@ -29,9 +29,9 @@ class Glb:
         self.binary += data
         return self.append("bufferViews", view)
 
-    def append(self, kind: str, entry: dict) -> int:
+    def append(self, section: str, entry: dict) -> int:
         """Add an entry to one of the document's lists; returns its number."""
-        entries = self.document.setdefault(kind, [])
+        entries = self.document.setdefault(section, [])
         entries.append(entry)
         return len(entries) - 1
 

@@ -134,8 +134,8 @@ def _unsampled_faces(context: Context) -> Polygons:
         shows &= scene.visible[scene.object]
     by_side, parts = emits_by_side(scene), []
     for side, triangles in ((1, np.flatnonzero(shows)), (-1, np.flatnonzero(shows & by_side))):
-        whole = triangle_regions(triangles, np.repeat(UNIT_TRIANGLE, len(triangles), axis=0))
-        radiance, _ = context.mean_emission(whole, side > 0)
+        regions = triangle_regions(triangles, np.repeat(UNIT_TRIANGLE, len(triangles), axis=0))
+        radiance, _ = context.mean_emission(regions, side > 0)
         glowing = radiance.any(axis=1)
         cells = undivided(triangles[glowing], radiance[glowing])
         parts.append(replace(cells, side=np.where(by_side[cells.triangle], side, 0)))

@@ -17,7 +17,7 @@ from ..files import Publication
 from ..settings import Settings, Target
 from ..solver.progress import Progress, silent
 from ..steps import finish
-from .encode import BYTE_KIND, Encoding, encoded_kind, encoding_of
+from .encode import BYTE_ENCODING, Encoding, encoding_name, encoding_of
 from .job import Job, Result
 from .prepare import discard
 from .restore import remember_colors, remember_image
@@ -81,11 +81,11 @@ def apply_steps(
 
 def _write_colors(job: Job, item, colors, encoding: Encoding) -> list[str]:
     """Colors as floats, or as what is read back from their codes: Blender finds the same codes."""
-    kind = "FLOAT_COLOR"
-    if encoding.kind is not None:
-        kind = "BYTE_COLOR"
-        colors = decode(encode(colors, BYTE_KIND, encoding.scale), BYTE_KIND, 1.0)
-    return write_colors(item, job.settings.name, colors, job.settings.domain, kind)
+    data_type = "FLOAT_COLOR"
+    if encoding.name is not None:
+        data_type = "BYTE_COLOR"
+        colors = decode(encode(colors, BYTE_ENCODING, encoding.scale), BYTE_ENCODING, 1.0)
+    return write_colors(item, job.settings.name, colors, job.settings.domain, data_type)
 
 
 def _keep_scale(job: Job, item, encoding: Encoding) -> None:
@@ -97,7 +97,7 @@ def _keep_scale(job: Job, item, encoding: Encoding) -> None:
 
 
 def _keep_scale_on(owner, key: str, encoding: Encoding) -> None:
-    if encoding.kind is not None:
+    if encoding.name is not None:
         owner[key] = encoding.scale
     elif key in owner:
         del owner[key]
@@ -106,7 +106,7 @@ def _keep_scale_on(owner, key: str, encoding: Encoding) -> None:
 def _image_steps(job: Job, result: Result, objects, files, undo, warnings, encoding: Encoding):
     """Images and their files; returns what forgets the earlier images when all is well."""
     sheets = sheets_of(job)
-    many = sum(sheet.size[0] * sheet.size[1] for sheet in sheets) > memory.WHOLE
+    many = sum(sheet.size[0] * sheet.size[1] for sheet in sheets) > memory.UNDIVIDED
     paths = _file_paths(job, sheets)
     earlier = []
     for index, sheet in enumerate(sheets):
@@ -166,13 +166,13 @@ def _mark(image, job: Job, sheet: Sheet) -> None:
 
 def _save_file(job: Job, image, pixels, path: Path, encoding: Encoding) -> None:
     """The image's file, as Blender writes it or encoded by us in Rec.709."""
-    if encoded_kind(job.settings) is None:
-        save_image(image, path, _kind(job.settings))
+    if encoding_name(job.settings) is None:
+        save_image(image, path, _file_format(job.settings))
         return
     from ..gltf.primaries import to_rec709
 
     rgb = pixels[..., :3] @ to_rec709()
-    save_encoded(np.dstack([rgb, pixels[..., 3]]), path, encoding.kind, encoding.scale)
+    save_encoded(np.dstack([rgb, pixels[..., 3]]), path, encoding.name, encoding.scale)
 
 
 def _find(job: Job) -> list:
@@ -195,7 +195,7 @@ def _file_paths(job: Job, sheets: list[Sheet]) -> list[Path | None]:
         return [None] * len(sheets)
     folder = Path(bpy.path.abspath(settings.image_dir))
     names = [image_name(settings, sheet.name) for sheet in sheets]
-    return [folder / name for name in file_names(names, _kind(settings))]
+    return [folder / name for name in file_names(names, _file_format(settings))]
 
 
 def image_name(settings: Settings, item: str) -> str:
@@ -203,5 +203,5 @@ def image_name(settings: Settings, item: str) -> str:
     return f"{settings.name}_{item}"
 
 
-def _kind(settings: Settings) -> str:
+def _file_format(settings: Settings) -> str:
     return settings.format or "exr"

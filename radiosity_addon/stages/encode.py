@@ -15,7 +15,7 @@ from .spool import drop_pages
 
 MOST_JUDGED = 2_000_000  # number [colors]: of more, evenly spaced ones are judged
 BAND = 1 << 23  # number [values] that are looked at together
-BYTE_KIND = "png"  # Blender's BYTE_COLOR: 8 bits, sRGB
+BYTE_ENCODING = "png"  # Blender's BYTE_COLOR: 8 bits, sRGB
 REMEDY = {
     "byte": "--scale auto, or --color-type float",
     "image": "--scale auto, or --format exr, hdr, rgbm or rgbe",
@@ -24,9 +24,9 @@ REMEDY = {
 
 @dataclass(frozen=True)
 class Encoding:
-    """How values are encoded: divided by ``scale``, then as ``kind`` of bake.encodings."""
+    """How values are encoded: divided by ``scale``, then as ``name`` of bake.encodings."""
 
-    kind: str | None  # None: 32-bit floats, nothing is encoded
+    name: str | None  # None: 32-bit floats, nothing is encoded
     scale: float
     share_above: float  # of the colors have a channel above the scale, which is cut
     error: float  # that the encoding alone brings, relative, root mean square
@@ -38,28 +38,28 @@ def encoding_of(job: Job, result: Result, matrix: np.ndarray) -> Encoding:
 
     One scale for all objects, so that their brightness can be compared.
     """
-    kind = encoded_kind(job.settings)
-    if kind is None:
+    name = encoding_name(job.settings)
+    if name is None:
         return Encoding(None, 1.0, 0.0, 0.0, ())
     matrix = np.eye(3) if job.settings.target == Target.VERTEX else matrix
     counts, peaks = zip(*((len(c), c.max(initial=0.0)) for c in _bands(result, matrix)))
     count, peak = sum(counts), np.max(peaks, keepdims=True)
-    scale = scale_of([peak], kind, job.settings.scale)
+    scale = scale_of([peak], name, job.settings.scale)
     every, first, above, judged = 1 + count // MOST_JUDGED, 0, 0.0, []
     for colors in _bands(result, matrix):  # in float64, which of all together would be a lot
         judged.append(colors[-first % every :: every])
         above += share_above(colors, scale) * len(colors) / max(count, 1)
         first += len(colors)
-    above = 0.0 if kind == "rgbe" else above
+    above = 0.0 if name == "rgbe" else above
     judged = np.concatenate(judged)
-    error = coding_error(judged, decode(encode(judged, kind, scale), kind, scale))
-    return Encoding(kind, scale, above, error, _warn(job, kind, scale, above, float(peak[0])))
+    error = coding_error(judged, decode(encode(judged, name, scale), name, scale))
+    return Encoding(name, scale, above, error, _warn(job, name, scale, above, float(peak[0])))
 
 
-def encoded_kind(settings) -> str | None:
-    """The kind of encoding that the settings ask for; None for floats."""
+def encoding_name(settings) -> str | None:
+    """The encoding that the settings ask for; None for floats."""
     if settings.target == Target.VERTEX:
-        return BYTE_KIND if settings.color_type == "byte" else None
+        return BYTE_ENCODING if settings.color_type == "byte" else None
     return settings.format if settings.image_dir and settings.format in BITS else None
 
 
@@ -78,11 +78,11 @@ def _covered(colors: np.ndarray) -> np.ndarray:
     return colors[:, :3].astype(np.float64)
 
 
-def _warn(job: Job, kind: str, scale: float, above: float, peak: float) -> tuple[str, ...]:
+def _warn(job: Job, name: str, scale: float, above: float, peak: float) -> tuple[str, ...]:
     if not above:
         return ()
     vertex = job.settings.target == Target.VERTEX
-    where = "byte color attribute" if vertex else f"{kind} files"
+    where = "byte color attribute" if vertex else f"{name} files"
     return (
         f"{percent(above)} of the {'colors' if vertex else 'texels'} lie above {figure(scale)} "
         f"(the brightest at {figure(peak)}) and are cut in the {where}; use "

@@ -13,7 +13,7 @@ from ..bake.islands import Charted, cut_into_islands
 from ..bake.shown import Sheets
 from ..bake.texel_fit import Known, fit_texels
 from ..bake.texel_parts import (
-    WHOLE,
+    COVERED,
     TexelParts,
     anchored_texels,
     crowded_shares,
@@ -72,14 +72,14 @@ def fit_sheets(
     seams = seams.take(_same_material(seams, known, _shown_material(job, solution, first)))
     seams = seams.take(_is_free(seams, context))
     free = np.concatenate([each.margin for each in drawn])
-    whole = known.share >= WHOLE
+    covered = known.share >= COVERED
     anchored = anchored_texels(
-        charts.sheets, known.texel, whole, charts.cell_texel, island[charts.triangle]
+        charts.sheets, known.texel, covered, charts.cell_texel, island[charts.triangle]
     )
-    free[known.texel[anchored & ~whole]] = True
+    free[known.texel[anchored & ~covered]] = True
     free[_cut_texels(charts, layout)] = False
     texel, value = fit_texels(charts.sheets, known, seams, pixels, free)
-    sheet, row, column = charts.sheets.place(texel)
+    sheet, row, column = charts.sheets.locate(texel)
     for number, each in enumerate(drawn):
         own = sheet == number
         each.image[row[own], column[own], :3] = value[own]
@@ -129,7 +129,7 @@ def _known(
     texel, first, owner = np.unique(charts.texel, return_index=True, return_inverse=True)
     total = np.bincount(owner, share, len(texel))
     middle = np.stack([np.bincount(owner, share * x, len(texel)) / total for x in middle.T], 1)
-    sheet, _, _ = charts.sheets.place(texel)
+    sheet, _, _ = charts.sheets.locate(texel)
     stencils = charts.sheets.stencils(sheet, middle)
     return Known(texel, stencils, np.minimum(total, 1), pixels[texel].astype(float)), first
 

@@ -13,7 +13,7 @@ import numpy as np
 from ..bake.corner_fit import CornerFit, corner_fit, unknowns_of
 from ..bake.faces import receiver_areas
 from ..bake.hanging import Hanging
-from ..bake.pieces import Ways, joined_unknowns
+from ..bake.pieces import Segments, joined_unknowns
 from ..components import connected_components
 from ..export.exported import CornerMap, ExportedObject
 from ..settings import Domain
@@ -72,7 +72,7 @@ def _unknowns(job: Job, context: Context) -> _Unknowns:
     group, _ = _at_corners(job.targets, Domain.CORNER)
     label, hanging = joined_unknowns(
         scene.vertices, scene.triangles[owned], unknown, int(start[-1]),
-        _materials(scene)[scene.material[owned]], lambda ways: _is_free(ways, context), group,
+        _materials(scene)[scene.material[owned]], lambda segments: _is_free(segments, context), group,
     )  # fmt: skip
     return _Unknowns(label, start, hanging)
 
@@ -108,11 +108,11 @@ def _look(material: Material, index: int) -> object:
     return index
 
 
-def _is_free(ways: Ways, context: Context) -> np.ndarray:
-    if not len(ways.starts):
-        return np.ones(len(ways.starts), bool)
-    starts, ends = (context.geometry.normalized(each) for each in (ways.starts, ways.ends))
-    return is_path_clear(context, starts, ways.start_up, ends, ways.end_up)
+def _is_free(segments: Segments, context: Context) -> np.ndarray:
+    if not len(segments.starts):
+        return np.ones(len(segments.starts), bool)
+    starts, ends = (context.geometry.normalized(each) for each in (segments.starts, segments.ends))
+    return is_path_clear(context, starts, segments.start_up, ends, segments.end_up)
 
 
 def _clusters(unknowns: _Unknowns) -> list[np.ndarray]:

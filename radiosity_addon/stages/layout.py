@@ -14,7 +14,7 @@ from ..bake.faces import face_receivers, receiver_budget, triangle_areas
 from ..bake.sourceless import sourceless_share, sourceless_warning
 from ..bake.texels import overlapping_texels, texel_receivers
 from ..bake.uv_cover import missed_shares, missed_warning
-from ..bake.windows import whole
+from ..bake.windows import full_rect
 from ..settings import Domain, Target
 from ..solver.progress import Progress
 from ..solver.receivers import Receivers, concatenate, slice_receivers
@@ -99,7 +99,7 @@ def _texels(job: Job):
 
     def make(index: int):
         target = job.targets[index]
-        rect = target.rect or whole(job.settings.size)
+        rect = target.rect or full_rect(job.settings.size)
         size = rect.width, rect.height
         part = texel_receivers(target.uv, _numbers(target), size, index)
         shared = overlapping_texels(part, target.uv, target.start, size)

@@ -6,7 +6,7 @@ import fnmatch
 from dataclasses import replace
 
 from .. import memory
-from ..bake.atlas_layout import check_own_maps, layout_steps
+from ..bake.atlas_layout import atlas_steps, check_own_maps
 from ..bake.faces import most_receivers
 from ..bake.rendered import Rendered
 from ..bake.unwrap import unwrap_steps
@@ -83,7 +83,7 @@ def _map_steps(view_layer, names: list[str], settings: Settings):
     every = [i.name for i in view_layer.objects if i.type == "MESH" and not i.hide_render]
     others = sorted(name for name in every if name in shown and name not in names)
     check_own_maps(names, UV_MAP)
-    return (yield from layout_steps(names, others, UV_MAP, settings))
+    return (yield from atlas_steps(names, others, UV_MAP, settings))
 
 
 def _export_steps(scene, view_layer, settings: Settings, tell):

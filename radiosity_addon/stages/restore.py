@@ -60,9 +60,9 @@ def _put_attribute(mesh, name: str, copy) -> None:
         present = None
     if copy is None:
         return
-    kind, domain, values = copy
+    data_type, domain, values = copy
     if present is None:
-        mesh.color_attributes.new(name=name, type=kind, domain=domain)
+        mesh.color_attributes.new(name=name, type=data_type, domain=domain)
     data = mesh.color_attributes[name].data
     if len(data) * 4 == len(values):  # in Edit Mode the mesh has no values to keep
         data.foreach_set("color", values)

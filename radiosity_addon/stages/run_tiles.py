@@ -23,14 +23,14 @@ class Portions:
 
     def __init__(self, tell: Progress):
         self._tell, self._low, self._high = tell, 0.0, 0.0
-        self._progress = OverallProgress(self._told)
+        self._progress = OverallProgress(self._advance)
 
     def next(self, share: float) -> None:
         """Start with the next one."""
         self._low, self._high = self._high, self._high + share
-        self._progress = OverallProgress(self._told)
+        self._progress = OverallProgress(self._advance)
 
-    def _told(self, stage: str, fraction: float) -> None:
+    def _advance(self, stage: str, fraction: float) -> None:
         self._tell(STAGE, min(self._low + (self._high - self._low) * fraction, 1.0))
 
     def __call__(self, stage: str, fraction: float) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..bake.windows import TexelRect, whole
+from ..bake.windows import TexelRect, full_rect
 from .job import Job, UnbakedTexels
 
 
@@ -20,7 +20,7 @@ class Sheet:
 
 def rect_of(job: Job, index: int) -> TexelRect:
     """Where a target's texels lie."""
-    return job.targets[index].rect or whole(job.settings.size)
+    return job.targets[index].rect or full_rect(job.settings.size)
 
 
 def sheets_of(job: Job) -> list[Sheet]:

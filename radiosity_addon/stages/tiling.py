@@ -26,7 +26,7 @@ class Tiling:
     """Numbers of texels that belong to a face. Changing them changes memory and time, and the light
     within its error."""
 
-    whole: int = memory.WHOLE  # of a bake: more are baked in tiles
+    undivided: int = memory.UNDIVIDED  # of a bake: more are baked in tiles
     tile: int = memory.TILE  # of a tile, at most, without its overlap
     survey: int = memory.SURVEY  # of the coarse texels that are solved first, about
     overlap: int = 32  # along an edge between tiles of an image; kernels reach 31
@@ -64,7 +64,7 @@ def tiles_of(job: Job, tiling: Tiling) -> list[list[Window]]:
     if job.settings.target != Target.IMAGE:
         return []
     shares = [covered_share(target) for target in job.targets]
-    if sum(p.width * p.height * share for p, share in zip(rects, shares)) <= tiling.whole:
+    if sum(p.width * p.height * share for p, share in zip(rects, shares)) <= tiling.undivided:
         return []
     tiles, room = [], 0
     for index in _by_sheet(job):
@@ -126,11 +126,11 @@ def part_of(job: Job, windows: list[Window]) -> Job:
 
 def _windowed(job: Job, window: Window) -> ExportedObject:
     target, rect = job.targets[window.target], rect_of(job, window.target)
-    whole = rect.width, rect.height
+    full = rect.width, rect.height
     extent, offset = (window.width, window.height), (window.column, window.row)
-    if extent == whole:
+    if extent == full:
         return replace(target, rect=rect)
-    uv = (target.uv * whole - offset) / extent
+    uv = (target.uv * full - offset) / extent
     low, high = uv.min(axis=1), uv.max(axis=1)
     uv[~((high > 0) & (low < 1)).all(axis=1)] = np.nan  # outside: it has no texel here
     normals = target.texel_normals
@@ -157,8 +157,8 @@ def _coarse(target: ExportedObject, rect: TexelRect, factor: int) -> ExportedObj
     normals = target.texel_normals
     if normals is not None:
         rows, columns = (
-            (2 * np.arange(n) + 1) * whole // (2 * n)
-            for n, whole in ((height, rect.height), (width, rect.width))
+            (2 * np.arange(n) + 1) * full // (2 * n)
+            for n, full in ((height, rect.height), (width, rect.width))
         )
         normals = normals[rows[:, None], columns]
     own = replace(rect, size=(width, height), column=0, row=0, width=width, height=height)

@@ -168,12 +168,12 @@ def noteworthy(report: dict | None) -> str:
     if report is None:
         return ""
     left_out = sum(not item["baked"] for item in report["objects"])
-    warnings, told = len(report["warnings"]), []
+    warnings, parts = len(report["warnings"]), []
     if left_out:
-        told.append(rpt_("{:d} left out").format(left_out))
+        parts.append(rpt_("{:d} left out").format(left_out))
     if warnings:
-        told.append(rpt_("1 warning") if warnings == 1 else rpt_("{:d} warnings").format(warnings))
-    return ", ".join(told)
+        parts.append(rpt_("1 warning") if warnings == 1 else rpt_("{:d} warnings").format(warnings))
+    return ", ".join(parts)
 
 
 class RADIOSITY_OT_cancel(bpy.types.Operator):

@@ -25,12 +25,12 @@ def follow(job, result) -> Followed:
     items = [objects.get(target.identity) for target in job.targets]
     why = enumerate(map(_why_lost, items, job.targets))
     lost = {index: reason for index, reason in why if reason}
-    told = [f"{job.targets[index].name} {reason}" for index, reason in lost.items()]
+    reasons = [f"{job.targets[index].name} {reason}" for index, reason in lost.items()]
     if len(lost) == len(items):
-        raise RuntimeError(f"nothing is left to write to: {told[0]}; bake again")
+        raise RuntimeError(f"nothing is left to write to: {reasons[0]}; bake again")
     kept = {job.targets[index].name: item for index, item in enumerate(items) if index not in lost}
     job, result = leave_out(job, result, lost)
-    warnings = (*result.warnings, *(f"{text}; it was left out" for text in told))
+    warnings = (*result.warnings, *(f"{text}; it was left out" for text in reasons))
     busy = next((item.name for item in kept.values() if item.data.is_editmode), "")
     return Followed(_renamed(job, kept), replace(result, warnings=warnings), busy)
 

@@ -21,7 +21,7 @@ IMPLIED = {
     "atlas_images": ("use_atlas", True),
     "density": ("use_atlas", True),
 }
-KINDS = {"BOOLEAN": BoolProperty, "INT": IntProperty, "FLOAT": FloatProperty,
+PROPERTIES = {"BOOLEAN": BoolProperty, "INT": IntProperty, "FLOAT": FloatProperty,
          "STRING": StringProperty, "ENUM": EnumProperty}  # fmt: skip
 # What the registered property calls a word of its declaration, where it differs.
 NUMBER = {"min": "hard_min", "max": "hard_max", "soft_min": "soft_min", "soft_max": "soft_max",
@@ -45,7 +45,7 @@ def _like(each):
     if flags:
         options.add("ENUM_FLAG")
     words["default"] = set(each.default_flag) if flags else each.default
-    return KINDS[each.type](
+    return PROPERTIES[each.type](
         name=each.name, description=each.description, options=options, **words
     )
 

@@ -9,7 +9,7 @@ from gpu_extras.batch import batch_for_shader
 from .display import SIZE
 from .overlay_shaders import bake_shader, hole_shader, mean_shader
 
-WHOLE = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))  # corners [of the view], from -1 to 1
+VIEW = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))  # corners [of the view], from -1 to 1
 
 
 def draw(context, shown, samples: int) -> None:
@@ -29,7 +29,7 @@ def draw(context, shown, samples: int) -> None:
     gpu.state.depth_test_set("NONE")
     gpu.state.blend_set("ALPHA_PREMULT")
     shader = mean_shader()
-    batch = batch_for_shader(shader, "TRI_FAN", {"pos": WHOLE})
+    batch = batch_for_shader(shader, "TRI_FAN", {"pos": VIEW})
     shader.bind()
     shader.uniform_int("samples", samples)
     shader.uniform_sampler("canvas", canvas.texture_color)

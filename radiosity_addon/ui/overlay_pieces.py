@@ -73,9 +73,9 @@ def _coordinates(mesh, name: str):
     """(n, 3) of the UV map at the triangles' corners; None where modifiers have lost it."""
     if name not in mesh.uv_layers:
         return None
-    places = _values(mesh.uv_layers[name].uv, "vector", 2, np.float32)
+    coordinates = _values(mesh.uv_layers[name].uv, "vector", 2, np.float32)
     loops = _values(mesh.loop_triangles, "loops", 3, np.int32).ravel()
-    return np.pad(places[loops], ((0, 0), (0, 1)))
+    return np.pad(coordinates[loops], ((0, 0), (0, 1)))
 
 
 def _colors(mesh, name: str, corners: np.ndarray, scale: float):
@@ -89,8 +89,8 @@ def _colors(mesh, name: str, corners: np.ndarray, scale: float):
     return colors[_values(mesh.loop_triangles, "loops", 3, np.int32).ravel()]
 
 
-def _values(collection, name: str, width: int, kind) -> np.ndarray:
+def _values(collection, name: str, width: int, dtype) -> np.ndarray:
     """(n, width) of one property of all items."""
-    values = np.empty(len(collection) * width, kind)
+    values = np.empty(len(collection) * width, dtype)
     collection.foreach_get(name, values)
     return values.reshape(-1, width)

@@ -46,7 +46,7 @@ void main() {
   shown = vec4(displayed(max(value, vec3(0.0)) * factor), 1.0);
 }
 """
-WHOLE = """
+OVER_THE_VIEW = """
 void main() {
   place = 0.5 * pos + 0.5;
   gl_Position = vec4(pos, 0.0, 1.0);
@@ -104,7 +104,7 @@ def mean_shader():
     info.vertex_in(0, "VEC2", "pos")
     info.vertex_out(between)
     info.fragment_out(0, "VEC4", "shown")
-    info.vertex_source(WHOLE)
+    info.vertex_source(OVER_THE_VIEW)
     info.fragment_source(MEAN)
     return gpu.shader.create_from_info(info)
 

@@ -1,4 +1,4 @@
-"""How long a step of reading or writing is, between two turns of Blender's window.
+"""How long a step of reading or writing is, between which Blender's window is drawn.
 
 A step takes as long as the window took of late, so that the work has half of the time at least: what
 changes a mesh or renders has Blender draw the viewport anew, eight times for smooth edges, however
@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import time
 
-LEAST = 0.05  # time [s] of a step: shorter ones leave more turns to the window than it has use for
+LEAST = 0.05  # time [s] of a step: shorter ones have the window drawn more often than it has use for
 MOST = 0.08  # time [s] of work in a step, where the window itself is quicker: longer ones are felt
 SLOW = 0.5  # time [s] of work in a step, however slow the window is
-# Factor [of its length] that a turn or piece counts for after each further one: higher, longer remembered.
+# Factor [of its length] that a drawing or piece counts for after each further one: higher, longer remembered.
 FADES = 0.75
 
 
@@ -21,7 +21,7 @@ class Pace:
     window is to draw is known from the last."""
 
     def __init__(self) -> None:
-        self._turn = 0.0  # seconds: the longest that the window took of late between two steps
+        self._drawing = 0.0  # seconds: the longest that the window took of late between two steps
         self.restart()
 
     def restart(self) -> None:
@@ -33,9 +33,9 @@ class Pace:
         """A step begins."""
         start, self._before = time.perf_counter(), time.thread_time()
         if self._ended is not None:
-            self._turn = max(start - self._ended, FADES * self._turn)
-        self._until, self._quick = start + max(LEAST, self._turn), self._turn < MOST
-        self._left = MOST if self._quick else min(self._turn, SLOW)
+            self._drawing = max(start - self._ended, FADES * self._drawing)
+        self._until, self._quick = start + max(LEAST, self._drawing), self._drawing < MOST
+        self._left = MOST if self._quick else min(self._drawing, SLOW)
 
     def enough(self) -> bool:
         """A piece is done: whether it was the step's last. Where the window is quick another long

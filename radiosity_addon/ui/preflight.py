@@ -60,7 +60,7 @@ class Preflight:
 
 
 @dataclass
-class _Kept:
+class _LastLook:
     """The list as it was last made."""
 
     plan: Preflight
@@ -70,25 +70,25 @@ class _Kept:
     window: int | None = None  # address of the window it is drawn in
 
 
-_kept: _Kept | None = None
+_last: _LastLook | None = None
 
 
 def preflight_to_draw(context) -> Preflight:
     """The list of the last look. A look takes 7 ms for 1,000 objects and more, so where something
     has changed a timer takes another soon, and not while an animation plays."""
-    global _kept
+    global _last
     basis = _basis(context)
-    if _kept is None or (bpy.app.background and (_kept.stale or _kept.basis != basis)):
-        _kept = _Kept(preflight(context), basis, time.monotonic())
+    if _last is None or (bpy.app.background and (_last.stale or _last.basis != basis)):
+        _last = _LastLook(preflight(context), basis, time.monotonic())
     playing = context.screen is not None and context.screen.is_animation_playing
-    if (_kept.stale or _kept.basis != basis) and not playing:
-        _kept.window = context.window.as_pointer()
+    if (_last.stale or _last.basis != basis) and not playing:
+        _last.window = context.window.as_pointer()
         if not bpy.app.timers.is_registered(_look):
             bpy.app.timers.register(_look, first_interval=PAUSE)
-    elif time.monotonic() - _kept.checked > LONGEST:
-        _kept.checked = time.monotonic()
-        _kept.plan = replace(_kept.plan, free=available_memory())
-    return _kept.plan
+    elif time.monotonic() - _last.checked > LONGEST:
+        _last.checked = time.monotonic()
+        _last.plan = replace(_last.plan, free=available_memory())
+    return _last.plan
 
 
 def _basis(context) -> tuple:
@@ -99,25 +99,25 @@ def _basis(context) -> tuple:
 
 def _look() -> None:
     """Make the list anew, and have it drawn."""
-    global _kept
-    if _kept is not None:
-        with bpy.context.temp_override(window=find_window(_kept.window)):
+    global _last
+    if _last is not None:
+        with bpy.context.temp_override(window=find_window(_last.window)):
             context = bpy.context
-            _kept = _Kept(preflight(context), _basis(context), time.monotonic())
+            _last = _LastLook(preflight(context), _basis(context), time.monotonic())
             redraw(context)
 
 
 @bpy.app.handlers.persistent
 def outdate(*_) -> None:
     """Something of the file changed."""
-    if _kept is not None:
-        _kept.stale = True
+    if _last is not None:
+        _last.stale = True
 
 
 def forget() -> None:
     """The add-on is going away."""
-    global _kept
-    _kept = None
+    global _last
+    _last = None
     if bpy.app.timers.is_registered(_look):
         bpy.app.timers.unregister(_look)
 

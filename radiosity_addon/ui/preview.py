@@ -35,25 +35,25 @@ class RADIOSITY_OT_build_material(CarriesBake, bpy.types.Operator):
     )
 
     def execute(self, context):
-        properties, told = context.scene.radiosity, []
+        properties, warnings = context.scene.radiosity, []
         made = {}
         for item in baked_objects(context):
-            materials = build(properties, item, told)
+            materials = build(properties, item, warnings)
             made.update((material.name, None) for material in materials)
             if self.assign and not put_on(item, materials):
-                told.append(f"{item.name} has no material slot, and its mesh is linked")
-        for text in told:
+                warnings.append(f"{item.name} has no material slot, and its mesh is linked")
+        for text in warnings:
             self.report({"WARNING"}, text)
-        if not told:
+        if not warnings:
             self.report({"INFO"}, ", ".join(made))
         return {"FINISHED"}
 
 
-def build(properties, item, told: list[str]) -> list:
+def build(properties, item, warnings: list[str]) -> list:
     """The materials for the slots of ``item``, those of an earlier build used again.
 
     One for all slots where the colors of the surface were baked too; else one for each of the
-    object's own materials. What cannot be shown is ``told``.
+    object's own materials. ``warnings`` gets what cannot be shown.
     """
     slots = range(len(item.material_slots))
     own = [own_material(item, index) for index in slots] or [None]
@@ -66,11 +66,11 @@ def build(properties, item, told: list[str]) -> list:
     made: dict = {}
     for each in own:
         if each not in made:
-            made[each] = _lit_material(properties, item, each, not made, told)
+            made[each] = _lit_material(properties, item, each, not made, warnings)
     return [made[each] for each in own]
 
 
-def _lit_material(properties, item, own, first: bool, told: list[str]):
+def _lit_material(properties, item, own, first: bool, warnings: list[str]):
     """A copy of ``own`` that emits its base color times the baked light."""
     from .base_color import NoBaseColor, base_color  # not at Blender's start
 
@@ -80,7 +80,7 @@ def _lit_material(properties, item, own, first: bool, told: list[str]):
         try:
             color = base_color(material.node_tree)
         except NoBaseColor as shader:
-            told.append(f"{own.name}: the base color of {shader} cannot be had; the light is shown "
+            warnings.append(f"{own.name}: the base color of {shader} cannot be had; the light is shown "
                         "without it")  # fmt: skip
             color = None
     _show(material, properties, item, color)

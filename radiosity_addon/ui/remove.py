@@ -1,4 +1,4 @@
-"""Remove Bake: takes back what bakes and previews made, all of it or one kind."""
+"""Remove Bake: takes back what bakes and previews made, all of it or a part."""
 
 import bpy
 
@@ -9,13 +9,13 @@ from ..bake.windows import owners
 from . import session
 from .results import image_of
 
-KINDS = (
+ITEMS = (
     ("MATERIALS", "Materials", "Take our materials off the objects and bring yours back", 1),
     ("COLORS", "Color Attributes", "Remove the color attributes that bakes made", 2),
     ("IMAGES", "Images", "Remove the baked images; files that were written stay", 4),
     ("UV_MAPS", "UV Maps", "Remove the UV maps that bakes made", 8),
 )
-ALL = {kind[0] for kind in KINDS}
+ALL = {item[0] for item in ITEMS}
 
 
 class RADIOSITY_OT_remove_bake(bpy.types.Operator):
@@ -27,7 +27,7 @@ class RADIOSITY_OT_remove_bake(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     kinds: bpy.props.EnumProperty(
-        name="Remove", description="What is taken back", items=KINDS, options={"ENUM_FLAG"},
+        name="Remove", description="What is taken back", items=ITEMS, options={"ENUM_FLAG"},
         default=ALL,
     )  # fmt: skip
     selected: bpy.props.BoolProperty(
@@ -49,16 +49,16 @@ class RADIOSITY_OT_remove_bake(bpy.types.Operator):
     def execute(self, context):
         items = context.selected_objects if self.selected else bpy.data.objects
         items = [item for item in items if item.type == "MESH" and item.library is None]
-        gone = {}
+        removed = {}
         if "MATERIALS" in self.kinds:
-            gone["materials"] = remove_materials(items, not self.selected)
+            removed["materials"] = remove_materials(items, not self.selected)
         if "COLORS" in self.kinds:
-            gone["color attributes"] = sum(_remove_made(item.data, COLOR) for item in items)
+            removed["color attributes"] = sum(_remove_made(item.data, COLOR) for item in items)
         if "IMAGES" in self.kinds:
-            gone["images"] = remove_images(context.scene.radiosity, items, not self.selected)
+            removed["images"] = remove_images(context.scene.radiosity, items, not self.selected)
         if "UV_MAPS" in self.kinds:
-            gone["UV maps"] = sum(_remove_made(item.data, UV_MAP) for item in items)
-        found = ", ".join(f"{number} {kind}" for kind, number in gone.items() if number)
+            removed["UV maps"] = sum(_remove_made(item.data, UV_MAP) for item in items)
+        found = ", ".join(f"{number} {what}" for what, number in removed.items() if number)
         if not found:
             self.report({"WARNING"}, "Nothing of a bake was found to remove")
             return {"CANCELLED"}
@@ -74,9 +74,9 @@ class RADIOSITY_MT_remove(bpy.types.Menu):
             shown = self.layout.operator("radiosity.remove_bake", text=text)
             shown.selected, shown.kinds = selected, ALL
         self.layout.separator()
-        for kind, label, *_ in KINDS:
+        for identifier, label, *_ in ITEMS:
             shown = self.layout.operator("radiosity.remove_bake", text=label)
-            shown.selected, shown.kinds = False, {kind}
+            shown.selected, shown.kinds = False, {identifier}
 
 
 def remove_materials(items, everywhere: bool) -> int:
@@ -128,10 +128,10 @@ def _remove_slot(mesh) -> None:
     forget(mesh, "")
 
 
-def _remove_made(mesh, kind: str) -> int:
+def _remove_made(mesh, entry_type: str) -> int:
     """Remove the attributes or UV maps that bakes made on a mesh; how many."""
-    names = names_made(mesh, kind)
-    layers = mesh.uv_layers if kind == UV_MAP else mesh.color_attributes
+    names = names_made(mesh, entry_type)
+    layers = mesh.uv_layers if entry_type == UV_MAP else mesh.color_attributes
     for name in names:
         layers.remove(layers[name])
         forget(mesh, name)

@@ -37,9 +37,9 @@ class RADIOSITY_PT_report(RadiosityPanel, bpy.types.Panel):
 
     def draw_header_preset(self, context):
         """What is worth opening the panel for."""
-        told = noteworthy(load_report(context.scene))
-        if told:
-            self.layout.label(text=told, icon="ERROR", translate=False)
+        text = noteworthy(load_report(context.scene))
+        if text:
+            self.layout.label(text=text, icon="ERROR", translate=False)
 
     def draw(self, context):
         report = load_report(context.scene)

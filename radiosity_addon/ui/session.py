@@ -164,8 +164,8 @@ class BakeSession:
         give_maps(self._maps)
         encoding = find_encoding(followed.job, followed.result)
         writing = apply_steps(context, followed.job, followed.result, encoding=encoding)
-        told = yield from scaled(SOLVE_TO, 1.0, writing)
-        result = replace(followed.result, warnings=(*followed.result.warnings, *told))
+        warnings = yield from scaled(SOLVE_TO, 1.0, writing)
+        result = replace(followed.result, warnings=(*followed.result.warnings, *warnings))
         seconds = {
             "export": self._export_seconds,
             "write": self.elapsed - before + self._result.seconds.get("fit", 0.0),

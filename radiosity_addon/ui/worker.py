@@ -42,8 +42,8 @@ def main(folder: Path, keep: Path | None = None) -> int:
 def _work(folder: Path, keep: Path | None, given: threading.Event, progress: ProgressFile) -> int:
     """Import, wait until the job is ``given``, run it with what the file ``keep`` keeps."""
     package = _load_package(Path(__file__).resolve().parents[1])
-    twins = importlib.import_module(f"{package}.replicate_process")
-    twin = twins.start_replicate_process(0)
+    replicate_process = importlib.import_module(f"{package}.replicate_process")
+    second = replicate_process.start_replicate_process(0)
     numpy = importlib.import_module("numpy")
     payload, keep_file, overall_progress, work, _ = (
         importlib.import_module(f"{package}.{name}")
@@ -53,11 +53,11 @@ def _work(folder: Path, keep: Path | None, given: threading.Event, progress: Pro
     try:
         kept = keep_file.read_kept(keep)
         job = payload.read_payload(folder / JOB)
-        result = work.run(job, overall_progress.OverallProgress(progress), kept, twin)
+        result = work.run(job, overall_progress.OverallProgress(progress), kept, second)
         for index, colors in enumerate(result.colors):
             numpy.save(folder / f"{COLORS}{index}.npy", colors)
         figures = (replace(result, colors=()), len(result.colors))
-        content = (*figures, twins.peak_memory(twin), kept.reused)
+        content = (*figures, replicate_process.peak_memory(second), kept.reused)
         payload.write_payload(folder / f"{RESULT}.part", content)
         os.replace(folder / f"{RESULT}.part", folder / RESULT)
         keep_file.write_kept(keep, kept)

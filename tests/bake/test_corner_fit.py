@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_matrix
 
-from radiosity_addon.bake.corner_fit import _importance, corner_fit, fit_corners
+from radiosity_addon.bake.corner_equations import importance
+from radiosity_addon.bake.corner_fit import corner_fit
 from radiosity_addon.bake.faces import face_receivers, receiver_areas
 from radiosity_addon.export.exported import CornerMap, ExportedObject
 
@@ -45,7 +46,7 @@ class Plane:
         """Fit the light at the receivers; ``light`` is a function of the points (n, 3)."""
         values = light(self.points)
         area = self.area if area is None else area
-        return fit_corners(self.target, self.receivers, values, area, domain)
+        return corner_fit(self.target, self.receivers, area, domain).colors(values)
 
 
 def linear(points):
@@ -123,8 +124,8 @@ def test_a_vertex_between_sun_and_shadow_does_not_light_the_shadow():
     colors all are that one color x (one smooth vertex group): Σ w (x − L)² with w = 1 / max(L, L̄/4),
     L̄ = 0.505, weighs the shadow 1 / 0.126 to the sun's 1: x = (1 + 0.01 · 7.9) / 8.9 = 0.12, where
     by areas it is 0.505."""
-    importance = _importance(np.array([[1.0] * 3, [0.01] * 3]), np.ones(2))
-    x = importance @ [1.0, 0.01] / importance.sum()
+    weight = importance(np.array([[1.0] * 3, [0.01] * 3]), np.ones(2))
+    x = weight @ [1.0, 0.01] / weight.sum()
     assert x == pytest.approx((1 + 0.01 / 0.12625) / (1 + 1 / 0.12625))
     plane = Plane(1, cuts=16)
     left = plane.points[:, 0] < 0.5
@@ -174,7 +175,7 @@ def test_no_light_anywhere_is_black():
 def test_object_without_receivers_is_black():
     plane = Plane(1)
     none = face_receivers(np.zeros((3, 3)), np.array([[0, 1, 2]]), np.array([0]), 1.0)
-    colors = fit_corners(plane.target, none, np.zeros((0, 3)), np.zeros(0), "corner")
+    colors = corner_fit(plane.target, none, np.zeros(0)).colors(np.zeros((0, 3)))
     assert colors.shape == (4, 3) and not colors.any()
 
 
@@ -190,7 +191,7 @@ def test_subdivided_surface_keeps_linear_light():
         4 * np.arange(len(weights) + 1), np.tile(loops, len(weights)), weights.ravel(), 4
     )
     target = ExportedObject("Quad", 0, 8, None, corner_map, loops, loops)
-    colors = fit_corners(target, fine.receivers, linear(fine.points), fine.area)
+    colors = corner_fit(target, fine.receivers, fine.area).colors(linear(fine.points))
     corners = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
     assert colors == pytest.approx(linear(corners), abs=1e-6)
 

@@ -55,7 +55,7 @@ def known_light(charted, sheets, light):
         share.append(a)
         mean.append(light(place))
     texel, middle = np.concatenate(texel), np.concatenate(middle)
-    stencils = sheets.stencils(sheets.place(texel)[0], middle)
+    stencils = sheets.stencils(sheets.locate(texel)[0], middle)
     return Known(texel, stencils, np.concatenate(share), np.concatenate(mean))
 
 
@@ -67,8 +67,8 @@ def fit(charted, light, with_seams=True):
     _, edges = cut_into_islands(charted)
     seams = sample_seams(charted, edges, find_seams(charted, edges), sheets)
     nearest = np.abs(
-        np.stack(sheets.place(np.arange(images * SIZE**2)), 1)[:, None]
-        - np.stack(sheets.place(known.texel), 1) * [1, 1, 1]
+        np.stack(sheets.locate(np.arange(images * SIZE**2)), 1)[:, None]
+        - np.stack(sheets.locate(known.texel), 1) * [1, 1, 1]
     )
     nearest[..., 0] *= 100
     pixels = known.mean[nearest.sum(-1).argmin(1)]

@@ -165,14 +165,14 @@ def test_estimate_scales_the_last_bake(file):
 
 def test_estimate_of_an_image_grows_with_its_area(file):
     """Time does; memory up to that of the texels that are baked in one piece."""
-    from radiosity_addon.memory import PER_RECEIVER, WHOLE
+    from radiosity_addon.memory import PER_RECEIVER, UNDIVIDED
 
     properties = file.context.scene.radiosity
     properties.target, properties.resolution = "IMAGE", 1024
     small = plan(file)
     properties.resolution = 2048
     large = plan(file)
-    assert large.bytes - small.bytes == pytest.approx((WHOLE - 1024**2) * PER_RECEIVER)
+    assert large.bytes - small.bytes == pytest.approx((UNDIVIDED - 1024**2) * PER_RECEIVER)
     assert large.seconds > 3 * small.seconds
 
 

@@ -90,5 +90,5 @@ class SmoothedLight:
         if mean_over(share, bias) < mean_over(share, least):
             bias = least
         square = (noise + bias) / channels
-        shown, whole = mean_over(share, noise) / channels, mean_over(share, square)
-        return sample * np.float32(np.sqrt(whole / shown) if shown > 0 else 1.0), square
+        shown, total = mean_over(share, noise) / channels, mean_over(share, square)
+        return sample * np.float32(np.sqrt(total / shown) if shown > 0 else 1.0), square

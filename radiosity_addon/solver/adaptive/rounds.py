@@ -158,13 +158,13 @@ class Rounds:
             self.clock.lap("solve")
             return replace(plan, elements=found.plan.elements, row_rays=found.plan.row_rays)
         self.second.ask(SolveFor(plan))
-        solved = self.first.solve(plan)
+        solve = self.first.solve(plan)
         if self.first.requirements.reflected:
             self.clock.lap("transport")
-            self.clock.move("transport", "solve", solved.seconds)
+            self.clock.move("transport", "solve", solve.seconds)
         if keeps:
-            solved = Solve(plan, self._both(GiveRadiosity()), self.first.context.unit)
-            self.cache.put(self.cache.key(plan), solved)
+            solve = Solve(plan, self._both(GiveRadiosity()), self.first.context.unit)
+            self.cache.put(self.cache.key(plan), solve)
         return plan
 
     def _followed_more_paths(self, estimate: Estimate, plan: Plan) -> bool:

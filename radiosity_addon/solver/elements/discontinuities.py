@@ -181,8 +181,8 @@ def _refine_obstructed(context: Context, elements: Elements, target: int, tolera
     """Divide elements of one cell on which something stands: just above the surface, segments between
     the cell's middle and its corners are blocked."""
     levels = int(np.clip(np.ceil(np.log2(0.2 / tolerance)), 1, 6))
-    whole = (elements.element >= 0) & (elements.grid[elements.triangle] > 1)
-    fresh = np.flatnonzero(whole & ~elements.pieces())
+    single = (elements.element >= 0) & (elements.grid[elements.triangle] > 1)
+    fresh = np.flatnonzero(single & ~elements.pieces())
     for _ in range(levels):
         if len(fresh) == 0 or elements.count > MAX_GROWTH * target:
             break

@@ -59,10 +59,10 @@ class Elements:
 
     def shared(self) -> np.ndarray:
         """(n_cells,) bool: the cell belongs to an element of several."""
-        whole = np.flatnonzero(self.element >= 0)
-        owner = self.element[whole]
+        large_cells = np.flatnonzero(self.element >= 0)
+        owner = self.element[large_cells]
         result = np.zeros(len(self.element), bool)
-        result[whole] = np.bincount(owner, minlength=1)[owner] > 1
+        result[large_cells] = np.bincount(owner, minlength=1)[owner] > 1
         return result
 
     def pieces(self) -> np.ndarray:
@@ -146,14 +146,14 @@ def build_elements(geometry: Geometry, group: np.ndarray, target: int) -> Elemen
     for n in np.unique(grid):
         some = np.flatnonzero(grid == n)
         corners[base[some][:, None] + np.arange(int(n) ** 2)] = grid_cells(int(n))
-    whole = large[triangle]
-    element = np.empty(len(whole), np.int32)
-    element[whole] = np.arange(whole.sum())
-    small = np.flatnonzero(~whole)
+    large_cells = large[triangle]
+    element = np.empty(len(large_cells), np.int32)
+    element[large_cells] = np.arange(large_cells.sum())
+    small = np.flatnonzero(~large_cells)
     center = _centers(geometry, triangle[small], corners[small])
     labels, clusters = _clusters(geometry, triangle[small], center, group[triangle[small]], size)
-    element[small] = labels + whole.sum()
-    count = int(whole.sum()) + clusters
+    element[small] = labels + large_cells.sum()
+    count = int(large_cells.sum()) + clusters
     none = np.zeros((0, 3), np.float32)
     divided = bool((grid > 1).any())
     return Elements(grid, base, element, triangle, corners, count, 1, divided, none, False)

@@ -31,8 +31,8 @@ def polygon_form_factor(
         result = _edge_sum(rays, normal)
     else:
         result = np.zeros(len(lowest))
-        whole = np.flatnonzero(lowest > 0)
-        result[whole] = _edge_sum(*_take(whole, rays, normal))
+        above = np.flatnonzero(lowest > 0)
+        result[above] = _edge_sum(*_take(above, rays, normal))
         cut = np.flatnonzero((lowest <= 0) & (highest > 0))
         rays, normal = _take(cut, rays, normal)
         result[cut] = _clipped(rays, [height[cut] for height in heights], normal)

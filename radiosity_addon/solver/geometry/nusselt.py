@@ -62,8 +62,8 @@ def cosine_toward(rays: list, normal: np.ndarray, xi: np.ndarray):
     lowest, highest = corners[:, 2].min(axis=0), corners[:, 2].max(axis=0)
     total, direction = np.zeros(normal.shape[1]), np.array(normal)
     for some, cut in ((lowest >= 0, False), ((lowest < 0) & (highest > 0), True)):
-        whole = np.flatnonzero(some)
-        for some in np.split(whole, range(BLOCK, len(whole), BLOCK)):
+        chosen = np.flatnonzero(some)
+        for some in np.split(chosen, range(BLOCK, len(chosen), BLOCK)):
             part = np.take(corners, some, axis=2)
             mine = project(_above(part) if cut else part, [axis[:, some] for axis in axes])
             total[some] = mine.total

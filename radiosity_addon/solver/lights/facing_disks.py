@@ -65,9 +65,9 @@ class FacingDisks:
         segment = np.ascontiguousarray(segment.T, np.float32)
         if np.ndim(which) > 0 or self.edge[which] < -1 or self.uneven(which):
             return Sample(value, segment, 1.0)
-        whole = sphere_form_factor(slope, radius**2 / square) / radius**2
+        factor = sphere_form_factor(slope, radius**2 / square) / radius**2
         mean = self._mean_beam(which, toward, normal, distance)
-        known = np.where(slope > radius / np.sqrt(square), whole * mean, value)
+        known = np.where(slope > radius / np.sqrt(square), factor * mean, value)
         return Sample(value, segment, 1.0, known)
 
     def unoccluded(self, which: int, middles: Middles) -> Unoccluded:

@@ -121,11 +121,11 @@ def along_a_curve(center: np.ndarray) -> np.ndarray:
     """(n,) the lights' order along Morton's curve, on which neighbors are near in space."""
     low, high = center.min(axis=0), center.max(axis=0)
     extent = max(float((high - low).max()), 1e-300)
-    cell = ((center - low) / extent * (2**BITS - 1)).astype(np.int64)
+    voxel = ((center - low) / extent * (2**BITS - 1)).astype(np.int64)
     code = np.zeros(len(center), np.int64)
     for bit in range(BITS):
         for axis in range(3):
-            code |= ((cell[:, axis] >> bit) & 1) << (3 * bit + axis)
+            code |= ((voxel[:, axis] >> bit) & 1) << (3 * bit + axis)
     return np.argsort(code, kind="stable")
 
 

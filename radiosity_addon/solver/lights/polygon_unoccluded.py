@@ -152,7 +152,7 @@ class _Shared:
     ):
         """See ``Unoccluded``."""
         light, lift = self.light, np.where(self.side[owners] > 0, OFFSET, -OFFSET)
-        start = [here + lift * up for here, up in zip(light.origin, light.normal)]
+        start = [origin + lift * up for origin, up in zip(light.origin, light.normal)]
         coordinates = self._coordinates(owners, s, t)
         return combined(start, (light.u, light.v), coordinates, position)
 

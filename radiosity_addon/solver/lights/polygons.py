@@ -118,17 +118,17 @@ class Polygons(ArrayStruct):
                 value[some], segment[:, some] = sampled(
                     self, which[some], position[:, some], normal[:, some], xi[some].T
                 )
-        whole, surface, textured = None, None, np.flatnonzero(near & (self.triangle[which] >= 0))
+        exact, surface, textured = None, None, np.flatnonzero(near & (self.triangle[which] >= 0))
         if gentle.any():
-            whole, some = value.copy(), np.flatnonzero(gentle & (value > 0))
-            whole[some] = np.pi * polygon_form_factor(
+            exact, some = value.copy(), np.flatnonzero(gentle & (value > 0))
+            exact[some] = np.pi * polygon_form_factor(
                 position[:, some].T, normal[:, some].T, self._corners(which[0])
             )
         if len(textured):
             mine = which[textured]
             uv = self._texture_uv(mine, position[:, textured] + segment[:, textured])
             surface = textured, self.triangle[mine], uv
-        return Sample(value, np.ascontiguousarray(segment.T, np.float32), 1.0, whole, surface)
+        return Sample(value, np.ascontiguousarray(segment.T, np.float32), 1.0, exact, surface)
 
     def unoccluded(self, which: int, middles: Middles) -> Unoccluded:
         """One light from owners that are far from it for their size."""

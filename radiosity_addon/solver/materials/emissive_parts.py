@@ -50,7 +50,7 @@ def cut(scene: Scene, triangle: np.ndarray, area: np.ndarray) -> tuple[EmissiveP
     """Cells of triangles (n,) whose emission varies, of ``area`` (n,); and the share (n,) of each
     that counts as glowing: (∫L)² / (area ∫L²), 1 where it is constant."""
     materials = scene.material[triangle]
-    whole, glowing, total = [], np.zeros(len(triangle)), 0.0
+    undivided_cells, glowing, total = [], np.zeros(len(triangle)), 0.0
     for material in np.unique(materials):
         rows = np.flatnonzero(materials == material)
         means = FieldMeans(scene.materials[material].emission)
@@ -58,9 +58,9 @@ def cut(scene: Scene, triangle: np.ndarray, area: np.ndarray) -> tuple[EmissiveP
         mean = cells.radiance.mean(axis=1)
         glowing[rows] = mean**2 / np.maximum(mean**2 + cells.deviation**2, 1e-300)
         total += float((area[rows] * mean).sum())
-        whole.append((means, rows, cells))
+        undivided_cells.append((means, rows, cells))
     parts = [undivided(triangle[:0], np.zeros((0, 3)))]
-    for means, rows, cells in whole:
+    for means, rows, cells in undivided_cells:
         room = MOST - sum(len(part.triangle) for part in parts)
         parts += _leaves(means, cells, area[rows], COARSE * total, room)
     return EmissiveParts.join(parts), glowing

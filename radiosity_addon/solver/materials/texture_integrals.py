@@ -104,9 +104,9 @@ class TextureSums:
         if self.extension == "MIRROR":
             periods, rest = np.divmod(column, 2 * width)
             back = (rest > width)[:, None]
-            whole = self.sums[row, width]
+            period = self.sums[row, width]
             found = self.sums[row, np.where(rest > width, 2 * width - rest, rest)]
-            return np.where(back, 2 * whole - found, found) + (2 * periods)[:, None] * whole
+            return np.where(back, 2 * period - found, found) + (2 * periods)[:, None] * period
         kept = np.clip(column, 0, width)
         found = self.sums[row, kept]
         if self.extension == "CLIP":

@@ -143,7 +143,7 @@ def _halved(corners: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.nda
     flat = 1e-9 * np.abs(height).max(axis=1, keepdims=True)
     above, below = level > flat, level < -flat
     crossed = above.any(axis=1) & below.any(axis=1)
-    whole, some = np.flatnonzero(~crossed), np.flatnonzero(crossed)
+    uncut, some = np.flatnonzero(~crossed), np.flatnonzero(crossed)
     alone = np.where(above[some].sum(axis=1) == 1, above[some].argmax(axis=1),
                      below[some].argmax(axis=1))  # fmt: skip
     order = (alone[:, None] + np.arange(3)) % 3
@@ -153,9 +153,9 @@ def _halved(corners: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.nda
         (high[:, 0] / (high[:, 0] - high[:, k])).clip(0, 1)[:, None] for k in (1, 2)
     )
     a, b = tip + to_left * (left - tip), tip + to_right * (right - tip)
-    pieces = [corners[whole]]
+    pieces = [corners[uncut]]
     pieces += [np.stack(triple, 1) for triple in ((tip, a, b), (a, left, right), (a, right, b))]
-    return np.concatenate(pieces), np.concatenate([whole, some, some, some])
+    return np.concatenate(pieces), np.concatenate([uncut, some, some, some])
 
 
 def _kept(
@@ -165,13 +165,13 @@ def _kept(
     """Receivers of the cells that are neither ``hidden`` (n_cells,) bool nor ``cut`` (m,) int, and
     of the open parts, of cells ``part`` (k,), with ``corners`` (k, 3, 2); and which have none."""
     scale = surroundings.geometry.area
-    whole = cell_areas(receivers.corners, receivers.square) * scale[receivers.triangle]
+    uncut = cell_areas(receivers.corners, receivers.square) * scale[receivers.triangle]
     area = cell_areas(corners, False) * scale[receivers.triangle[part]]
     clear = ~hidden
     clear[cut] = False
     owner, count = receivers.receiver, receivers.count
-    total = np.bincount(owner, whole, count)
-    share = np.bincount(owner, whole * clear, count) + np.bincount(owner[part], area, count)
+    total = np.bincount(owner, uncut, count)
+    share = np.bincount(owner, uncut * clear, count) + np.bincount(owner[part], area, count)
     share /= np.maximum(total, 1e-300)
     buried = share < (SEEN if receivers.grid is None else TEXEL_SEEN)
     mixed = ~buried & (share < FULLY_OPEN)

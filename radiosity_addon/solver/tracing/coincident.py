@@ -38,9 +38,9 @@ def uncovered(geometry: Geometry, tracer: Tracer, cells: EmissiveParts) -> tuple
         shared = _with_flush(geometry, shared, np.flatnonzero(chosen & ~copies))
     if len(shared) > MANY:
         return cells.take(~copies[cells.triangle]), overlapping(geometry, tracer, chosen)
-    whole = ~copies
-    whole[shared] = False
-    parts = [cells.take(whole[cells.triangle])]
+    alone = ~copies
+    alone[shared] = False
+    parts = [cells.take(alone[cells.triangle])]
     for i, triangle in enumerate(shared):
         covers = _covers(geometry, triangle, shared[:i])
         parts.append(_cut_away(cells.take(cells.triangle == triangle), covers))

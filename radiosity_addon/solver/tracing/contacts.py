@@ -87,10 +87,10 @@ def _above(height: np.ndarray) -> np.ndarray:
     """(k,) share of the area of triangles where a linear function is above 0, by its values at
     their corners (k, 3)."""
     low, middle, high = np.sort(height, axis=1).T
-    whole = np.maximum(high - low, 1e-300)
+    span = np.maximum(high - low, 1e-300)
     with np.errstate(divide="ignore", invalid="ignore"):
-        tip = high**2 / (whole * (high - middle))
-        base = 1 - low**2 / (whole * (middle - low))
+        tip = high**2 / (span * (high - middle))
+        base = 1 - low**2 / (span * (middle - low))
     return np.where(low >= 0, 1.0, np.where(high <= 0, 0.0, np.where(middle <= 0, tip, base)))
 
 

@@ -46,10 +46,10 @@ class Crossings(ArrayStruct):
 
 def find_crossings(geometry: Geometry, tracer: Tracer, threads: int, tick: Tick) -> Crossings:
     """All of a mesh; those found first where there are more than MOST."""
-    whole = np.flatnonzero(geometry.area > 0)
+    triangles = np.flatnonzero(geometry.area > 0)
     longest = np.sqrt(np.maximum((geometry.e1**2).sum(1), (geometry.e2**2).sum(1)))
-    work = [(whole[part], 1) for part in ranges(len(whole), CHUNK)]
-    large = whole[longest[whole] > LARGE]
+    work = [(triangles[part], 1) for part in ranges(len(triangles), CHUNK)]
+    large = triangles[longest[triangles] > LARGE]
     work += [(large[part], -1) for part in ranges(len(large), CHUNK)]
     found = map_chunks(lambda some: _met(geometry, tracer, *some), work, threads, tick)
     pairs = np.concatenate([np.zeros((0, 2), np.int64), *found])
@@ -79,9 +79,9 @@ def _met(geometry: Geometry, tracer: Tracer, triangle: np.ndarray, side: int) ->
         if len(met) == 0:
             break
         pairs.append(np.stack([own[met], hits.triangle[met]], 1))
-        way = hits.distance[met] + step[met]
-        start = (start[met] + way[:, None] * segment[met]).astype(np.float32)
-        own, segment, step, left = own[met], segment[met], step[met], left[met] - way
+        passed = hits.distance[met] + step[met]
+        start = (start[met] + passed[:, None] * segment[met]).astype(np.float32)
+        own, segment, step, left = own[met], segment[met], step[met], left[met] - passed
     return np.concatenate([np.zeros((0, 2), np.int64), *pairs])
 
 

@@ -33,7 +33,7 @@ EXTENT = 2.0  # distance [mean edges of a receiver]: cells further apart are dif
 BAKED = 0.5  # share [of an object's area] in patches: above it its other faces get no elements
 # Length [of the distance] of a patch: above it rays find the light where they end.
 NEAR = 1.0
-WHOLE = 1 - 1e-4  # share [of a triangle] that receivers have of one that is not cut
+COMPLETE = 1 - 1e-4  # share [of a triangle] that receivers have of one that is not cut
 SMALLEST = 1e-6  # extent [unit box] of a patch, at least
 ONWARD, SEVERAL = NOTHING - 1, NOTHING - 2  # codes [``ReceiverPatches.patch``], see there
 
@@ -247,7 +247,7 @@ def build_receiver_patches(
     several[owner[group != patch[owner]]] = True
     patch[several] = SEVERAL
     some = several[owner[first]]
-    cut = np.bincount(footprints.triangle, cell_area, triangles) < WHOLE * areas
+    cut = np.bincount(footprints.triangle, cell_area, triangles) < COMPLETE * areas
     grouped = footprints.grouped(group)
     return ReceiverPatches(
         receiver_map, patch, pair[some],

@@ -92,10 +92,10 @@ def _grids(receivers: Receivers, cells: np.ndarray, triangles: int):
     area = np.bincount(receivers.triangle[cells], areas[cells], triangles)
     cells = cells[area[receivers.triangle[cells]] > COVERED]
     triangle = receivers.triangle[cells]
-    whole = np.zeros(triangles)
-    np.maximum.at(whole, triangle, areas[cells])
-    which = np.flatnonzero(whole)
-    size = np.rint(1 / np.sqrt(whole[which])).astype(np.int64)
+    largest = np.zeros(triangles)
+    np.maximum.at(largest, triangle, areas[cells])
+    which = np.flatnonzero(largest)
+    size = np.rint(1 / np.sqrt(largest[which])).astype(np.int64)
     slot = np.zeros(triangles, np.int64)
     slot[which] = np.arange(len(which))
     start = np.cumsum(size**2) - size**2

@@ -129,12 +129,12 @@ def light_patches_met(
     """[(LitPatches, rays of each row)] of the patches that places lie on: receivers', and sides of
     elements."""
     patch, result = patches.of(places.entry), []
-    for kind, (rays, per) in enumerate([
+    for group, (rays, per) in enumerate([
         (samples.patch_rays, samples.patch_points), (samples.rays, samples.points),
     ]):  # fmt: skip
-        some = np.flatnonzero((patch >= patches.first) == (kind == 1))
+        some = np.flatnonzero((patch >= patches.first) == (group == 1))
         if len(some):
-            lit = light_patches(context, places.take(some), patch[some], per, (*key, kind))
+            lit = light_patches(context, places.take(some), patch[some], per, (*key, group))
             result.append((lit, rays))
     return result
 
