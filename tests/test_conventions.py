@@ -15,12 +15,6 @@ MOST_PARAMETERS, MOST_LINES = 7, 40
 # Functions that need more, by file and name, and why. Take out what no longer does.
 EXCEPTIONS: dict[str, str] = {}
 MOST_LINES_OF_A_FILE = 300
-# Files that have more, and why. Take out what no longer does.
-LONG_FILES = {
-    "radiosity_addon/arguments.py": "every option of the command line, with its help",
-    "radiosity_addon/ui/properties.py": "every property of the panel, with its description",
-    "tests/ui/test_bake.py": "the button's way from press to result, on one set of fixtures",
-}
 FUNCTION = (ast.FunctionDef, ast.AsyncFunctionDef)
 ROOT = PACKAGE.parent
 NOUN_AND_UNIT = re.compile(r"# [^\W\d_][^\[:]* \[[^\]]+\]")
@@ -78,12 +72,11 @@ def test_files_are_of_one_thing():
     """A file of many lines is of several things: split it by what they are."""
     long = {
         path.relative_to(ROOT).as_posix(): count
-        for place in PLACES[:-2]
+        for place in PLACES
         for path in (ROOT / place).rglob("*.py")
         if (count := path.read_text(encoding="utf-8").count("\n")) > MOST_LINES_OF_A_FILE
     }
-    assert {path: count for path, count in long.items() if path not in LONG_FILES} == {}
-    assert LONG_FILES.keys() <= long.keys(), "these are short now"
+    assert long == {}
 
 
 def test_lengths_are_counted():

@@ -6,7 +6,8 @@ from types import SimpleNamespace
 
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
-from .properties import CUSTOM, RadiositySettings
+from .enum_items import CUSTOM
+from .properties import RadiositySettings
 
 # Not to be given as a keyword: what is kept, and the error in another unit.
 NO_KEYWORDS = ("report", "error_percent")

@@ -4,11 +4,11 @@ import bpy
 
 from . import session, view
 from .choice import why_not
+from .enum_items import CUSTOM
 from .lines import draw_note
 from .preflight_panel import draw_preflight
 from .presets import RADIOSITY_PT_presets
 from .progress_bar import CATEGORY, draw_progress
-from .properties import CUSTOM
 
 
 class RadiosityPanel:

@@ -17,9 +17,9 @@ from ..memory import ALWAYS, available_memory, fitting_edge, of_a_bake, of_image
 from ..settings import QUALITY_ERROR
 from . import words
 from .choice import sharing_objects, survey
+from .enum_items import CUSTOM
 from .open_windows import find_window
 from .progress_bar import redraw
-from .properties import CUSTOM
 from .report_store import load_report
 
 MOST_SHOWN = 8  # number [names] in the panel

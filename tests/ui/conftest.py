@@ -1,4 +1,5 @@
-"""What the interface's tests lean on: a job that needs no Blender, and the add-on registered."""
+"""What the interface's tests lean on: a job that needs no Blender, the add-on registered, and a bake
+as the button starts it."""
 
 from __future__ import annotations
 
@@ -67,3 +68,39 @@ def addon(blender):
     radiosity_addon.register()
     yield blender
     radiosity_addon.unregister()
+
+
+@pytest.fixture
+def file(addon, room, one_core):
+    """The room of ``tests/conftest.py``, open, with a draft to bake; no temporary files stay."""
+    addon.ops.wm.open_mainfile(filepath=str(room))
+    addon.context.scene.radiosity.quality = "DRAFT"
+    return addon
+
+
+@pytest.fixture
+def session(file, tmp_path, monkeypatch):
+    """A function: a bake of the open file as the button starts it. Its files must all go."""
+    from radiosity_addon.ui import properties, session, solver_process
+
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    monkeypatch.setattr(solver_process.tempfile, "tempdir", str(folder))
+
+    def begin():
+        settings = properties.settings_of(file.context.scene.radiosity)
+        session.begin(session.BakeSession(file.context.scene.name, settings))
+        return session.current()
+
+    yield begin
+    session.end()
+    assert list(folder.iterdir()) == []
+
+
+@pytest.fixture
+def slowly(monkeypatch):
+    """One piece of work a step, so that every phase can be caught in its midst."""
+    from radiosity_addon.ui import pace
+
+    monkeypatch.setattr(pace, "MOST", 0.0)
+    monkeypatch.setattr(pace, "SLOW", 0.0)

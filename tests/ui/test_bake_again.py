@@ -7,11 +7,9 @@ import pytest
 
 
 @pytest.fixture
-def file(addon, room, one_core):
-    addon.ops.wm.open_mainfile(filepath=str(room))
-    addon.context.scene.radiosity.quality = "DRAFT"
-    addon.context.scene.radiosity.resolution = 16
-    return addon
+def file(file):
+    file.context.scene.radiosity.resolution = 16
+    return file
 
 
 @pytest.mark.parametrize("order", [("VERTEX", "IMAGE"), ("IMAGE", "VERTEX")])

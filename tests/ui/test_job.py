@@ -9,10 +9,9 @@ import pytest
 
 
 @pytest.fixture
-def file(addon, room, one_core):
-    addon.ops.wm.open_mainfile(filepath=str(room))
-    addon.context.scene.radiosity.quality = "HIGH"
-    return addon
+def file(file):
+    file.context.scene.radiosity.quality = "HIGH"
+    return file
 
 
 def report_of(bpy) -> dict:

@@ -11,13 +11,11 @@ OWN = (0.6, 0.3, 0.15)
 
 
 @pytest.fixture
-def file(addon, room, one_core):
+def file(file):
     """The room with a colored material in its only slot."""
-    addon.ops.wm.open_mainfile(filepath=str(room))
-    addon.context.scene.radiosity.quality = "DRAFT"
-    addon.context.scene.radiosity.resolution = 16
-    addon.data.objects["Box"].data.materials.append(diffuse(addon, OWN, "Own"))
-    return addon
+    file.context.scene.radiosity.resolution = 16
+    file.data.objects["Box"].data.materials.append(diffuse(file, OWN, "Own"))
+    return file
 
 
 def bake(bpy) -> None:

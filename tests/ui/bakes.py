@@ -1,0 +1,87 @@
+"""Bakes as the tests of the button take them: step by step, into each phase."""
+
+from __future__ import annotations
+
+import os
+import time
+
+import numpy as np
+
+
+class Patience:
+    """Ends after 60 seconds of work, this process's and the solver's: that one gives way to all others,
+    so on a machine that does other work it may take minutes for what it does in seconds. Where the
+    work cannot be told, and where there is none, it ends after ten minutes."""
+
+    def __init__(self) -> None:
+        self._start, self._end = time.process_time(), time.monotonic() + 600
+
+    def left(self, bake) -> bool:
+        own, now = time.process_time() - self._start, time.monotonic()
+        return own + worked(bake._process) < 60 and now < self._end
+
+
+def worked(solver) -> float:
+    """Seconds of processors that the solver's process has used; 0 where it is not told or has ended."""
+    try:
+        with open(f"/proc/{solver._process.pid}/stat") as handle:
+            ticks = handle.read().rpartition(")")[2].split()[11:13]  # of user, of system
+    except (AttributeError, OSError):
+        return 0.0
+    return sum(map(int, ticks)) / os.sysconf("SC_CLK_TCK")
+
+
+def until(bpy, bake, *stages: str) -> None:
+    """Take steps until the bake is in one of the stages."""
+    patience = Patience()
+    while bake.stage.name not in stages:
+        assert patience.left(bake), f"still {bake.stage.name}"
+        bake.step(bpy.context)
+        bake.wait(0.1)
+
+
+def colors(mesh, name: str = "Radiosity") -> np.ndarray:
+    values = np.empty(4 * len(mesh.color_attributes[name].data), np.float32)
+    mesh.color_attributes[name].data.foreach_get("color", values)
+    return values
+
+
+def box(bpy):
+    return bpy.data.objects["Box"]
+
+
+def everything(bpy) -> dict:
+    """Names of all data-blocks, and what the meshes carry."""
+    found = {}
+    for name in ("objects", "meshes", "images", "scenes", "materials", "lights", "cameras"):
+        found[name] = sorted(block.name for block in getattr(bpy.data, name))
+    for mesh in bpy.data.meshes:
+        found[mesh.name] = sorted((item.name, item.data_type) for item in mesh.attributes)
+    return found
+
+
+def many(bpy, count: int = 3) -> None:
+    """Copies of the box with meshes of their own, far away; images of 16 texels asked for."""
+    for index in range(count):
+        other = box(bpy).copy()
+        other.data, other.name, other.location = box(bpy).data.copy(), f"Other {index}", (5, 0, 0)
+        bpy.context.scene.collection.objects.link(other)
+    properties = bpy.context.scene.radiosity
+    properties.target, properties.resolution = "IMAGE", 16
+
+
+PHASES = {
+    "importing": lambda bake, bpy: bake.stage.name == "START" and bake._process is not None,
+    "reading": lambda bake, bpy: bake.stage.name == "EXPORT" and bake.fraction > 0,
+    "solving": lambda bake, bpy: bake.stage.name == "SOLVE",
+    "writing": lambda bake, bpy: bake.stage.name == "WRITE" and len(bpy.data.images) == 2,
+}
+
+
+def reach(bpy, bake, phase: str) -> None:
+    patience = Patience()
+    while not PHASES[phase](bake, bpy):
+        assert patience.left(bake), f"still {bake.stage.name}"
+        assert bake.stage.name != "DONE", f"{phase} was passed over"
+        bake.step(bpy.context)
+        bake.wait(0.1)
