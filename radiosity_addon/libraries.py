@@ -26,7 +26,8 @@ def environment(*folders: Path) -> dict[str, str]:
 
 
 def library_folders() -> list[str]:
-    """The folders that hold the libraries, each once. Imports none of them."""
+    """The folders that hold the libraries, each once. Imports none of them. Raises ImportError where one
+    is missing."""
     folders = []
     for name in NAMES:
         spec = importlib.util.find_spec(name)

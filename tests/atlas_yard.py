@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from radiosity_addon.bake.texels import coverage, texel_receivers
+from tests.export.stage import add_object
 from tests.one_core import main
 
 SIDES = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
@@ -20,22 +21,15 @@ def build_yard(blender, path):
         add(blender, name, points, SIDES, (x, 0, 0.5))
     lamp = blender.data.lights.new("Bulb", "POINT")
     lamp.energy, lamp.shadow_soft_size = 500, 0.2
-    link(blender, "Bulb", lamp, (0, -2, 4))
+    add_object(blender, "Bulb", lamp, location=(0, -2, 4))
     return save(blender, path)
 
 
-def add(blender, name, points, faces, place=(0, 0, 0)):
+def add(blender, name, points, faces, location=(0, 0, 0)):
     mesh = blender.data.meshes.new(name)
     mesh.from_pydata([tuple(map(float, point)) for point in points], [], faces)
     mesh.materials.append(blender.data.materials.get("Gray") or blender.data.materials.new("Gray"))
-    return link(blender, name, mesh, place)
-
-
-def link(blender, name, data, place):
-    item = blender.data.objects.new(name, data)
-    item.location = place
-    blender.context.scene.collection.objects.link(item)
-    return item
+    return add_object(blender, name, mesh, location=location)
 
 
 def save(blender, path):

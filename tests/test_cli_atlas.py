@@ -15,13 +15,13 @@ from tests.atlas_yard import (  # noqa: E402
     bake,
     density,
     gaps,
-    link,
     meshes,
     pixels_of,
     save,
     texels,
     triangles,
 )
+from tests.export.stage import add_object  # noqa: E402
 
 
 def test_objects_share_one_image_without_overlap(blender, yard, tmp_path):
@@ -86,7 +86,7 @@ def test_their_own_joint_uv_map_is_used_as_it_is(blender, tmp_path):
         layer.uv.foreach_set("vector", corners)
         lamp = blender.data.lights.new(name, "SPOT")
         lamp.energy, lamp.spot_size = 100 * (2 if x else 1), 2
-        link(blender, f"{name} lamp", lamp, (x, 0, 3))
+        add_object(blender, f"{name} lamp", lamp, location=(x, 0, 3))
     scene = save(blender, tmp_path / "pair.blend")
     assert bake(scene, tmp_path / "o.blend", "--atlas", "Both", "--uv-map", "Joint",
                 "--resolution", "64x32") == 0  # fmt: skip
@@ -106,7 +106,7 @@ def test_overlap_of_objects_in_their_own_map_is_told(blender, tmp_path):
         layer.uv.foreach_set("vector", [0, 0, 1, 0, 1, 1, 0, 1])
     lamp = blender.data.lights.new("Lamp", "SPOT")
     lamp.energy, lamp.spot_size = 100, 2
-    link(blender, "Lamp", lamp, (0, 0, 3))
+    add_object(blender, "Lamp", lamp, location=(0, 0, 3))
     scene, found = save(blender, tmp_path / "pair.blend"), {}
     for name in ("Both", "Lit"):
         options = () if name == "Both" else ("--objects", "Lit")

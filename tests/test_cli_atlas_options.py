@@ -10,7 +10,8 @@ import pytest
 pytest.importorskip("bpy")
 
 from radiosity_addon.gltf.glb import read_glb  # noqa: E402
-from tests.atlas_yard import bake, density, link, meshes, save, texels  # noqa: E402
+from tests.atlas_yard import bake, density, meshes, save, texels  # noqa: E402
+from tests.export.stage import add_object  # noqa: E402
 from tests.one_core import main  # noqa: E402
 
 
@@ -30,7 +31,7 @@ def test_a_map_that_no_bake_made_is_not_moved(blender, yard, tmp_path, capfd):
 
 
 def test_shared_meshes_lie_there_once(blender, yard, tmp_path):
-    twin = link(blender, "Twin", blender.data.objects["Low"].data, (0, 1.5, 0.5))
+    twin = add_object(blender, "Twin", blender.data.objects["Low"].data, location=(0, 1.5, 0.5))
     assert twin.data.users == 2
     save(blender, yard)
     report = tmp_path / "r.json"

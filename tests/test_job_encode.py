@@ -11,7 +11,7 @@ from radiosity_addon.bake.encodings import coding_error, decode, encode
 from radiosity_addon.bake_job import Job, Result
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.solution import Statistics
-from radiosity_addon.stages import encode as encoding
+from radiosity_addon.stages.encode import encoding_of
 
 
 def result_of(sizes) -> tuple[Result, np.ndarray]:
@@ -25,18 +25,18 @@ def result_of(sizes) -> tuple[Result, np.ndarray]:
 
 
 @pytest.mark.parametrize("band", [64, 1 << 23])
-def test_bands_tell_what_all_colors_together_do(monkeypatch, band):
+def test_bands_tell_what_all_colors_together_do(band):
     """The brightest, the share above 1, and the error of every third color, as 4,000 are judged."""
-    monkeypatch.setattr(encoding, "BAND", band)
-    monkeypatch.setattr(encoding, "MOST_JUDGED", 4000)
     result, every = result_of([(60, 70), (40, 100), (90, 90)])
     settings = Settings(target="image", image_dir="x", format="png", scale=0.0)
     job = Job(settings, None, (), (), (), ())
-    found = encoding.encoding_of(job, result, np.eye(3))
+    found = encoding_of(job, result, np.eye(3), 4000, band)
     assert found.scale == every.max()
     judged = every[:: 1 + len(every) // 4000]
     again = decode(encode(judged, "png", found.scale), "png", found.scale)
     assert found.error == pytest.approx(coding_error(judged, again), rel=1e-12)
-    one = encoding.encoding_of(replace(job, settings=replace(settings, scale=1.0)), result, np.eye(3))
+    one = encoding_of(
+        replace(job, settings=replace(settings, scale=1.0)), result, np.eye(3), 4000, band
+    )
     assert one.share_above == pytest.approx((every.max(axis=1) > 1).mean(), rel=1e-12)
     assert f"the brightest at {every.max():.4g}" in one.warnings[0]

@@ -197,7 +197,7 @@ def _spoiled(scene: Scene, bad: str | None, value: float) -> tuple[Scene, str | 
     return scene, None
 
 
-def check(random: Random) -> None:
+def check(random: Random, solve=solve) -> None:
     """Solve, strictly. AssertionError where light is negative, no number, or from nowhere."""
     settings = Settings(error=ERROR, threads=1, seed=random.seed)
     try:

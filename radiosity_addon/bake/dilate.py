@@ -7,20 +7,23 @@ import numpy as np
 BAND = 1 << 22  # number [texels] whose distances are found together: they take 50 bytes each
 
 
-def extend_islands(pixels: np.ndarray, covered: np.ndarray, margin: int) -> np.ndarray:
+def extend_islands(
+    pixels: np.ndarray, covered: np.ndarray, margin: int, band: int = BAND
+) -> np.ndarray:
     """RGBA image (height, width, 4) float32 from ``pixels`` (height, width, 3).
 
     Texels within ``margin`` (Euclidean, in texels) of a covered one take the color of the
     nearest covered texel, so that filtering between texels never mixes in black. Covered texels
     keep their color. Alpha is 1 on ``covered`` (height, width) bool and 0 elsewhere, in the
     margin too: it says which texels belong to a face. Beyond the margin the color is black.
-    Raises ValueError when the shapes differ or the margin is negative.
+    Distances of about ``band`` texels are found together. Raises ValueError when the shapes differ or
+    the margin is negative.
     """
-    return extended(pixels, covered, margin)[0]
+    return extended(pixels, covered, margin, band)[0]
 
 
 def extended(
-    pixels: np.ndarray, covered: np.ndarray, margin: int
+    pixels: np.ndarray, covered: np.ndarray, margin: int, band: int = BAND
 ) -> tuple[np.ndarray, np.ndarray]:
     """The same, and which texels have a color, (height, width) bool: all others are black."""
     if pixels.shape != (*covered.shape, 3):
@@ -31,8 +34,9 @@ def extended(
     image[covered, :3] = pixels[covered]
     image[covered, 3] = 1.0
     filled, (height, width) = covered.copy(), covered.shape
-    for start in range(0, height, max(BAND // max(width, 1), margin, 1)) if margin else ():
-        stop = start + max(BAND // max(width, 1), margin, 1)
+    rows = max(band // max(width, 1), margin, 1)
+    for start in range(0, height, rows) if margin else ():
+        stop = start + rows
         first = max(start - margin, 0)  # no texel looks further than the margin
         near = covered[first : stop + margin]
         if near.any() and not near.all():

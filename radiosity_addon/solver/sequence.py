@@ -36,6 +36,7 @@ from .lights.context import Context, build_context
 from .materials.region_means import footprint_means
 from .progress import Progress, silent
 from .receivers import Projection, Receivers
+from .sampling.guide import USEFUL
 from .scene import Scene
 from .solution import Solution, Statistics
 from .workers.parallel import thread_count
@@ -81,12 +82,13 @@ def solve(
 @dataclass(frozen=True)
 class Options:
     """What a solve may be given: see ``solve``. ``requirements``: the light that is found; None: what the
-    passes ask for and the scene can give."""
+    passes ask for and the scene can give. ``useful``: the gain of variance from which on rays are guided."""
 
     project: Projection | None = None
     cache: SolveCache | None = None
     beside: RemoteReplicate | None = None
     requirements: Requirements | None = None
+    useful: float = USEFUL
 
 
 @np.errstate(under="ignore")
@@ -143,7 +145,8 @@ def begin(
     clock.lap("elements")
     deadline = None if settings.time_limit is None else clock.start + settings.time_limit
     second, lost = _second_replicate(beside, first)
-    return OpenSolve(Rounds(first, second, estimator, deadline, clock, cache), plan, lost)
+    rounds = Rounds(first, second, estimator, deadline, clock, cache, useful=options.useful)
+    return OpenSolve(rounds, plan, lost)
 
 
 def solution_of(

@@ -33,20 +33,23 @@ class Encoding:
     warnings: tuple[str, ...]
 
 
-def encoding_of(job: Job, result: Result, matrix: np.ndarray) -> Encoding:
+def encoding_of(
+    job: Job, result: Result, matrix: np.ndarray, most_judged: int = MOST_JUDGED, band: int = BAND
+) -> Encoding:
     """The encoding of a bake; ``matrix`` (3, 3) leads from its colors to the file's primaries.
 
-    One scale for all objects, so that their brightness can be compared.
+    One scale for all objects, so that their brightness can be compared. Its error is found from
+    ``most_judged`` colors at most; ``band`` values are looked at together.
     """
     name = encoding_name(job.settings)
     if name is None:
         return Encoding(None, 1.0, 0.0, 0.0, ())
     matrix = np.eye(3) if job.settings.target == Target.VERTEX else matrix
-    counts, peaks = zip(*((len(c), c.max(initial=0.0)) for c in _bands(result, matrix)))
+    counts, peaks = zip(*((len(c), c.max(initial=0.0)) for c in _bands(result, matrix, band)))
     count, peak = sum(counts), np.max(peaks, keepdims=True)
     scale = scale_of([peak], name, job.settings.scale)
-    every, first, above, judged = 1 + count // MOST_JUDGED, 0, 0.0, []
-    for colors in _bands(result, matrix):  # in float64, which of all together would be a lot
+    every, first, above, judged = 1 + count // most_judged, 0, 0.0, []
+    for colors in _bands(result, matrix, band):  # in float64, which of all together would be a lot
         judged.append(colors[-first % every :: every])
         above += share_above(colors, scale) * len(colors) / max(count, 1)
         first += len(colors)
@@ -63,10 +66,10 @@ def encoding_name(settings) -> str | None:
     return settings.format if settings.image_dir and settings.format in BITS else None
 
 
-def _bands(result: Result, matrix: np.ndarray):
+def _bands(result: Result, matrix: np.ndarray, band: int):
     """(n, 3) float64 colors times ``matrix``, some rows of each mesh or image at a time."""
     for colors in result.colors:
-        for rows in ranges(len(colors), max(BAND * len(colors) // max(colors.size, 1), 1)):
+        for rows in ranges(len(colors), max(band * len(colors) // max(colors.size, 1), 1)):
             yield _covered(colors[rows]) @ matrix
         drop_pages(colors)
 

@@ -20,7 +20,9 @@ class Pace:
     """Tells after each piece of work whether a step had enough of them. One for all bakes: how slow the
     window is to draw is known from the last."""
 
-    def __init__(self) -> None:
+    def __init__(self, most: float = MOST, slow: float = SLOW, clock=time) -> None:
+        """``most``, ``slow``: see MOST, SLOW [s]; ``clock`` has ``perf_counter`` and ``thread_time``."""
+        self._most, self._slow, self._clock = most, slow, clock
         self._drawing = 0.0  # seconds: the longest that the window took of late between two steps
         self.restart()
 
@@ -31,18 +33,18 @@ class Pace:
 
     def begin(self) -> None:
         """A step begins."""
-        start, self._before = time.perf_counter(), time.thread_time()
+        start, self._before = self._clock.perf_counter(), self._clock.thread_time()
         if self._ended is not None:
             self._drawing = max(start - self._ended, FADES * self._drawing)
-        self._until, self._quick = start + max(LEAST, self._drawing), self._drawing < MOST
-        self._left = MOST if self._quick else min(self._drawing, SLOW)
+        self._until, self._quick = start + max(LEAST, self._drawing), self._drawing < self._most
+        self._left = self._most if self._quick else min(self._drawing, self._slow)
 
     def enough(self) -> bool:
         """A piece is done: whether it was the step's last. Where the window is quick another long
         one might be too much."""
-        now = time.thread_time()
+        now = self._clock.thread_time()
         worked, self._before = now - self._before, now
         self._longest, self._left = max(FADES * self._longest, worked), self._left - worked
-        self._ended = time.perf_counter()
+        self._ended = self._clock.perf_counter()
         feared = self._longest if self._quick else 0.0
         return self._left <= feared or self._ended >= self._until

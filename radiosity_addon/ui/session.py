@@ -26,6 +26,7 @@ SOLVE_FROM, SOLVE_TO = 0.05, 0.97
 IMPORTS = ("bake.texels", "bake.unwrap", "export.shaders", "export.materials", "export.lights",
            "export.world", "export.evaluated", "export.pipeline", "stages.prepare",
            "stages.apply", "report")
+_pace = Pace()
 
 
 class Stage(Enum):
@@ -45,9 +46,10 @@ class BakeSession:
     ``report`` is there once it is done. Whatever ``step`` raises has been cleaned up after.
     """
 
-    def __init__(self, scene_name: str, settings: Settings) -> None:
+    def __init__(self, scene_name: str, settings: Settings, pace: Pace = _pace) -> None:
         self.scene_name = scene_name
         self.settings = settings
+        self._pace = pace
         self.stage = Stage.START
         self.detail = ""  # the solver's own word for what it does
         self.fraction = 0.0
@@ -111,11 +113,11 @@ class BakeSession:
         if self._steps is None:
             reading = self.stage is Stage.START
             self._steps = self._read(context) if reading else self._write(context)
-            _pace.restart()
-        _pace.begin()
+            self._pace.restart()
+        self._pace.begin()
         stage = self.stage
         for self.fraction in self._steps:
-            if _pace.enough() or self.stage is not stage:  # the window shows the new one
+            if self._pace.enough() or self.stage is not stage:  # the window shows the new one
                 return
         self._steps = None
         if self.stage is Stage.DONE:
@@ -195,7 +197,6 @@ def forget() -> None:
     forget_kept(kept_file())
 
 
-_pace = Pace()
 _current: BakeSession | None = None
 
 

@@ -61,12 +61,10 @@ def test_bad_input():
         extend_islands(pixels, covered[1:], 1)
 
 
-def test_bands_give_the_same_image(monkeypatch):
+def test_bands_give_the_same_image():
     """Bands of 4 rows and of the margin's 3, in place of all 40 at once: the nearest covered texel of each
     texel is as near, and where only one is, the same."""
     from scipy.ndimage import distance_transform_edt
-
-    from radiosity_addon.bake import dilate
 
     random = np.random.default_rng(1)
     covered = random.random((40, 50)) < 0.02
@@ -74,8 +72,7 @@ def test_bands_give_the_same_image(monkeypatch):
     pixels = np.stack([row, column, covered], -1).astype(np.float32)
     whole = extend_islands(pixels, covered, 3)
     for texels in (200, 1):
-        monkeypatch.setattr(dilate, "BAND", texels)
-        image = extend_islands(pixels, covered, 3)
+        image = extend_islands(pixels, covered, 3, texels)
         filled = image[..., 2] > 0
         assert np.array_equal(filled, whole[..., 2] > 0)
         apart = np.hypot(image[..., 0] - row, image[..., 1] - column)

@@ -9,9 +9,10 @@ from radiosity_addon.solver.fields import srgb_to_linear
 SQUARE = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
 
 
-def add_object(bpy, name, data, collection=None):
+def add_object(bpy, name, data, collection=None, location=(0, 0, 0)):
     """A new object in the scene."""
     thing = bpy.data.objects.new(name, data)
+    thing.location = location
     (collection or bpy.context.scene.collection).objects.link(thing)
     return thing
 

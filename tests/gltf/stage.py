@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from tests.export.stage import add_object
+
 SIZE = (320, 240)  # px
 SIDES = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
 
@@ -19,9 +21,9 @@ def build(bpy, path) -> None:
     _box(bpy, "Bare", (-0.8, 0, 0.5), (0.5, 0.5, 0.5), None)
     lamp = bpy.data.lights.new("Bulb", "POINT")
     lamp.energy, lamp.shadow_soft_size = 120, 0.3
-    _place(bpy, "Bulb", lamp, (0, -2.2, 2.6))
+    add_object(bpy, "Bulb", lamp, location=(0, -2.2, 2.6))
     camera = bpy.data.cameras.new("Camera")
-    _place(bpy, "Camera", camera, (0, -4.5, 2.6)).rotation_euler = (1.1, 0, 0)
+    add_object(bpy, "Camera", camera, location=(0, -4.5, 2.6)).rotation_euler = (1.1, 0, 0)
     scene.camera = bpy.data.objects["Camera"]
     scene.render.resolution_x, scene.render.resolution_y = SIZE
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
@@ -98,14 +100,7 @@ def _box(bpy, name, center, half, material, cuts=1):
     mesh.from_pydata((np.array(points, float) * half).tolist(), [], faces)
     if material is not None:
         mesh.materials.append(material)
-    return _place(bpy, name, mesh, center)
-
-
-def _place(bpy, name, data, location):
-    item = bpy.data.objects.new(name, data)
-    item.location = location
-    bpy.context.scene.collection.objects.link(item)
-    return item
+    return add_object(bpy, name, mesh, location=center)
 
 
 def _paint(bpy, name, image):

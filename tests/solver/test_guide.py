@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 
 from radiosity_addon.settings import Settings
-from radiosity_addon.solver.sampling import guide as guides
 from radiosity_addon.solver.sampling.guide import (
     BINS,
     COLUMNS,
     ROWS,
     SLOTS,
+    _slots,
     clusters_of,
     make_guide,
     start_learning,
     sums_by_bin,
 )
-from radiosity_addon.solver.sequence import solve
+from radiosity_addon.solver.sequence import Options, open_scene, solve_opened
 from verification import exact, meshes
 
 
@@ -40,7 +40,7 @@ def aimed(guide, count=4096):
 
 
 def test_slots_add_up_and_leave_none_out():
-    slots = guides._slots(np.random.default_rng(2).random((5, BINS)) ** 8)
+    slots = _slots(np.random.default_rng(2).random((5, BINS)) ** 8)
     assert (slots.sum(axis=1) == SLOTS).all() and slots.min() >= 1
 
 
@@ -100,10 +100,9 @@ def test_clusters_hold_neighbors_that_face_alike():
 
 
 @pytest.mark.parametrize("useful", [0.0, np.inf])
-def test_guided_rays_change_no_mean(monkeypatch, useful):
+def test_guided_rays_change_no_mean(useful):
     """A closed sphere's exact radiosities, with rays that follow a guide and with rays that do
     not: weights that did not make up for the choice would show."""
-    monkeypatch.setattr(guides, "USEFUL", useful)
     q, rho = np.array([4.0] + 7 * [0.0]), np.full(8, 0.5)
     scene = meshes.sphere_scene(3, rho[:, None], q[:, None])
     expected = exact.closed_sphere(
@@ -111,7 +110,9 @@ def test_guided_rays_change_no_mean(monkeypatch, useful):
     )
     means = []
     for seed in range(3):  # a correction that is noise alone has a mean of up to a quarter of the error
-        found = solve(scene, meshes.triangle_receivers(scene), Settings(error=0.005, seed=seed))
+        receivers, settings = meshes.triangle_receivers(scene), Settings(error=0.005, seed=seed)
+        context = open_scene(scene, receivers, settings)
+        found = solve_opened(context, receivers, settings, Options(useful=useful))
         level = found.emission + found.reflectance / np.pi * (found.direct + found.indirect)
         ratio = np.pi * level[:, 0] / expected
         assert np.sqrt(np.mean((ratio - 1) ** 2)) < 0.01  # twice what is asked for

@@ -80,16 +80,16 @@ def file(addon, room, one_core):
 
 @pytest.fixture
 def session(file, tmp_path, monkeypatch):
-    """A function: a bake of the open file as the button starts it. Its files must all go."""
+    """A function: a bake of the open file as the button starts it, at a ``pace``. Its files must all go."""
     from radiosity_addon.ui import properties, session, solver_process
 
     folder = tmp_path / "temporary"
     folder.mkdir()
     monkeypatch.setattr(solver_process.tempfile, "tempdir", str(folder))
 
-    def begin():
+    def begin(*pace):
         settings = properties.settings_of(file.context.scene.radiosity)
-        session.begin(session.BakeSession(file.context.scene.name, settings))
+        session.begin(session.BakeSession(file.context.scene.name, settings, *pace))
         return session.current()
 
     yield begin
@@ -98,9 +98,8 @@ def session(file, tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def slowly(monkeypatch):
-    """One piece of work a step, so that every phase can be caught in its midst."""
-    from radiosity_addon.ui import pace
+def slowly():
+    """The pace of one piece of work a step, so that every phase can be caught in its midst."""
+    from radiosity_addon.ui.pace import Pace
 
-    monkeypatch.setattr(pace, "MOST", 0.0)
-    monkeypatch.setattr(pace, "SLOW", 0.0)
+    return Pace(0.0, 0.0)

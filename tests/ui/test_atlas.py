@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.export.stage import add_object
+
 NAMES = ("Left", "Right")
 SIZE = 48
 
@@ -15,20 +17,14 @@ def pair(addon, one_core):
     for index, name in enumerate(NAMES):
         mesh = addon.data.meshes.new(name)
         mesh.from_pydata([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [], [(0, 1, 2, 3)])
-        rect(addon, name, mesh, (3 * index, 0, 0))
+        add_object(addon, name, mesh, location=(3 * index, 0, 0))
     lamp = addon.data.lights.new("Bulb", "POINT")
     lamp.energy = 300
-    rect(addon, "Bulb", lamp, (1, 0, 2))
+    add_object(addon, "Bulb", lamp, location=(1, 0, 2))
     properties = addon.context.scene.radiosity
     properties.target, properties.quality, properties.resolution = "IMAGE", "DRAFT", SIZE
     properties.use_atlas, properties.margin = True, 4
     return addon
-
-
-def rect(bpy, name, data, location):
-    item = bpy.data.objects.new(name, data)
-    item.location = location
-    bpy.context.scene.collection.objects.link(item)
 
 
 def pixels(bpy, name="Radiosity_Atlas") -> np.ndarray:
@@ -157,7 +153,7 @@ def test_images_keep_their_texels_when_an_object_is_lost(pair):
 
     targets = []
     for name, sheet in (("A", "One"), ("B", "Two"), ("C", "One")):
-        rect(pair, name, pair.data.meshes["Left"], (0, 0, 5))
+        add_object(pair, name, pair.data.meshes["Left"], location=(0, 0, 5))
         identity = pair.data.objects[name].session_uid
         where = TexelRect(sheet, (4, 4), 0, 0, 4, 4)
         targets.append(ExportedObject(

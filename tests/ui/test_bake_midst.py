@@ -22,7 +22,7 @@ def test_cancel_in_every_phase_leaves_the_scene_as_it_was(file, session, slowly,
 
     many(file)
     before = everything(file)
-    bake = session()
+    bake = session(slowly)
     reach(file, bake, phase)
     assert file.ops.radiosity.cancel() == {"FINISHED"}
     assert current() is None
@@ -37,7 +37,7 @@ def test_failure_in_the_midst_puts_everything_back(file, session, slowly, phase,
 
     many(file)
     before = everything(file)
-    bake = session()
+    bake = session(slowly)
     reach(file, bake, phase)
 
     def fail(*_, **__):
@@ -53,7 +53,7 @@ def test_failure_in_the_midst_puts_everything_back(file, session, slowly, phase,
 @pytest.mark.parametrize("change", ["delete", "rename", "edit"])
 def test_objects_that_change_while_they_are_read(file, session, slowly, change):
     many(file)
-    bake = session()
+    bake = session(slowly)
     reach(file, bake, "reading")
     while bake.fraction < 0.03:  # SOLVE_FROM times 0.6: the evaluation is over
         bake.step(file.context)
@@ -78,7 +78,7 @@ def test_undo_and_another_file_end_a_bake_in_the_midst(file, session, slowly, ph
 
     many(file)
     before = everything(file)
-    bake = session()
+    bake = session(slowly)
     reach(file, bake, phase)
     lifetime.before_undo()
     assert (current() is None) == (phase == "writing")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from radiosity_addon.ui.pace import Pace
+
 
 class Clock:
     """Stands in for ``time``: what passes by the wall, and what this thread works of it."""
@@ -21,18 +23,14 @@ class Clock:
 
 
 @pytest.fixture
-def clock(addon, monkeypatch) -> Clock:
-    from radiosity_addon.ui import pace
-
-    clock = Clock()
-    monkeypatch.setattr(pace, "time", clock)
-    return clock
+def clock() -> Clock:
+    return Clock()
 
 
-def pieces(clock, pace, turn: float, piece: float, wait: float = 0.0) -> int:
-    """How many of these a step has after the window took ``turn``; a piece also waits for the
+def pieces(clock, pace, drawing: float, piece: float, wait: float = 0.0) -> int:
+    """How many of these a step has after the window took ``drawing``; a piece also waits for the
     processor for ``wait`` seconds."""
-    clock.pass_by(turn, 0.0)
+    clock.pass_by(drawing, 0.0)
     pace.begin()
     for number in range(1, 1000):
         clock.pass_by(piece + wait, piece)
@@ -41,44 +39,36 @@ def pieces(clock, pace, turn: float, piece: float, wait: float = 0.0) -> int:
     raise AssertionError("the step does not end")
 
 
-# Pieces of 2 ms, one more or less by the rounding of sums. A step has as many as fill the window's turn,
+# Pieces of 2 ms, one more or less by the rounding of sums. A step has as many as fill the window's drawing,
 # at least 50 ms, at most 0.5 s: 25, 30, 150, 250.
-@pytest.mark.parametrize(("turn", "expected"), [(0.004, 25), (0.06, 30), (0.3, 150), (3.0, 250)])
-def test_the_work_has_half_of_the_time(clock, turn, expected):
-    from radiosity_addon.ui.pace import Pace
-
-    pace = Pace()
+@pytest.mark.parametrize(("drawing", "expected"), [(0.004, 25), (0.06, 30), (0.3, 150), (3.0, 250)])
+def test_the_work_has_half_of_the_time(clock, drawing, expected):
+    pace = Pace(clock=clock)
     pieces(clock, pace, 0.0, 0.001)
-    assert pieces(clock, pace, turn, 0.002) == pytest.approx(expected, abs=1)
+    assert pieces(clock, pace, drawing, 0.002) == pytest.approx(expected, abs=1)
 
 
 def test_a_long_piece_leaves_room_for_another(clock):
     """After one of 45 ms the 80 ms have no room for another. With each short piece that is feared less:
     those of 4 ms fill the next step's 50 ms, and after one of 30 ms there is room for another."""
-    from radiosity_addon.ui.pace import Pace
-
-    pace = Pace()
+    pace = Pace(clock=clock)
     assert pieces(clock, pace, 0.01, 0.045) == 1
     assert pieces(clock, pace, 0.01, 0.004) == pytest.approx(13, abs=1)
     assert pieces(clock, pace, 0.01, 0.03) == 2
 
 
 def test_where_the_window_is_slow_a_long_piece_is_not_feared(clock):
-    """After a turn of 0.3 s there are three pieces of 0.1 s, of which 0.08 s would have none."""
-    from radiosity_addon.ui.pace import Pace
-
-    pace = Pace()
+    """After a drawing of 0.3 s there are three pieces of 0.1 s, of which 0.08 s would have none."""
+    pace = Pace(clock=clock)
     assert pieces(clock, pace, 0.01, 0.1) == 1
     assert pieces(clock, pace, 0.3, 0.1) == pytest.approx(3, abs=1)
 
 
-def test_a_slow_turn_is_remembered_and_fades(clock):
+def test_a_slow_drawing_is_remembered_and_fades(clock):
     """After one of 0.4 s the next step has 200 pieces of 2 ms. Another work begins with as many, though
-    minutes have passed meanwhile: those were no turn. With quick turns each step is 3/4 of the last, and
+    minutes have passed meanwhile: those were no drawing. With quick ones each step is 3/4 of the last, and
     the seventh, of 0.4 * 0.75**7 = 53 ms, 27 pieces; later ones have the 25 of the least."""
-    from radiosity_addon.ui.pace import Pace
-
-    pace = Pace()
+    pace = Pace(clock=clock)
     pieces(clock, pace, 0.0, 0.002)
     assert pieces(clock, pace, 0.4, 0.002) == pytest.approx(200, abs=1)
     pace.restart()
@@ -90,18 +80,14 @@ def test_a_slow_turn_is_remembered_and_fades(clock):
 
 def test_waiting_for_a_processor_makes_later_steps_no_shorter(clock):
     """A piece of 1 ms that waited for 0.4 s is a short piece: the next step has 50 ms of them."""
-    from radiosity_addon.ui.pace import Pace
-
-    pace = Pace()
+    pace = Pace(clock=clock)
     assert pieces(clock, pace, 0.0, 0.001, wait=0.4) == 1
     assert pieces(clock, pace, 0.01, 0.001) == pytest.approx(50, abs=1)
 
 
 def test_waiting_counts_as_the_steps_time(clock):
-    """After a turn of 0.3 s pieces of 1 ms that wait for 9 ms more are 30, not 300."""
-    from radiosity_addon.ui.pace import Pace
-
-    pace = Pace()
+    """After a drawing of 0.3 s pieces of 1 ms that wait for 9 ms more are 30, not 300."""
+    pace = Pace(clock=clock)
     pieces(clock, pace, 0.0, 0.001)
     assert pieces(clock, pace, 0.3, 0.001, wait=0.009) == pytest.approx(30, abs=1)
 
@@ -110,7 +96,7 @@ def test_waiting_counts_as_the_steps_time(clock):
 # 0.5 s + 4 * 0.5 s after the other: in 10 s there are 40, and 4.
 @pytest.mark.parametrize(("drawing", "expected"), [(0.0, 40), (0.5, 4)])
 def test_pictures_of_the_progress_leave_four_fifths_to_the_work(
-    clock, monkeypatch, drawing, expected
+    clock, addon, monkeypatch, drawing, expected
 ):
     from radiosity_addon.ui import background
 

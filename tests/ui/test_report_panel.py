@@ -6,6 +6,8 @@ import json
 
 import pytest
 
+from tests.export.stage import add_object
+
 REPORT = {
     "version": "0.1.0", "triangles": 10, "elements": 20, "receivers": 1000, "rays": 40,
     "iterations": 5, "residual": 1e-5, "target_error": 0.03, "estimated_error": 0.02,
@@ -18,9 +20,9 @@ REPORT = {
 
 
 @pytest.fixture
-def file(addon, room, one_core):
-    addon.ops.wm.open_mainfile(filepath=str(room))
-    return addon
+def file(file):
+    file.context.scene.radiosity.quality = "MEDIUM"
+    return file
 
 
 def plan(bpy):
@@ -30,8 +32,7 @@ def plan(bpy):
 
 
 def add(bpy, name: str, data):
-    item = bpy.data.objects.new(name, data)
-    bpy.context.scene.collection.objects.link(item)
+    item = add_object(bpy, name, data)
     bpy.context.view_layer.update()
     return item
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..gather.lighting import Lighting, Samples
-from ..sampling.guide import Guide, joined, make_guide
+from ..sampling.guide import USEFUL, Guide, joined, make_guide
 from .error_estimator import DIRECT_SHARE, ErrorEstimator
 from .estimate import Estimate
 from .plan import Plan, round_up
@@ -81,6 +81,7 @@ class Rounds:
     clock: Clock
     cache: SolveCache | None
     radiosity_given: bool = False  # the radiosities are there, and stay as they are
+    useful: float = USEFUL  # gain of variance from which on rays are guided
 
     def run(self, plan: Plan) -> tuple[Estimate, list[SolveFigures]]:
         """A first round for all receivers, then more where the error is, with rays aimed by what
@@ -100,7 +101,7 @@ class Rounds:
                 break
             if learns:
                 learning = joined(learning, *self._both(Learn()))
-                guide = make_guide(learning)
+                guide = make_guide(learning, self.useful)
                 learns = guide is not None  # the first rays tell well enough whether one pays
             floor = _least_error(history, estimate, light, plan)
             excess = max(self.estimator.common(estimate), floor) / (ELEMENTS_SHARE * plan.goal)

@@ -31,15 +31,18 @@ MOST_PROBES = 32  # number [rays of a side], at most
 HIDDEN = 0.02  # share [of a light's importance] that stays where no probe came out
 
 
-def emissive_faces(scene: Scene, geometry: Geometry, tracer: Tracer) -> tuple[Polygons, np.ndarray]:
-    """Lights of the emissive triangles to be sampled, and (n_triangles,) bool: which those are."""
+def emissive_faces(
+    scene: Scene, geometry: Geometry, tracer: Tracer, most: int = MOST
+) -> tuple[Polygons, np.ndarray]:
+    """Lights of the emissive triangles to be sampled, and (n_triangles,) bool: which those are. Where
+    they would be more than ``most``, they are those alone that links are for."""
     cells, share = _cells_of_sides(scene, geometry)
     glowing = np.flatnonzero(share)
     explicit = np.zeros(len(scene.triangles), bool)
     chosen = _small(scene, geometry, glowing, share[glowing]) & _bright(geometry, cells)[glowing]
     linked = linked_emitters(scene)[scene.object]  # rays know of no links
     explicit[glowing[chosen | linked[glowing]]] = True
-    if explicit[cells.triangle].sum() > MOST:
+    if explicit[cells.triangle].sum() > most:
         explicit &= linked
     cells = cells.take(np.flatnonzero(explicit[cells.triangle]))
     cells, left = uncovered(geometry, tracer, cells)

@@ -52,7 +52,7 @@ class PlainRays:
 
 @dataclass(frozen=True)
 class BinSums:
-    """What rays add to the three sums of ``clusters`` (k,): [(k, CELLS)]. No more is kept of a
+    """What rays add to the three sums of ``clusters`` (k,): [(k, BINS)]. No more is kept of a
     chunk of receivers."""
 
     clusters: np.ndarray
@@ -75,7 +75,7 @@ def sums_by_bin(bins: np.ndarray, light: np.ndarray) -> BinSums:
 
 @dataclass
 class Learning:
-    """Sums over rays by bin, (n_clusters · CELLS,) each, filled in place. Rays spread evenly
+    """Sums over rays by bin, (n_clusters · BINS,) each, filled in place. Rays spread evenly
     inside a bin, whatever brings them there, so that all count alike."""
 
     cluster: np.ndarray  # (count,) of each receiver
@@ -116,15 +116,15 @@ def start_learning(cluster: np.ndarray) -> Learning:
 
 @dataclass(frozen=True)
 class Guide:
-    """Cells that rays go through, by cluster: SLOTS equally likely slots, some for each bin."""
+    """Bins that rays go through, by cluster: SLOTS equally likely slots, some for each bin."""
 
     cluster: np.ndarray  # (count,)
     bin: np.ndarray  # (n_clusters · SLOTS,) int32: number of each slot's bin, among all clusters'
     # A ray at u of the cluster's slots, in [0, SLOTS), has the height scale · u + start in the square.
-    scale: np.ndarray  # (n_clusters · CELLS,) float32, of each bin: its height per slot
-    start: np.ndarray  # (n_clusters · CELLS,) float32
-    column: np.ndarray  # (n_clusters · CELLS,) float32: left edge of each bin
-    weight: np.ndarray  # (n_clusters · CELLS,) float32 of a ray through a bin
+    scale: np.ndarray  # (n_clusters · BINS,) float32, of each bin: its height per slot
+    start: np.ndarray  # (n_clusters · BINS,) float32
+    column: np.ndarray  # (n_clusters · BINS,) float32: left edge of each bin
+    weight: np.ndarray  # (n_clusters · BINS,) float32 of a ray through a bin
     worth: np.ndarray  # (n_clusters,) how many rays without it one ray counts for
 
     def aim(self, owners: np.ndarray, u: np.ndarray, v: np.ndarray):
@@ -142,15 +142,15 @@ class Guide:
         return height, across, bin
 
 
-def make_guide(learned: Learning) -> Guide | None:
-    """The guide for what was learned; None where it would not pay."""
+def make_guide(learned: Learning, useful: float = USEFUL) -> Guide | None:
+    """The guide for what was learned; None where its gain is below ``useful``."""
     number = np.maximum(learned.number, 1).reshape(-1, ROWS, COLUMNS)
     square = learned.square.reshape(number.shape) / number
     light = learned.light.reshape(number.shape) / number
     slots = _slots(np.sqrt(square).reshape(-1, BINS))
     gain = _gain(square, light, (slots / SLOTS).reshape(square.shape))
     rays = learned.number.reshape(-1, BINS).sum(axis=1)
-    if rays.sum() == 0 or (rays @ gain) / rays.sum() < USEFUL:
+    if rays.sum() == 0 or (rays @ gain) / rays.sum() < useful:
         return None
     first = (np.cumsum(slots, axis=1) - slots).ravel()
     number, count = np.arange(slots.size), slots.ravel()
@@ -168,8 +168,8 @@ def make_guide(learned: Learning) -> Guide | None:
 
 
 def _slots(share: np.ndarray) -> np.ndarray:
-    """(n, CELLS) int >= 1 that sum to SLOTS: one for every bin, the rest in proportion to
-    ``share`` (n, CELLS), rounded by largest remainders."""
+    """(n, BINS) int >= 1 that sum to SLOTS: one for every bin, the rest in proportion to
+    ``share`` (n, BINS), rounded by largest remainders."""
     total = share.sum(axis=1, keepdims=True)
     share = np.where(total > 0, share / np.where(total > 0, total, 1), 1 / BINS)
     wanted = (SLOTS - BINS) * share

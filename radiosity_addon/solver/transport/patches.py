@@ -94,8 +94,8 @@ class ReceiverPatches:
         several = np.flatnonzero(found == SEVERAL)
         if len(several):
             key = receiver[several].astype(np.int64) * len(self.baked) + triangle[some[several]]
-            index = np.minimum(np.searchsorted(self.keys, key), len(self.keys) - 1)
-            found[several] = np.where(self.keys[index] == key, self.values[index], ONWARD)
+            index = _find(self.keys, key)
+            found[several] = np.where(index >= 0, self.values[index], ONWARD)
         at_cut = np.flatnonzero(self.cut[triangle[some]])
         found[at_cut[~self._has_cell(receiver[at_cut], triangle[some[at_cut]])]] = ONWARD
         found += (found >= 0) * np.where(front[some], 0, np.int32(self.footprints.count))
@@ -104,10 +104,7 @@ class ReceiverPatches:
 
     def _has_cell(self, receiver: np.ndarray, triangle: np.ndarray) -> np.ndarray:
         """(n,) bool: receivers have a cell on triangles, each of which is cut."""
-        if len(self.pairs) == 0:
-            return np.zeros(len(receiver), bool)
-        key = receiver.astype(np.int64) * len(self.baked) + triangle
-        return self.pairs[np.minimum(np.searchsorted(self.pairs, key), len(self.pairs) - 1)] == key
+        return _find(self.pairs, receiver.astype(np.int64) * len(self.baked) + triangle) >= 0
 
 
 @dataclass(frozen=True)
@@ -217,6 +214,14 @@ class Patches:
         sides = self.elements.values_of_cells(values[self.first :], nothing)
         none = np.full((3,) + shape, nothing, values.dtype)
         return np.concatenate([values[: self.first], none, sides])
+
+
+def _find(keys: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """(n,) int: where among sorted ``keys`` (k,) the ``wanted`` (n,) are, -1 for those that are not."""
+    if len(keys) == 0:
+        return np.full(len(wanted), -1)
+    index = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+    return np.where(keys[index] == wanted, index, -1)
 
 
 def build_receiver_patches(
