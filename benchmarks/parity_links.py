@@ -7,45 +7,39 @@ from functools import partial
 from .parity_stage import Case, ceiling, cube, glow, lamp, stage
 
 
-def light_linking(state: str):
-    """A second lamp that lights only the slab, or all but it."""
+def _link_slab(thing, which: str, state: str) -> None:
+    """Link ``thing`` by its collection ``which`` to the slab alone, or to all but it."""
     import bpy
 
+    collection = bpy.data.collections.new("Linked")
+    collection.objects.link(bpy.data.objects["Slab"])
+    setattr(thing.light_linking, which, collection)
+    collection.collection_objects[0].light_linking.link_state = state
+
+
+def light_linking(state: str):
+    """A second lamp that lights only the slab, or all but it."""
     thing = stage(lit=True)
     lit = lamp("POINT", (-1.0, -1.5, 1.8), energy=150.0, shadow_soft_size=0.1)
-    collection = bpy.data.collections.new("Lit")
-    collection.objects.link(bpy.data.objects["Slab"])
-    lit.light_linking.receiver_collection = collection
-    collection.collection_objects[0].light_linking.link_state = state
+    _link_slab(lit, "receiver_collection", state)
     return thing
 
 
 def shadow_linking(state: str):
     """A lamp for which, of a slab and a cube, only the slab casts a shadow, or all but the slab."""
-    import bpy
-
     thing, box = stage(), cube()
     box.location = (0.9, -0.6, 1.2)
     lit = lamp("POINT", (-0.5, -0.5, 2.5), energy=150.0, shadow_soft_size=0.1)
-    collection = bpy.data.collections.new("Blockers")
-    collection.objects.link(bpy.data.objects["Slab"])
-    lit.light_linking.blocker_collection = collection
-    collection.collection_objects[0].light_linking.link_state = state
+    _link_slab(lit, "blocker_collection", state)
     return thing
 
 
 def glowing_link(which: str, state: str):
     """A glowing panel linked by its collection ``which`` to the slab, or to all but it; a lamp
     lights all."""
-    import bpy
-
     thing = stage()
     lamp("POINT", (-1.0, -1.5, 1.8), energy=50.0, shadow_soft_size=0.1)
-    linked = ceiling(glow(4.0))
-    collection = bpy.data.collections.new("Linked")
-    collection.objects.link(bpy.data.objects["Slab"])
-    setattr(linked.light_linking, which, collection)
-    collection.collection_objects[0].light_linking.link_state = state
+    _link_slab(ceiling(glow(4.0)), which, state)
     return thing
 
 

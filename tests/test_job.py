@@ -13,36 +13,13 @@ import numpy as np
 import pytest
 
 from radiosity_addon.bake.texels import texel_receivers
-from radiosity_addon.bake_job import Job, run, without_bare
-from radiosity_addon.export.exported import CornerMap, ExportedObject
-from radiosity_addon.settings import Settings
-from radiosity_addon.solver.fields import Constant
+from radiosity_addon.bake_job import run, without_bare
 from radiosity_addon.solver.progress import Cancelled, silent
 from radiosity_addon.solver.receivers import concatenate
-from radiosity_addon.solver.scene import Material, Scene, SunLamp
 from radiosity_addon.stages.layout import lay_out, slice_receivers
+from tests.square import UV, square_job
 
 ROOT = Path(__file__).resolve().parents[1]
-SQUARE = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], float)
-HALVES = np.array([(0, 1, 2), (0, 2, 3)], np.int32)
-UV = (SQUARE[HALVES][..., :2] + 1) / 2  # the square fills the image
-
-
-def square_job(target: str, strength: float = np.pi, **options) -> Job:
-    """A square of reflectance 0.5 under a sun at its zenith: radiance 0.5 · strength / π."""
-    scene = Scene(
-        vertices=SQUARE,
-        triangles=HALVES,
-        material=np.zeros(2, np.int32),
-        object=np.zeros(2, np.int32),
-        materials=(Material("Gray", Constant(np.full(3, 0.5))),),
-        objects=("Square",),
-        lamps=(SunLamp("Sun", np.array([0.0, 0, -1]), np.full(3, strength)),) if strength else (),
-    )
-    loops, one_hot = HALVES.ravel(), CornerMap(np.arange(7), np.arange(6), np.ones(6), 6)
-    exported = ExportedObject("Square", 0, 2, UV, one_hot, loops, loops)
-    settings = Settings(target=target, resolution=8, quality="draft", **options)
-    return Job(settings, scene, (exported,), (), (), ())
 
 
 def test_image_of_a_sunlit_square():

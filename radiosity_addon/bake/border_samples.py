@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..solver.array_struct import ArrayStruct
 from ..solver.geometry.planar import doubled_areas
+from ..solver.geometry.segments import Segments
 from .continuations import Parts, Seams, face_normals_of, into_faces
 from .islands import Charted, Edges
 from .shown import Sheets, Stencils
@@ -19,23 +21,14 @@ DEEP = 0.5  # distance [of a triangle's height over the seam]: such a segment be
 
 
 @dataclass(frozen=True)
-class SeamSamples:
+class SeamSamples(ArrayStruct):
     """Points (k,) on seams, as both sides show them; ``weight`` is the length [texels] that each
     stands for."""
 
     one: Stencils
     other: Stencils
     weight: np.ndarray  # (k,) float64
-    starts: np.ndarray  # (k, 3) points a little to one side [scene's length],
-    start_up: np.ndarray  # (k, 3) their faces' normals,
-    ends: np.ndarray  # (k, 3) and to the other side
-    end_up: np.ndarray  # (k, 3)
-
-    def take(self, chosen: np.ndarray) -> SeamSamples:
-        return SeamSamples(
-            self.one.take(chosen), self.other.take(chosen), self.weight[chosen],
-            self.starts[chosen], self.start_up[chosen], self.ends[chosen], self.end_up[chosen],
-        )  # fmt: skip
+    across: Segments  # (k,) from a little to one side to a little to the other
 
 
 def sample_seams(charted: Charted, edges: Edges, seams: Seams, sheets: Sheets) -> SeamSamples:
@@ -53,7 +46,7 @@ def sample_seams(charted: Charted, edges: Edges, seams: Seams, sheets: Sheets) -
         start, end = own.ends(charted.vertices[charted.triangles])
         beside.append(start + along * (end - start) + _aside(charted, own))
         up.append(face_normals_of(charted, own.triangle))
-    return SeamSamples(*stencils, weight, beside[0], up[0], beside[1], up[1])
+    return SeamSamples(*stencils, weight, Segments(beside[0], up[0], beside[1], up[1]))
 
 
 def _spread_evenly(length: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..components import connected_components
+from ..solver.array_struct import ArrayStruct
 from .islands import Charted, Edges
 from .texels import expand
 
@@ -26,7 +27,7 @@ NEAR = 1e-4  # directions and feet [of the extent] of edges on one line differ b
 
 
 @dataclass(frozen=True)
-class Parts:
+class Parts(ArrayStruct):
     """Parts of border edges, from parameter ``along[:, 0]`` to ``along[:, 1]``, which lie between
     the points ``low`` and ``high``; the same points are the same numbers for all edges."""
 
@@ -34,9 +35,6 @@ class Parts:
     along: np.ndarray  # (k, 2) float64
     low: np.ndarray  # (k,) int
     high: np.ndarray  # (k,) int
-
-    def take(self, chosen: np.ndarray) -> Parts:
-        return Parts(self.edge[chosen], self.along[chosen], self.low[chosen], self.high[chosen])
 
 
 @dataclass(frozen=True)
@@ -58,12 +56,7 @@ def find_seams(charted: Charted, edges: Edges, bent: float = BENT) -> Seams:
     for part in (uncut.one, uncut.other):
         alone[part.edge] = False
     cut = _continued(charted, edges, _cut(number[alone], ends, positions), bent)
-    return Seams(_joined(uncut.one, cut.one), _joined(uncut.other, cut.other))
-
-
-def _joined(one: Parts, other: Parts) -> Parts:
-    names = ("edge", "along", "low", "high")
-    return Parts(*(np.concatenate([getattr(one, name), getattr(other, name)]) for name in names))
+    return Seams(Parts.join([uncut.one, cut.one]), Parts.join([uncut.other, cut.other]))
 
 
 def _weld(charted: Charted, edges: Edges) -> tuple[np.ndarray, np.ndarray]:

@@ -12,12 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from ..solver.array_struct import ArrayStruct
+
 ROUNDS = 60  # number [rounds] of replacing corners by what they hang on, where edges hang in a ring
 DONE = 1e-9  # weight [of 1] that is still on corners that hang
 
 
 @dataclass(frozen=True)
-class Hanging:
+class Hanging(ArrayStruct):
     """Colors ``corner`` (k,) int, each once, that are ``share`` (k,) of the way from the colors
     ``start`` (k,) to ``end`` (k,)."""
 
@@ -25,11 +27,6 @@ class Hanging:
     start: np.ndarray
     end: np.ndarray
     share: np.ndarray
-
-    def take(self, chosen: np.ndarray) -> Hanging:
-        return Hanging(
-            self.corner[chosen], self.start[chosen], self.end[chosen], self.share[chosen]
-        )
 
     def renamed(self, number: np.ndarray) -> Hanging:
         """With colors that were i called ``number[i]``."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..components import connected_components
+from ..solver.array_struct import ArrayStruct
 from ..solver.geometry.planar import doubled_areas
 
 SAME = 1e-3  # distance [texels]: UVs closer than that are one point
@@ -32,7 +33,7 @@ class Charted:
 
 
 @dataclass(frozen=True)
-class Edges:
+class Edges(ArrayStruct):
     """Sides of triangles: from corner ``side`` to the next one."""
 
     triangle: np.ndarray  # (m,) int
@@ -41,9 +42,6 @@ class Edges:
     def ends(self, of_corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Values (m, ...) at both ends, of values (n, 3, ...) at triangles' corners."""
         return of_corners[self.triangle, self.side], of_corners[self.triangle, (self.side + 1) % 3]
-
-    def take(self, chosen: np.ndarray) -> Edges:
-        return Edges(self.triangle[chosen], self.side[chosen])
 
 
 def cut_into_islands(charted: Charted) -> tuple[np.ndarray, Edges]:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..components import connected_components
+from ..solver.geometry.segments import Segments
 from .continuations import Parts, face_normals_of, find_seams, into_faces
 from .hanging import Hanging
 from .islands import Charted, Edges
@@ -22,16 +23,6 @@ SMOOTH = np.cos(np.radians(30.0))
 MOST = 8
 # Distance [of an edge's length, or a face's height over it] at which segments over it begin.
 ASIDE = 0.25
-
-
-@dataclass(frozen=True)
-class Segments:
-    """From points a little to one side of edges to points to the other [scene's length]."""
-
-    starts: np.ndarray  # (k, 3)
-    start_up: np.ndarray  # (k, 3) the faces' unit normals
-    ends: np.ndarray  # (k, 3)
-    end_up: np.ndarray  # (k, 3)
 
 
 def joined_unknowns(

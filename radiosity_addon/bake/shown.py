@@ -10,16 +10,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..solver.array_struct import ArrayStruct
+
 
 @dataclass(frozen=True)
-class Stencils:
+class Stencils(ArrayStruct):
     """Points in images as weighted sums of four texels each: ``texel`` and ``weight`` (k, 4)."""
 
     texel: np.ndarray  # int64, through all images
     weight: np.ndarray  # float64
-
-    def take(self, chosen: np.ndarray) -> Stencils:
-        return Stencils(self.texel[chosen], self.weight[chosen])
 
     def of(self, values: np.ndarray) -> np.ndarray:
         """(k, c) what is shown of texels' values (n, c)."""

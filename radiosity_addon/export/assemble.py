@@ -90,15 +90,24 @@ def corner_loops(placed: Placed) -> np.ndarray:
     return placed.part.mesh.triangle_loops[placed.kept][:, placed.order]
 
 
+def _scatter(geometry: Assembly, width: int, values_of) -> np.ndarray:
+    """(n_triangles, 3, width) float32 of ``values_of(mesh)`` (loops, width), 0 where that is None."""
+    result = np.zeros((len(geometry.triangles), 3, width), np.float32)
+    for placed in geometry.placed:
+        values = values_of(placed.part.mesh)
+        if values is not None:
+            result[placed.start : placed.stop] = values[corner_loops(placed)]
+    return result
+
+
 def scatter_uvs(geometry: Assembly, name: str) -> np.ndarray:
     """(n_triangles, 3, 2) float32 of the UV map ``name`` ("": each mesh's default); 0 elsewhere."""
-    result = np.zeros((len(geometry.triangles), 3, 2), np.float32)
-    for placed in geometry.placed:
-        mesh = placed.part.mesh
-        uv = mesh.uvs.get(name or mesh.active_uv)
-        if uv is not None:
-            result[placed.start : placed.stop] = uv[corner_loops(placed)]
-    return result
+    return _scatter(geometry, 2, lambda mesh: mesh.uvs.get(name or mesh.active_uv))
+
+
+def scatter_colors(geometry: Assembly, name: str) -> np.ndarray:
+    """(n_triangles, 3, 4) float32 of the color attribute ``name`` ("": the default), else 0."""
+    return _scatter(geometry, 4, lambda mesh: mesh.colors.get(name or mesh.active_color))
 
 
 def scatter_atlas(geometry: Assembly, atlases: dict) -> np.ndarray:
@@ -109,15 +118,4 @@ def scatter_atlas(geometry: Assembly, atlases: dict) -> np.ndarray:
         of_mesh = np.zeros((len(placed.part.mesh.triangles), 3, 2), np.float32)
         of_mesh[chosen] = uv
         result[placed.start : placed.stop] = of_mesh[placed.kept][:, placed.order]
-    return result
-
-
-def scatter_colors(geometry: Assembly, name: str) -> np.ndarray:
-    """(n_triangles, 3, 4) float32 of the color attribute ``name`` ("": the default), else 0."""
-    result = np.zeros((len(geometry.triangles), 3, 4), np.float32)
-    for placed in geometry.placed:
-        mesh = placed.part.mesh
-        colors = mesh.colors.get(name or mesh.active_color)
-        if colors is not None:
-            result[placed.start : placed.stop] = colors[corner_loops(placed)]
     return result

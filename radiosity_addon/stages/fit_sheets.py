@@ -21,7 +21,7 @@ from ..bake.texel_parts import (
     unfit_shares,
     unfit_warning,
 )
-from ..solver.direct.line_of_sight import is_path_clear
+from ..solver.direct.line_of_sight import are_free
 from ..solver.geometry.planar import doubled_areas
 from ..solver.lights.context import Context
 from ..solver.passes import Pass
@@ -70,7 +70,7 @@ def fit_sheets(
     known, first = _known(charts, layout, parts, pixels)
     seams = sample_seams(charted, edges, find_seams(charted, edges), charts.sheets)
     seams = seams.take(_same_material(seams, known, _shown_material(job, solution, first)))
-    seams = seams.take(_is_free(seams, context))
+    seams = seams.take(are_free(context, seams.across))
     free = np.concatenate([each.margin for each in drawn])
     covered = known.share >= COVERED
     anchored = anchored_texels(
@@ -164,14 +164,6 @@ def _same_material(seams: SeamSamples, known: Known, material: np.ndarray) -> np
     known = np.isfinite(low) & np.isfinite(other_low)
     slack = ALIKE * np.where(known, np.maximum(np.abs(high), np.abs(other_high)), 0)
     return (~known | (np.maximum(low, other_low) <= np.minimum(high, other_high) + slack)).all(1)
-
-
-def _is_free(seams: SeamSamples, context: Context) -> np.ndarray:
-    """(k,) bool: nothing stands on the seam."""
-    if not len(seams.weight):
-        return np.ones(len(seams.weight), bool)
-    starts, ends = (context.geometry.normalized(each) for each in (seams.starts, seams.ends))
-    return is_path_clear(context, starts, seams.start_up, ends, seams.end_up)
 
 
 def _warn_of_unfit(job: Job, charts: _Charts, parts: TexelParts, island: np.ndarray) -> list[str]:

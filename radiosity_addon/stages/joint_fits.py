@@ -13,11 +13,11 @@ import numpy as np
 from ..bake.corner_fit import CornerFit, corner_fit, unknowns_of
 from ..bake.faces import receiver_areas
 from ..bake.hanging import Hanging
-from ..bake.pieces import Segments, joined_unknowns
+from ..bake.pieces import joined_unknowns
 from ..components import connected_components
 from ..export.exported import CornerMap, ExportedObject
 from ..settings import Domain
-from ..solver.direct.line_of_sight import is_path_clear
+from ..solver.direct.line_of_sight import are_free
 from ..solver.fields import Constant
 from ..solver.lights.context import Context
 from ..solver.receivers import concatenate
@@ -72,7 +72,7 @@ def _unknowns(job: Job, context: Context) -> _Unknowns:
     group, _ = _at_corners(job.targets, Domain.CORNER)
     label, hanging = joined_unknowns(
         scene.vertices, scene.triangles[owned], unknown, int(start[-1]),
-        _materials(scene)[scene.material[owned]], lambda segments: _is_free(segments, context), group,
+        _materials(scene)[scene.material[owned]], lambda segments: are_free(context, segments), group,
     )  # fmt: skip
     return _Unknowns(label, start, hanging)
 
@@ -106,13 +106,6 @@ def _look(material: Material, index: int) -> object:
     if all(isinstance(field, Constant) for field in fields):
         return tuple(tuple(np.asarray(field.value, float).tolist()) for field in fields)
     return index
-
-
-def _is_free(segments: Segments, context: Context) -> np.ndarray:
-    if not len(segments.starts):
-        return np.ones(len(segments.starts), bool)
-    starts, ends = (context.geometry.normalized(each) for each in (segments.starts, segments.ends))
-    return is_path_clear(context, starts, segments.start_up, ends, segments.end_up)
 
 
 def _clusters(unknowns: _Unknowns) -> list[np.ndarray]:

@@ -10,7 +10,7 @@ import pytest
 from radiosity_addon.bake.sourceless import sourceless_share, sourceless_warning
 from radiosity_addon.bake_job import run
 from radiosity_addon.export.exported import CornerMap
-from tests.test_job import square_job
+from tests.square import square_job
 
 HALF = CornerMap(np.array([0, 1, 2, 3, 3, 3, 3]), np.arange(3), np.ones(3), 6)  # the first triangle's
 

@@ -79,7 +79,7 @@ def fit(charted, light, with_seams=True):
     after[texel] = value
     assert np.array_equal(after[whole], pixels[whole])
     shown = [(seams.one.of(p), seams.other.of(p)) for p in (pixels, after)]
-    return *shown, (seams.starts + seams.ends) / 2
+    return *shown, (seams.across.starts + seams.across.ends) / 2
 
 
 def slope(place):

@@ -3,25 +3,11 @@
 import numpy as np
 import pytest
 
-from radiosity_addon.settings import Settings
-from radiosity_addon.solver.sequence import solve
-from radiosity_addon.solver.solution import compose
 from verification import exact, meshes
 from verification.error import relative_error
+from verification.exact_solves import SHARP, deviation, radiosity
 
-ALL = ("emit", "direct", "indirect", "color")
-SHARP = Settings(error=0.003)
 HALF_PERCENT = 5e-3
-
-
-def radiosity(scene, receivers=None, settings=SHARP):
-    """(count,) B of the first channel, one receiver a triangle unless given."""
-    solution = solve(scene, receivers or meshes.triangle_receivers(scene), settings)
-    return np.pi * compose(solution, ALL)[:, 0]
-
-
-def deviation(found, expected):
-    return np.abs(found / expected - 1).max()
 
 
 @pytest.mark.parametrize("reflectance", [0.5, 0.9])

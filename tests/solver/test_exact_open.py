@@ -6,30 +6,18 @@ import pytest
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.receivers import Receivers
 from radiosity_addon.solver.sequence import solve
-from radiosity_addon.solver.solution import compose
 from verification import exact, meshes
 from verification.error import relative_error
+from verification.exact_solves import radiosity
 
-ALL = ("emit", "direct", "indirect", "color")
-SHARP = Settings(error=0.003)
 LIGHT = Settings(error=0.003, passes=("direct", "indirect"))  # irradiance, whatever reflects it
 HALF_PERCENT = 5e-3
-
-
-def radiosity(scene, receivers=None, settings=SHARP):
-    """(count,) B of the first channel, one receiver a triangle unless given."""
-    solution = solve(scene, receivers or meshes.triangle_receivers(scene), settings)
-    return np.pi * compose(solution, ALL)[:, 0]
 
 
 def irradiance(scene, receivers):
     """(count,) of the first channel, from everywhere."""
     solution = solve(scene, receivers, LIGHT)
     return (solution.direct + solution.indirect)[:, 0]
-
-
-def deviation(found, expected):
-    return np.abs(found / expected - 1).max()
 
 
 def middle_of_strip(n=16):

@@ -7,6 +7,8 @@ import time
 
 import numpy as np
 
+from tests.export.stage import add_object
+
 
 class Patience:
     """Ends after 60 seconds of work, this process's and the solver's: that one gives way to all others,
@@ -85,3 +87,17 @@ def reach(bpy, bake, phase: str) -> None:
         assert bake.stage.name != "DONE", f"{phase} was passed over"
         bake.step(bpy.context)
         bake.wait(0.1)
+
+
+def rendered(bpy, path) -> np.ndarray:
+    """(3,) that Cycles sees in the middle of the wall at y = 1."""
+    scene = bpy.context.scene
+    camera = add_object(bpy, "Eye", bpy.data.cameras.new("Eye"), location=(0, 0, 1))
+    camera.rotation_euler = 1.5707963, 0, 0
+    scene.camera, scene.render.engine = camera, "CYCLES"
+    scene.cycles.samples, scene.cycles.use_denoising = 1, False
+    scene.render.resolution_x = scene.render.resolution_y = 4
+    scene.render.image_settings.file_format = "OPEN_EXR"
+    scene.render.filepath = str(path)
+    bpy.ops.render.render(write_still=True)
+    return np.array(bpy.data.images.load(str(path)).pixels[:3])

@@ -5,14 +5,10 @@ from __future__ import annotations
 
 import os
 
-import numpy as np
 import pytest
 
 from radiosity_addon.bake_job import Job
-from radiosity_addon.export.exported import CornerMap, ExportedObject
-from radiosity_addon.settings import Settings
-from radiosity_addon.solver.fields import Constant
-from radiosity_addon.solver.scene import Material, Scene, SunLamp
+from tests.square import square_job
 
 
 @pytest.fixture
@@ -38,24 +34,9 @@ def make_job():
     radiance is 0.5. As an image of 1,600 texels there are 2.6 million receivers: many seconds."""
 
     def make(resolution: int | None = None, **options) -> Job:
-        vertices = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], float)
-        halves = np.array([(0, 1, 2), (0, 2, 3)], np.int32)
-        scene = Scene(
-            vertices=vertices,
-            triangles=halves,
-            material=np.zeros(2, np.int32),
-            object=np.zeros(2, np.int32),
-            materials=(Material("Gray", Constant(np.full(3, 0.5))),),
-            objects=("Square",),
-            lamps=(SunLamp("Sun", np.array([0.0, 0, -1]), np.full(3, np.pi)),),
-        )
-        loops = halves.ravel()
-        uv = (vertices[halves][..., :2] + 1) / 2  # the square fills the image
-        one_hot = CornerMap(np.arange(7), np.arange(6), np.ones(6), 6)
-        target = ExportedObject("Square", 0, 2, uv, one_hot, loops, loops)
-        if resolution:
-            options = {"target": "image", "resolution": resolution, **options}
-        return Job(Settings(quality="draft", **options), scene, (target,), (), (), ())
+        if resolution is None:
+            return square_job("vertex", **options)
+        return square_job("image", resolution=resolution, **options)
 
     return make
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.export.stage import diffuse
+from tests.ui.bakes import rendered
 
 OWN = (0.6, 0.3, 0.15)
 
@@ -120,21 +121,6 @@ def test_one_material_for_each_object_used_again(file):
     file.ops.radiosity.build_material(assign=True)
     assert {m.name for m in file.data.materials} - {"Own"} == names
     assert twin.material_slots[0].material.name == "Radiosity_Twin Preview"
-
-
-def rendered(bpy, path) -> np.ndarray:
-    """(3,) that Cycles sees in the middle of the wall at y = 1."""
-    scene = bpy.context.scene
-    camera = bpy.data.objects.new("Eye", bpy.data.cameras.new("Eye"))
-    camera.location, camera.rotation_euler = (0, 0, 1), (1.5707963, 0, 0)
-    scene.collection.objects.link(camera)
-    scene.camera, scene.render.engine = camera, "CYCLES"
-    scene.cycles.samples, scene.cycles.use_denoising = 1, False
-    scene.render.resolution_x = scene.render.resolution_y = 4
-    scene.render.image_settings.file_format = "OPEN_EXR"
-    scene.render.filepath = str(path)
-    bpy.ops.render.render(write_still=True)
-    return np.array(bpy.data.images.load(str(path)).pixels[:3])
 
 
 def test_light_alone_is_shown_times_the_base_color(file, tmp_path):

@@ -6,6 +6,8 @@ from contextlib import contextmanager
 
 import pytest
 
+from tests.ui.bakes import rendered
+
 
 @pytest.fixture
 def baked(addon, room):
@@ -213,16 +215,4 @@ def test_material_emits_the_image_through_its_map(baked):
 def test_material_renders_the_baked_radiance(baked, tmp_path):
     """Cycles looks at the back wall, whose attribute is (0.8, 0.1, 0.1): the pixel is that."""
     baked.ops.radiosity.build_material(assign=True)
-    scene = baked.context.scene
-    camera = baked.data.objects.new("Eye", baked.data.cameras.new("Eye"))
-    camera.location, camera.rotation_euler = (0, 0, 1), (1.5707963, 0, 0)
-    scene.collection.objects.link(camera)
-    scene.camera, scene.render.engine = camera, "CYCLES"
-    scene.cycles.samples, scene.cycles.use_denoising = 1, False
-    scene.render.resolution_x = scene.render.resolution_y = 4
-    scene.render.resolution_percentage = 100
-    scene.render.image_settings.file_format = "OPEN_EXR"
-    scene.render.filepath = str(tmp_path / "seen.exr")
-    baked.ops.render.render(write_still=True)
-    pixels = baked.data.images.load(scene.render.filepath).pixels[:]
-    assert pixels[:3] == pytest.approx((0.8, 0.1, 0.1), rel=2e-3)  # half floats
+    assert rendered(baked, tmp_path / "seen.exr") == pytest.approx([0.8, 0.1, 0.1], rel=2e-3)  # half floats

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..geometry.footprints import Footprints
+from ..geometry.segments import Segments
 from ..geometry.triangles import OFFSET
 from ..lights.context import Context
 
@@ -30,6 +31,12 @@ def is_path_clear(
         over[over] = is_clear(context, one[over], other[over])
     free[some] = over
     return free
+
+
+def are_free(context: Context, segments: Segments) -> np.ndarray:
+    """(k,) bool: there are free ways along the segments: see ``is_path_clear``."""
+    starts, ends = map(context.geometry.normalized, (segments.starts, segments.ends))
+    return is_path_clear(context, starts, segments.start_up, ends, segments.end_up)
 
 
 def is_clear(context: Context, start: np.ndarray, end: np.ndarray) -> np.ndarray:

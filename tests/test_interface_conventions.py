@@ -1,0 +1,110 @@
+"""What the solver's code keeps to where its parts meet: typed parameters, no method called by its
+name, nothing frozen that is filled in place, nothing learned that a closure holds."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+SOLVER = Path(__file__).resolve().parents[1] / "radiosity_addon" / "solver"
+FUNCTION = (ast.FunctionDef, ast.AsyncFunctionDef)
+CHANGES = {"append", "add", "update", "extend", "insert", "pop", "clear", "setdefault", "remove"}
+
+
+def untyped(tree: ast.AST):
+    """Names of parameters without a type, but for ``self`` and ``cls``."""
+    for node in ast.walk(tree):
+        if isinstance(node, FUNCTION):
+            words = node.args
+            every = [*words.posonlyargs, *words.args, *words.kwonlyargs, words.vararg, words.kwarg]
+            for word in filter(None, every):
+                if word.annotation is None and word.arg not in ("self", "cls"):
+                    yield word.arg
+
+
+def called_by_name(tree: ast.AST):
+    """Calls of what ``getattr`` or ``methodcaller`` found."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call):
+            made = isinstance(node.func, ast.Call) and ast.unparse(node.func.func) == "getattr"
+            if made or ast.unparse(node.func).endswith("methodcaller"):
+                yield ast.unparse(node)
+
+
+def base_name(node: ast.AST) -> str:
+    """``a`` of ``a.b[c]``; "" of what is no name."""
+    while isinstance(node, (ast.Attribute, ast.Subscript)):
+        node = node.value
+    return node.id if isinstance(node, ast.Name) else ""
+
+
+def changed(tree: ast.AST):
+    """(name, source) of what code changes in place: ``name.a = b``, ``name[a] = b``,
+    ``name.append(b)`` and the like."""
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.Attribute, ast.Subscript)) and isinstance(node.ctx, ast.Store):
+            yield base_name(node), ast.unparse(node)
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+            if ast.unparse(node.func) == "object.__setattr__":
+                yield "self", ast.unparse(node)
+            elif node.func.attr in CHANGES:
+                yield base_name(node.func.value), ast.unparse(node)
+
+
+def filled_in_place(tree: ast.AST):
+    """What frozen classes change of themselves."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ClassDef):
+            if any("frozen=True" in ast.unparse(each) for each in node.decorator_list):
+                yield from (source for name, source in changed(node) if name == "self")
+
+
+def held_by_closures(tree: ast.AST):
+    """What functions within functions change of what is around them."""
+    for outer in ast.walk(tree):
+        if not isinstance(outer, FUNCTION):
+            continue
+        for inner in ast.walk(outer):
+            if inner is outer or not isinstance(inner, (*FUNCTION, ast.Lambda)):
+                continue
+            own = {word.arg for word in inner.args.args}
+            own |= {node.id for node in ast.walk(inner)
+                    if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}  # fmt: skip
+            yield from (source for name, source in changed(inner) if name and name not in own)
+            yield from (ast.unparse(node) for node in ast.walk(inner) if isinstance(node, ast.Nonlocal))
+
+
+RULES = [untyped, called_by_name, filled_in_place, held_by_closures]
+
+
+@pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.__name__)
+def test_the_solver_keeps_to(rule):
+    found = {
+        path.relative_to(SOLVER).as_posix(): list(rule(ast.parse(path.read_text(encoding="utf-8"))))
+        for path in sorted(SOLVER.rglob("*.py"))
+    }
+    assert len(found) > 90
+    assert {path: what for path, what in found.items() if what} == {}
+
+
+BREACHES = {
+    untyped: ("def f(self, a, b: int, *c, d=1): ...", ["a", "d", "c"]),
+    called_by_name: ("getattr(a, b)(c)\nx = getattr(a, b)", ["getattr(a, b)(c)"]),
+    filled_in_place: (
+        "@dataclass(frozen=True)\nclass A:\n def f(self):\n  self.a[0] = b = 1\n"
+        "  object.__setattr__(self, 'a', b)\n  c[0] = 1",
+        ["self.a[0]", "object.__setattr__(self, 'a', b)"],
+    ),
+    held_by_closures: (
+        "def f():\n a = []\n def g(b):\n  c = []\n  a.append(b)\n  c.append(b)\n a.append(1)\n return g",
+        ["a.append(b)"],
+    ),
+}
+
+
+@pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.__name__)
+def test_breaches_are_found(rule):
+    code, expected = BREACHES[rule]
+    assert list(rule(ast.parse(code))) == expected
