@@ -1,4 +1,4 @@
-"""The command line's words: argparse on one side, a BakeRequest on the other."""
+"""Arguments: the command line's words checked, as a BakeRequest."""
 
 from __future__ import annotations
 

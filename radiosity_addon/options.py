@@ -1,4 +1,4 @@
-"""The command line's options, their help and how their values are read."""
+"""Options: the command line's, their help and how their values are read."""
 
 from __future__ import annotations
 

@@ -210,13 +210,3 @@ def test_british_spelling_is_found(word):
 )
 def test_american_spelling_is_let_be(word):
     assert not BRITISH.search(f"a {word} b")
-
-
-def test_files_that_the_docs_name_exist():
-    """``path.py`` in backticks, or in brackets, from any folder on."""
-    here = [path.relative_to(ROOT).as_posix() for place in PLACES for path in (ROOT / place).rglob("*.py")]
-    pages = [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]
-    named = {name for page in pages
-             for name in re.findall(r"[`(]([\w/]+\.py)[`)]", page.read_text(encoding="utf-8"))}  # fmt: skip
-    assert len(named) > 60
-    assert {name for name in named if not any(f"/{path}".endswith(f"/{name}") for path in here)} == set()

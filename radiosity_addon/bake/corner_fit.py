@@ -1,4 +1,4 @@
-"""Corners: vertex colors that fit the light over the faces around them. NumPy and SciPy only.
+"""Corner fit: vertex colors that fit the light over the faces around them. NumPy and SciPy only.
 
 Colors are interpolated linearly over each triangle, so the light shown at a receiver's centroid
 is a weighted sum of the unknown colors x, ``A x``. We seek the x that minimizes

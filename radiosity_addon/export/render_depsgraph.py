@@ -1,4 +1,4 @@
-"""Evaluate: the scene as the render sees it.
+"""Render depsgraph: the scene as the render sees it.
 
 Scripts only get the viewport's dependency graph: render-only modifiers off, viewport levels of
 subdivision, objects hidden in the viewport missing. A render engine is given the graph evaluated

@@ -1,4 +1,4 @@
-"""How long a step of reading or writing is, between which Blender's window is drawn.
+"""Pace: how long a step of reading or writing is; Blender's window is drawn between two.
 
 A step takes as long as the window took of late, so that the work has half of the time at least: what
 changes a mesh or renders has Blender draw the viewport anew, eight times for smooth edges, however

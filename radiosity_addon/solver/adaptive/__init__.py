@@ -1,0 +1,1 @@
+"""Adaptive: what to spend for an asked error, from two independent replicates."""

@@ -1,0 +1,1 @@
+"""Direct: irradiance from lights, shadows included."""

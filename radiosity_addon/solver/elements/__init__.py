@@ -1,0 +1,1 @@
+"""Elements: the surface divided where no receiver is fine enough."""

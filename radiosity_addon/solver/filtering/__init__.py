@@ -1,0 +1,1 @@
+"""Filtering: sampled light smoothed among neighbors on the surface."""

@@ -1,0 +1,1 @@
+"""Gather: light at receivers by rays, and what it lacks by paths along the residual."""

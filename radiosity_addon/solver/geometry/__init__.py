@@ -1,0 +1,1 @@
+"""Geometry: triangles, footprints, clusters and grids, and closed formulas for polygons."""

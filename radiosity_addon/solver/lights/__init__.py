@@ -1,0 +1,1 @@
+"""Lights: the types of light as batches, choosing among many, the sky."""

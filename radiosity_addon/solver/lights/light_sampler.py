@@ -1,4 +1,4 @@
-"""Light choice: which lights to sample at which points, where there are many.
+"""Light sampler: which lights to sample at which points, where there are many.
 
 Every point takes a few lights with probability proportional to the light they would bring its
 receiver without obstacles, so that what is left to chance is only whether they are seen (Shirley,

@@ -1,0 +1,1 @@
+"""Materials: reflectance, emission and transmittance at points, and their exact means."""

@@ -1,4 +1,4 @@
-"""Texture cells: emission that varies over a triangle, cut into parts that are nearly constant.
+"""Emissive parts: emission that varies over a triangle, cut into parts that are nearly constant.
 
 Each triangle is cut into four again and again, down to the size of a texel, where its parts differ
 much: a dark part of a picture becomes no light at all, a bright spot many small ones. The radiance

@@ -1,0 +1,1 @@
+"""Sampling: low-discrepancy and random numbers, points, directions, the guide."""

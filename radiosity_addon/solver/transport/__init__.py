@@ -1,0 +1,1 @@
+"""Transport: patches, rows of form factors and the linear system that gives radiosities."""

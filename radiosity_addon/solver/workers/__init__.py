@@ -1,0 +1,1 @@
+"""Workers: where chunks of work run."""
