@@ -1,6 +1,6 @@
 """Pace: how long a step of reading or writing is; Blender's window is drawn between two.
 
-A step takes as long as the window took of late, so that the work has half of the time at least: what
+A step takes twice as long as the window took of late, so that the work has two thirds of the time: what
 changes a mesh or renders has Blender draw the viewport anew, eight times for smooth edges, however
 short the step was. Where the window is quick, steps are too short to be felt.
 """
@@ -11,7 +11,8 @@ import time
 
 LEAST = 0.05  # time [s] of a step: shorter ones have the window drawn more often than it has use for
 MOST = 0.08  # time [s] of work in a step, where the window itself is quicker: longer ones are felt
-SLOW = 0.5  # time [s] of work in a step, however slow the window is
+SLOW = 1.0  # time [s] of work in a step, however slow the window is
+SHARE = 2  # ratio [of a step to the drawing before it]: higher, less is drawn while a scene is read
 # Factor [of its length] that a drawing or piece counts for after each further one: higher, longer remembered.
 FADES = 0.75
 
@@ -36,8 +37,8 @@ class Pace:
         start, self._before = self._clock.perf_counter(), self._clock.thread_time()
         if self._ended is not None:
             self._drawing = max(start - self._ended, FADES * self._drawing)
-        self._until, self._quick = start + max(LEAST, self._drawing), self._drawing < self._most
-        self._left = self._most if self._quick else min(self._drawing, self._slow)
+        self._until, self._quick = start + max(LEAST, SHARE * self._drawing), self._drawing < self._most
+        self._left = self._most if self._quick else min(SHARE * self._drawing, self._slow)
 
     def enough(self) -> bool:
         """A piece is done: whether it was the step's last. Where the window is quick another long

@@ -39,10 +39,11 @@ def pieces(clock, pace, drawing: float, piece: float, wait: float = 0.0) -> int:
     raise AssertionError("the step does not end")
 
 
-# Pieces of 2 ms, one more or less by the rounding of sums. A step has as many as fill the window's drawing,
-# at least 50 ms, at most 0.5 s: 25, 30, 150, 250.
-@pytest.mark.parametrize(("drawing", "expected"), [(0.004, 25), (0.06, 30), (0.3, 150), (3.0, 250)])
-def test_the_work_has_half_of_the_time(clock, drawing, expected):
+# Pieces of 2 ms, one more or less by the rounding of sums. A step has as many as fill twice the window's
+# drawing, at least 50 ms, at most 80 ms (the last of 2 ms left for a long one) where the window is quick,
+# else 1 s: 25, 39, 300, 500.
+@pytest.mark.parametrize(("drawing", "expected"), [(0.004, 25), (0.06, 39), (0.3, 300), (3.0, 500)])
+def test_the_work_has_two_thirds_of_the_time(clock, drawing, expected):
     pace = Pace(clock=clock)
     pieces(clock, pace, 0.0, 0.001)
     assert pieces(clock, pace, drawing, 0.002) == pytest.approx(expected, abs=1)
@@ -58,24 +59,25 @@ def test_a_long_piece_leaves_room_for_another(clock):
 
 
 def test_where_the_window_is_slow_a_long_piece_is_not_feared(clock):
-    """After a drawing of 0.3 s there are three pieces of 0.1 s, of which 0.08 s would have none."""
+    """After a drawing of 0.3 s there are six pieces of 0.1 s, of which 0.08 s would have none."""
     pace = Pace(clock=clock)
     assert pieces(clock, pace, 0.01, 0.1) == 1
-    assert pieces(clock, pace, 0.3, 0.1) == pytest.approx(3, abs=1)
+    assert pieces(clock, pace, 0.3, 0.1) == pytest.approx(6, abs=1)
 
 
 def test_a_slow_drawing_is_remembered_and_fades(clock):
-    """After one of 0.4 s the next step has 200 pieces of 2 ms. Another work begins with as many, though
-    minutes have passed meanwhile: those were no drawing. With quick ones each step is 3/4 of the last, and
-    the seventh, of 0.4 * 0.75**7 = 53 ms, 27 pieces; later ones have the 25 of the least."""
+    """After one of 0.4 s the next step has 400 pieces of 2 ms. Another work begins with as many, though
+    minutes have passed meanwhile: those were no drawing. With quick ones each step is 3/4 of the last: 300,
+    225, 169, 127, 95 pieces. Then the window counts as quick, and 2 * 0.071 s are cut at 80 ms; from the
+    tenth, of 2 * 0.4 * 0.75**10 = 45 ms, a step has the 25 of the least."""
     pace = Pace(clock=clock)
     pieces(clock, pace, 0.0, 0.002)
-    assert pieces(clock, pace, 0.4, 0.002) == pytest.approx(200, abs=1)
+    assert pieces(clock, pace, 0.4, 0.002) == pytest.approx(400, abs=1)
     pace.restart()
-    assert pieces(clock, pace, 100.0, 0.002) == pytest.approx(200, abs=1)
-    later = [pieces(clock, pace, 0.01, 0.002) for _ in range(9)]
-    assert later[0] == pytest.approx(150, abs=1)
-    assert later[6:] == pytest.approx([27, 25, 25], abs=1)
+    assert pieces(clock, pace, 100.0, 0.002) == pytest.approx(400, abs=1)
+    later = [pieces(clock, pace, 0.01, 0.002) for _ in range(11)]
+    assert later[:6] == pytest.approx([300, 225, 169, 127, 95, 39], abs=1)
+    assert later[9:] == pytest.approx([25, 25], abs=1)
 
 
 def test_waiting_for_a_processor_makes_later_steps_no_shorter(clock):
@@ -86,10 +88,10 @@ def test_waiting_for_a_processor_makes_later_steps_no_shorter(clock):
 
 
 def test_waiting_counts_as_the_steps_time(clock):
-    """After a drawing of 0.3 s pieces of 1 ms that wait for 9 ms more are 30, not 300."""
+    """After a drawing of 0.3 s pieces of 1 ms that wait for 9 ms more are 60, not 600."""
     pace = Pace(clock=clock)
     pieces(clock, pace, 0.0, 0.001)
-    assert pieces(clock, pace, 0.3, 0.001, wait=0.009) == pytest.approx(30, abs=1)
+    assert pieces(clock, pace, 0.3, 0.001, wait=0.009) == pytest.approx(60, abs=1)
 
 
 # A picture every 0.25 s where the next tick comes at once; where each takes 0.5 s, one begins

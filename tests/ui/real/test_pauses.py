@@ -6,7 +6,7 @@ instead of the spheres made here. What was measured is printed as lines ``PAUSES
 Between two answers Blender may draw the viewport, which takes long where a processor draws the
 screen and is none of ours. So the same window is watched without a bake first, while an object is
 selected and an undo step is made; a bake may add a tenth of a second to that, and where drawing takes
-longer, as much as that takes. In turn the window has half of the time at most while a scene is read or
+longer, twice what that takes. In turn the window has a third of the time at most while a scene is read or
 colors are written; and reading is held against the same without turns of the window.
 """
 
@@ -22,7 +22,8 @@ import pytest
 
 slowest = sys.modules["box"].slowest  # loaded by conftest.py
 MOST_PAUSE = 0.1  # seconds between two answers of the window
-SLOW = 0.5  # seconds: a turn of the window that takes longer has a step of this after it
+SLOW = 1.0  # seconds: a step is no longer, however slow the window is
+SHARE = 2  # times a turn of the window: how long the step after it is, where the window is slow
 MOST_WORK = 1.5  # times what reading takes without turns: what Blender's thread works varies by a third
 REST = 3  # seconds in which Blender draws a changed scene eight times, for smooth edges
 IMPORTS = """
@@ -141,7 +142,7 @@ def told(*seconds: float) -> str:
 
 @pytest.mark.parametrize("target", ["VERTEX", "IMAGE"])
 def test_a_bake_adds_a_tenth_of_a_second_to_no_answer(scene, alone, target):
-    """Or as much as the window itself takes to draw, where that is longer. Run alone, this begins with
+    """Or twice what the window itself takes to draw, where that is longer. Run alone, this begins with
     the first bake after the installation, which Python compiles.
 
     Judged by the time of Blender's thread: neither the threads that draw this screen nor what else
@@ -159,7 +160,7 @@ def test_a_bake_adds_a_tenth_of_a_second_to_no_answer(scene, alone, target):
         step = max((own for _, stage, _, own in steps if stage == name), default=0.0)
         print(f"PAUSES {target} {name}: {told(max(found)[0], worst(found))}; a step {told(step)}")
     assert steps[-1][1] == "WRITE" and "Traceback" not in scene.log
-    most = MOST_PAUSE + max(turns(steps, "START", "EXPORT", "WRITE"))
+    most = MOST_PAUSE + min(SHARE * max(turns(steps, "START", "EXPORT", "WRITE")), SLOW)
     assert max(own for _, _, _, own in steps) < most
     assert max(map(worst, stages.values())) < alone[1] + most
     assert slowest([wall for wall, _ in stages["SOLVE"]]) < MOST_PAUSE
@@ -171,12 +172,12 @@ def test_a_bake_adds_a_tenth_of_a_second_to_no_answer(scene, alone, target):
 
 
 def check_pace(target: str, name: str, steps) -> None:
-    """The window has half of the time at most, but for the longest of its turns: little may have
+    """The window has a third of the time at most, but for the longest of its turns: little may have
     been left to do after that."""
     mine, wall, work = turns(steps, name), total(steps, name, 2), total(steps, name, 3)
     print(f"PACE {target} {name}: {told(wall, work)}, and {1000 * sum(mine):.0f} ms in "
           f"{len(mine) - 1} turns of the window")  # fmt: skip
-    felt = [min(turn, SLOW) for turn in mine]
+    felt = [min(SHARE * turn, SLOW) for turn in mine]
     assert sum(felt) - max(felt) <= wall
 
 
