@@ -12,6 +12,10 @@ import numpy as np
 
 from ..solver.fields import Constant, CornerColors, Field, Texture, srgb_to_linear
 
+# Brightness [of anything] from which on it counts as infinite: Blender keeps infinity as 3.4e38, and
+# sums of such float32 overflow.
+INFINITE = 1e37
+
 
 class NotSimple(Exception):
     """This node tree is more than constants, images and attributes."""
@@ -56,6 +60,13 @@ def constant(value) -> Color:
 
 
 ZERO, ONE = constant(0.0), constant(1.0)
+
+
+def sound(values: np.ndarray) -> tuple[np.ndarray, bool]:
+    """``values`` with what no light can be (negative, infinite, not a number) as 0, and whether
+    there was any of that."""
+    good = (values >= 0.0) & (values < INFINITE)  # NaN is neither
+    return (values, False) if good.all() else (np.where(good, values, 0.0), True)
 
 
 def multiply(a: Color, b: Color) -> Color:

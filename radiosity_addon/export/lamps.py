@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..solver.scene import AreaLamp, Lamp, PointLamp, SunLamp
+from .colors import sound
 
 SMALLEST_SIZE = 1e-4  # size [m] of an area lamp without extent
 SMALLEST_CONE = np.radians(1.0)  # angle [rad] of a cone, at least: Blender's own limit
@@ -29,17 +30,17 @@ def read_lamp(thing, matrix: np.ndarray, warnings: list[str]) -> Lamp | None:
 
 
 def _power(name: str, light, warnings: list[str]) -> np.ndarray:
-    """(3,) energy × color × 2^exposure × blackbody tint; negative or unfinite parts become 0."""
+    """(3,) energy × color × 2^exposure × blackbody tint; negative or infinite parts become 0."""
     power = np.array(light.color, np.float64) * light.energy
     power = power * 2.0 ** getattr(light, "exposure", 0.0)
     if getattr(light, "use_temperature", False):
         power = power * np.array(light.temperature_color, np.float64)
-    if not np.all(np.isfinite(power)) or np.any(power < 0.0):
+    power, bad = sound(power)
+    if bad:
         warnings.append(
-            f'lamp "{name}" has a negative or unfinite color or energy ({light.energy:g}); '
-            "that part is taken as 0"
+            f'lamp "{name}" has a color or energy ({light.energy:g}) that is negative, infinite or '
+            "not a number; that part is taken as 0"
         )
-        power = np.where(np.isfinite(power), np.maximum(power, 0.0), 0.0)
     return power
 
 

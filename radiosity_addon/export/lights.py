@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..solver.scene import Lamp, PointLamp
-from .colors import NotSimple, multiply
+from .colors import NotSimple, multiply, sound
 from .images import working_space_is_rec709
 from .lamp_detail import beam_warning
 from .lamp_shape import ShapeStage, split, tree_varies, unreadable
@@ -94,9 +94,13 @@ def _tree_light(light: Light, data, reader: Reader, shapes: Shapes, warnings: li
             "spot lamps are baked with; the lamp's own color and energy are used"
         )
         return [(np.ones(3), None)]
-    if not np.all(np.isfinite(color)) or np.any(color < 0.0):
-        warnings.append(f'lamp "{name}": its node tree gives negative light, which is taken as 0')
-    return [(np.maximum(np.nan_to_num(color, posinf=0.0, neginf=0.0), 0.0), None)]
+    color, bad = sound(color)
+    if bad:
+        warnings.append(
+            f'lamp "{name}": its node tree gives light that is negative, infinite or not a number; '
+            "that is taken as 0"
+        )
+    return [(color, None)]
 
 
 class Shapes:

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..settings import Pass, Settings
 from ..solver.scene import Material
-from .colors import Color, NotSimple, constant, extremes, to_field, values
+from .colors import Color, NotSimple, constant, extremes, sound, to_field, values
 from .images import working_space_is_rec709
 from .parts import material_key
 from .remarks import bare_remarks, material_remarks, moved_remarks, some_names
@@ -107,17 +107,16 @@ def _clamped(color: Color, limit: float, name: str, what: str, warnings: list[st
     if color.attribute is not None:
         return color
     ends = extremes(color)
-    bad = not np.all(np.isfinite(ends)) or np.any(ends < 0.0)
+    bad = sound(ends)[1]
     bright = bool(np.any(ends > limit + 1e-6))
     if not bad and not bright:
         return color
     if bad:
-        warnings.append(f'material "{name}": {what} negative or not a number is taken as 0')
+        warnings.append(f'material "{name}": {what} that is negative, infinite or not a number is taken as 0')
     if bright:
         top = float(np.nanmax(ends))
         warnings.append(f'material "{name}": {what} {top:.3g} is above 1; it is clamped to 1')
-    kept = np.nan_to_num(values(color), nan=0.0, posinf=0.0, neginf=0.0)
-    kept = np.clip(kept, 0.0, limit)
+    kept = np.minimum(sound(values(color))[0], limit)
     if color.pixels is None:
         return constant(kept)
     return Color(np.ones(3), pixels=kept, mapping=color.mapping)

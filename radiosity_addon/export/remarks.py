@@ -5,6 +5,9 @@ The bake goes on with what Cycles would show.
 
 from __future__ import annotations
 
+import numpy as np
+
+from .colors import INFINITE
 from .images import is_missing
 from .sockets import source, uses_nodes
 
@@ -35,10 +38,15 @@ def world_remarks(world) -> list[str]:
 
 
 def tree_remarks(owner: str, tree) -> list[str]:
-    """Missing images, links that Blender ignores, and an output that nothing feeds."""
+    """Missing images, numbers that are none, links that Blender ignores, and an output that nothing
+    feeds."""
     remarks = [
         f"{what} of {owner} is missing; Cycles' pink is used. Find or pack it"
         for what in missing_images(tree)
+    ]
+    remarks += [
+        f"{owner}: {what} is infinite or not a number; light that comes of it counts as 0. Give it a number"
+        for what in no_numbers(tree)
     ]
     if any(not link.is_valid for node_tree in _trees(tree) for link in node_tree.links):
         remarks.append(
@@ -145,6 +153,19 @@ def missing_images(tree) -> list[str]:
                 found["an image node's image"] = None
             elif node.image.source in ("FILE", "GENERATED") and is_missing(node.image):
                 found[f'image "{node.image.name}"'] = None
+    return list(found)
+
+
+def no_numbers(tree) -> list[str]:
+    """Inputs, and values of nodes without inputs, that are infinite or not a number."""
+    found = {}
+    for node in nodes_of(tree):
+        for socket in (*node.inputs, *(node.outputs if not node.inputs else ())):
+            if socket.type not in ("VALUE", "RGBA", "VECTOR") or (not socket.is_output and socket.is_linked):
+                continue
+            values = np.abs(np.atleast_1d(getattr(socket, "default_value", 0.0)))
+            if not (values < INFINITE).all():
+                found[f"{socket.name} of node {node.name}"] = None
     return list(found)
 
 

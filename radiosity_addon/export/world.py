@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..solver.scene import Sky, SunLamp
-from .colors import NotSimple
+from .colors import NotSimple, sound
 from .panorama import close_up, panorama, world_scene
 from .remarks import nodes_of, world_remarks
 from .sockets import Reader, source, uses_nodes
@@ -31,10 +31,8 @@ def read_world(scene, reader: Reader, warnings: list[str]) -> tuple[Sky | None, 
     try:
         color = constant_radiance(world, reader)
     except NotSimple:
-        return _rendered(scene)
-    if not np.all(np.isfinite(color)) or np.any(color < 0.0):
-        warnings.append(f'world "{world.name}" has a negative or unfinite color; taken as 0')
-        color = np.where(np.isfinite(color), np.maximum(color, 0.0), 0.0)
+        return _rendered(scene, warnings)
+    color = _sound(color, world, warnings)
     if not np.any(color > 0.0):
         return None, []
     return Sky(color.astype(np.float32).reshape(1, 1, 3)), []
@@ -65,7 +63,17 @@ def constant_radiance(world, reader: Reader) -> np.ndarray:
     return color.factor * strength.factor
 
 
-def _rendered(scene) -> tuple[Sky | None, list[SunLamp]]:
+def _sound(radiance: np.ndarray, world, warnings: list[str]) -> np.ndarray:
+    radiance, bad = sound(radiance)
+    if bad:
+        warnings.append(
+            f'world "{world.name}" is negative, infinite or not a number, all around or in places; '
+            "that is taken as 0"
+        )
+    return radiance
+
+
+def _rendered(scene, warnings: list[str]) -> tuple[Sky | None, list[SunLamp]]:
     """The panorama without sun disks, and a sun lamp for each disk."""
     stage, world = world_scene(scene.world, scene)
     suns = [node for node in nodes_of(world.node_tree) if _has_disk(node)]
@@ -74,7 +82,7 @@ def _rendered(scene) -> tuple[Sky | None, list[SunLamp]]:
         for link in list(node.inputs["Vector"].links):  # which a sky with a disk ignores
             node.id_data.links.remove(link)
     pixels = panorama(stage, *_resolution(world.node_tree))
-    pixels = np.nan_to_num(np.maximum(pixels, 0.0), nan=0.0, posinf=0.0)
+    pixels = _sound(pixels, scene.world, warnings)
     if pixels.max() == pixels.min() or np.ptp(pixels, axis=(0, 1)).max() < 1e-5 * pixels.max():
         pixels = pixels.mean(axis=(0, 1), keepdims=True)
     lamps = []

@@ -94,6 +94,7 @@ def test_dark_lamps_are_left_out_and_named(blender, export, attributes):
 
 BAD = {
     "negative": ("POINT", {"energy": -5.0}, 0, "negative"),
+    "infinite": ("POINT", {"energy": float("inf")}, 0, "infinite"),  # kept as 3.4e38
     "no size": ("AREA", {"energy": 1.0, "size": 0.0}, 1, "no size"),
     "scaled to nothing": ("AREA", {"energy": 1.0, "scale": (0, 1, 1)}, 1, "no size"),
 }

@@ -176,6 +176,21 @@ def test_camera_background_is_not_the_light(blender, export):
     np.testing.assert_allclose(export().scene.sky.pixels[0, 0], (0.25, 0.5, 1), rtol=1e-5)
 
 
+@pytest.mark.parametrize("strength", [float("inf"), float("nan"), -1.0])
+@pytest.mark.parametrize("texture", [None, "ShaderNodeTexGradient"])
+def test_a_world_that_no_light_can_be_is_named(blender, export, texture, strength):
+    """Blender keeps infinity as 3.4e38. All of the sky is that bright, or a part of it; Cycles drops
+    what is not a number, so that the node is named."""
+    add_plane(blender)
+    set_world(blender, texture, strength)
+    exported = export()
+    told = " ".join(w for w in exported.warnings if w.startswith('world "World"'))
+    assert "infinite or not a number" in told
+    assert ("Strength of node Background" in told) == (strength != -1.0)
+    sky = exported.scene.sky
+    assert sky is None or np.all((sky.pixels >= 0) & (sky.pixels < 1e37))
+
+
 @pytest.mark.parametrize("exists", [False, True])
 def test_missing_and_unreadable_environments_warn(blender, export, tmp_path, exists):
     add_plane(blender)
