@@ -20,11 +20,12 @@ def solve_bounded(
     matrix: csr_matrix, right: np.ndarray, guess: np.ndarray, low: np.ndarray, high: np.ndarray,
     tolerance: float = TOLERANCE, rounds: int = ROUNDS,
 ) -> np.ndarray:
-    """Approximately minimize ½ xᵀMx − bᵀx for low <= x <= high, M symmetric and semi-definite.
+    """x (n,) float64 that about minimizes ½ xᵀMx − bᵀx for ``low`` <= x <= ``high`` (n,): M is the
+    symmetric and semi-definite ``matrix`` (n, n), b is ``right`` (n,).
 
     What leaves its bounds is fixed there and the others are solved for again, a few times; the
     result always lies within the bounds and is the exact minimum where none of them acts. What M
-    does not determine stays at ``guess``.
+    does not determine stays at ``guess`` (n,).
     """
     x = np.clip(guess, low, high)
     free = (low < high) & (matrix.diagonal() > 0)
@@ -41,8 +42,8 @@ def solve_bounded(
 
 
 def solve_roughly(matrix: csr_matrix, right: np.ndarray) -> np.ndarray:
-    """Minimize ½ xᵀMx − bᵀx to a hundredth, without bounds: linear in b. What M does not determine
-    is 0."""
+    """x (n,) float64 that minimizes ½ xᵀMx − bᵀx to a hundredth, without bounds: linear in b, which is
+    ``right`` (n,). What M, the ``matrix`` (n, n), does not determine is 0."""
     x, free = np.zeros(len(right)), matrix.diagonal() > 0
     if free.any():
         x[free] = _solve(matrix, right, x, free, ROUGH)

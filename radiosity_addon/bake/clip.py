@@ -30,7 +30,8 @@ def clip_squares(corner: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray,
 
 
 def clip(points, count, origin, normal) -> tuple[np.ndarray, np.ndarray]:
-    """Keep of each polygon what has ``(p - origin)·normal >= 0``; one vertex more at most."""
+    """(points, count) of what each polygon has where ``(p - origin)·normal >= 0``; one vertex more at
+    most. ``origin`` and ``normal`` are complex numbers, one or (k,)."""
     away = points - origin
     height = away.real * normal.real + away.imag * normal.imag
     valid = np.arange(len(points))[:, None] < count

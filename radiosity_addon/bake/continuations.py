@@ -182,7 +182,7 @@ def into_faces(charted: Charted, edges: Edges) -> np.ndarray:
 
 
 def face_normals_of(charted: Charted, triangle: np.ndarray) -> np.ndarray:
-    """(k, 3) true unit normals of triangles (k,)."""
+    """(k, 3) true unit normals of the triangles with numbers ``triangle`` (k,)."""
     a, b, c = charted.vertices[charted.triangles[triangle]].transpose(1, 0, 2)
     return _unit(np.cross(b - a, c - a))
 

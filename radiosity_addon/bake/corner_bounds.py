@@ -15,6 +15,10 @@ def color_bounds(
     """A first guess, the lowest and the highest color allowed of each unknown, (unknowns, 3) float64
     each, for light ``values`` (count, 3) at receivers that stand for the areas ``weights`` (count,).
 
+    ``corners`` (3 n, unknowns) makes colors at triangles' corners of the unknowns; ``loop_vertex`` and
+    ``group`` (n_loops,) int are the vertex and the unknown of each loop. Unknowns that are ``hidden``
+    (unknowns,) bool take the colors of those that they share triangles with.
+
     Over a triangle cut n-fold a linear function reaches 2/(3(n−1)) of what its receivers'
     centroids span beyond them; that much is allowed. With one receiver a triangle it is half of
     what the triangles around the unknown span.

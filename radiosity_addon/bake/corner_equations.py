@@ -51,7 +51,7 @@ def surface_light(
 
 
 def importance(values: np.ndarray, areas: np.ndarray) -> np.ndarray:
-    """(count,) L̄ / max(L, L̄/4) of light (count, 3) over ``areas`` (count,); 1 where all is dark."""
+    """(count,) L̄ / max(L, L̄/4) of light ``values`` (count, 3), L their mean over channels, over ``areas`` (count,); 1 where all is dark."""
     level = values.mean(axis=1)
     total = areas.sum()
     mean = float(level @ areas / total) if total > 0 else 0.0

@@ -25,7 +25,8 @@ def extend_islands(
 def extended(
     pixels: np.ndarray, covered: np.ndarray, margin: int, band: int = BAND
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The same, and which texels have a color, (height, width) bool: all others are black."""
+    """The same image as ``extend_islands`` gives, and which of its texels have a color, (height, width)
+    bool: all others are black. Raises ValueError as that does."""
     if pixels.shape != (*covered.shape, 3):
         raise ValueError(f"pixels have shape {pixels.shape}; it must be {(*covered.shape, 3)}")
     if margin < 0:

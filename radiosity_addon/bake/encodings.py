@@ -20,8 +20,8 @@ DARK = 0.25  # brightness [of the mean]: darker places are judged against it (th
 
 
 def scale_of(colors: list[np.ndarray], encoding: str, asked: float | None) -> float:
-    """The scale to divide by: as ``asked``; 0, or None for RGBM: the brightest value (at least
-    1e-6); else 1."""
+    """What to divide ``colors``, arrays of any shape, by: the scale that is ``asked`` for; the brightest
+    value (at least 1e-6) where that is 0, or None for RGBM; else 1."""
     if encoding == "rgbe":
         return 1.0
     if asked is None:
@@ -37,7 +37,8 @@ def share_above(colors: np.ndarray, limit: float) -> float:
 
 
 def encode(colors: np.ndarray, encoding: str, scale: float, seed: int = 0) -> np.ndarray:
-    """Codes of ``colors`` (..., 3) linear: (..., 3), or (..., 4) for RGBM and RGBE.
+    """Codes of ``colors`` (..., 3) linear: (..., 3), or (..., 4) for RGBM and RGBE, as uint8,
+    or uint16 for png16. See the module for formulas.
 
     Dithered: a value between two codes becomes either of them by chance, the nearer the likelier,
     so that its mean is kept and no bands are seen. The same ``seed`` gives the same codes.
@@ -55,7 +56,7 @@ def encode(colors: np.ndarray, encoding: str, scale: float, seed: int = 0) -> np
 
 
 def decode(codes: np.ndarray, encoding: str, scale: float) -> np.ndarray:
-    """The linear colors (..., 3) float64 that an engine reads from ``codes``."""
+    """The linear colors (..., 3) float64 that an engine reads from ``codes`` (..., 3 or 4)."""
     parts = codes / (2.0 ** BITS[encoding] - 1)
     if encoding == "rgbm":
         return scale * parts[..., :3] * parts[..., 3:]
@@ -65,7 +66,7 @@ def decode(codes: np.ndarray, encoding: str, scale: float) -> np.ndarray:
 
 
 def to_srgb(linear: np.ndarray) -> np.ndarray:
-    """The sRGB curve (IEC 61966-2-1) of values from 0 to 1."""
+    """The sRGB curve (IEC 61966-2-1, 4.4) at values from 0 to 1, of any shape."""
     return np.where(
         linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 0) ** (1 / 2.4) - 0.055
     )
@@ -77,7 +78,8 @@ def from_srgb(encoded: np.ndarray) -> np.ndarray:
 
 
 def coding_error(colors: np.ndarray, decoded: np.ndarray) -> float:
-    """Root mean square of the relative error of ``decoded`` (n, 3), rows counting alike.
+    """Root mean square of the relative error of ``decoded`` beside ``colors`` (n, 3), rows counting
+    alike.
 
     Relative to a row's mean over channels, but to a quarter of the mean of all at least: the
     report's measure of error.

@@ -20,7 +20,8 @@ COARSE_MESH = 50_000  # number [triangles]: up to here every triangle has at lea
 
 
 def receiver_budget(areas: np.ndarray, samples: int = SAMPLES) -> float:
-    """Area [squared length] per receiver, for the triangles (n,) of all objects of a bake."""
+    """Area [squared length] per receiver, for triangles of ``areas`` (n,), those of all objects of a
+    bake."""
     return float(areas.sum()) / samples
 
 
@@ -75,7 +76,7 @@ def _subdivision(n: int) -> np.ndarray:
 
 
 def triangle_areas(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """(n,) float64 areas; 0 where a vertex is not finite."""
+    """(n,) float64 areas of ``triangles`` (n, 3) int of ``vertices`` (v, 3); 0 where one is not finite."""
     p = np.asarray(vertices, float)[triangles]
     with np.errstate(invalid="ignore", over="ignore"):
         area = 0.5 * np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1)
@@ -85,7 +86,8 @@ def triangle_areas(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 def receiver_areas(
     vertices: np.ndarray, triangles: np.ndarray, receivers: Receivers
 ) -> np.ndarray:
-    """(count,) float64 surface area of each receiver; ``triangles`` are all of the scene's."""
+    """(count,) float64 surface area of each receiver [squared length of ``vertices`` (v, 3)];
+    ``triangles`` (n, 3) are all of the scene's."""
     share = cell_areas(receivers.corners, receivers.square)
     area = share * triangle_areas(vertices, triangles[receivers.triangle])
     return np.bincount(receivers.receiver, area, receivers.count)

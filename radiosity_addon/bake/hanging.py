@@ -29,7 +29,7 @@ class Hanging(ArrayStruct):
     share: np.ndarray
 
     def renamed(self, number: np.ndarray) -> Hanging:
-        """With colors that were i called ``number[i]``."""
+        """The same, color i called ``number[i]``; ``number`` (colors,) int."""
         return Hanging(number[self.corner], number[self.start], number[self.end], self.share)
 
 

@@ -40,7 +40,8 @@ class Edges(ArrayStruct):
     side: np.ndarray  # (m,) int 0, 1, 2
 
     def ends(self, of_corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Values (m, ...) at both ends, of values (n, 3, ...) at triangles' corners."""
+        """Values (m, ...) at both ends, of values ``of_corners`` (n, 3, ...) at triangles'
+        corners."""
         return of_corners[self.triangle, self.side], of_corners[self.triangle, (self.side + 1) % 3]
 
 

@@ -31,8 +31,9 @@ def joined_unknowns(
 ) -> tuple[np.ndarray, Hanging]:
     """(count,) int: which of ``count`` unknowns are one, numbered from 0; and which of these hang.
 
-    ``unknown`` (n, 3) int are those at the corners of ``triangles`` (n, 3), -1: none. ``material``
-    (n,) int: faces of different ones show different light. ``is_free(ways)`` (k,) bool: nothing
+    ``unknown`` (n, 3) int are those at the corners of ``triangles`` (n, 3) of
+    ``vertices`` (v, 3), -1: none. ``material``
+    (n,) int: faces of different ones show different light. ``is_free(segments)`` (k,) bool: nothing
     stands on an edge. ``group`` (n, 3) int: the smooth groups of the corners, by which a surface ends
     at its sharp edges even where its vertices have one color each; None: the unknowns are.
     """
@@ -66,7 +67,8 @@ class _Meetings:
         return unknown[:, (self._is_end().all(0)) & (unknown >= 0).all(0)]
 
     def hanging(self, number: np.ndarray) -> Hanging:
-        """Where one of the edges ends between the other's ends, as unknowns of ``number``."""
+        """Where one of the edges ends between the other's ends, unknown i called
+        ``number[i]``."""
         at_end, found = self._is_end(), []
         for one, other in ((0, 1), (1, 0)):
             k = np.flatnonzero(at_end[one] & ~at_end[other])

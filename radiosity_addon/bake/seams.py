@@ -20,9 +20,9 @@ def cut_sharp_edges(
     differ by at most ``angle`` [rad].
     """
     count = len(corner)
-    following = _following(corner, start)
+    following = next_corners(count, start)
     face = np.repeat(np.arange(len(start)), np.diff(start, append=count))
-    normal = face_normals(points, corner, start, following)
+    normal = face_normals(points, corner, start)
     a, b = _smooth_pairs(corner, following, normal[face], np.cos(angle))
     rows, columns = np.concatenate([a, following[a]]), np.concatenate([following[b], b])
     label = connected_components(count, rows, columns)
@@ -30,30 +30,30 @@ def cut_sharp_edges(
     return points[corner[first]], label
 
 
-def face_normals(points, corner, start, following) -> np.ndarray:
-    """(n_faces, 3) unit normals (Newell), zero for faces without area."""
-    normal = _doubled_areas(points, corner, start, following)
+def face_normals(points: np.ndarray, corner: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """(n_faces, 3) unit normals, zero for faces without area."""
+    normal = _doubled_areas(points, corner, start)
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     return normal / np.where(length > 0, length, 1.0)
 
 
 def face_areas(points: np.ndarray, corner: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """(n_faces,) areas."""
-    if not len(start):
-        return np.zeros(0)
-    following = _following(corner, start)
-    return np.linalg.norm(_doubled_areas(points, corner, start, following), axis=1) / 2
+    """(n_faces,) float64 [squared length]."""
+    return np.linalg.norm(_doubled_areas(points, corner, start), axis=1) / 2
 
 
-def _following(corner, start) -> np.ndarray:
-    """(n_loops,) of each corner the next of its face."""
-    following = np.arange(1, len(corner) + 1)
-    following[np.append(start[1:], len(corner)) - 1] = start
+def next_corners(count: int, start: np.ndarray) -> np.ndarray:
+    """(count,) int: of each of ``count`` corners the next of its face."""
+    following = np.arange(1, count + 1)
+    following[np.append(start[1:], count)[: len(start)] - 1] = start
     return following
 
 
-def _doubled_areas(points, corner, start, following) -> np.ndarray:
-    """(n_faces, 3) vectors along the normals, as long as twice the area."""
+def _doubled_areas(points: np.ndarray, corner: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """(n_faces, 3) vectors along the normals, as long as twice the area (Newell 1972)."""
+    if not len(start):
+        return np.zeros((0, 3))
+    following = next_corners(len(corner), start)
     origin = points[corner[start]]
     size = np.diff(start, append=len(corner))
     local = points[corner] - np.repeat(origin, size, axis=0)

@@ -38,19 +38,20 @@ class Sheets:
         return np.concatenate([[0], np.cumsum(self.width * self.height)])
 
     def texel(self, sheet: np.ndarray, row: np.ndarray, column: np.ndarray) -> np.ndarray:
-        """Numbers of texels; -1 outside of the image."""
+        """Numbers of the texels at ``row`` and ``column`` of images ``sheet``, int of one shape; -1 outside of
+        the image."""
         inside = (row >= 0) & (column >= 0)
         inside &= (row < self.height[sheet]) & (column < self.width[sheet])
         return np.where(inside, self.first[sheet] + row * self.width[sheet] + column, -1)
 
     def locate(self, texel: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(sheet, row, column) of texels' numbers."""
+        """(sheet, row, column), int of the shape of ``texel``: where the texels with these numbers lie."""
         sheet = np.searchsorted(self.first, texel, "right") - 1
         row, column = np.divmod(texel - self.first[sheet], self.width[sheet])
         return sheet, row, column
 
     def stencils(self, sheet: np.ndarray, at: np.ndarray) -> Stencils:
-        """Of points ``at`` (k, 2) [texels from the lower left corner] in images (k,)."""
+        """Of points ``at`` (k, 2) [texels from the lower left corner] in images ``sheet`` (k,) int."""
         low = np.floor(at - 0.5)
         share = at - 0.5 - low
         texels, weights = [], []

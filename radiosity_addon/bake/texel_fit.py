@@ -87,7 +87,7 @@ class _Numbers:
         self.count = len(texel)
 
     def of(self, texel: np.ndarray) -> np.ndarray:
-        """Numbers of texels, of any shape; -1 for others."""
+        """int32 of the shape of ``texel``: which of the unknown each is; -1 for others."""
         return self._number[texel]
 
 
@@ -100,7 +100,7 @@ class _Rows:
         self.matrices, self.weights, self.targets = [], [], []
 
     def add(self, stencils: Stencils, weight: np.ndarray, target: np.ndarray | None = None) -> None:
-        """Ask that ``stencils`` (k,) show ``target`` (k, 3), None: 0; those that see a texel without
+        """Ask that ``stencils`` (k,) show ``target`` (k, 3), None: 0, by ``weight`` (k,); those that see a texel without
         a color are left out."""
         at = self.unknown.of(stencils.texel)
         seen = np.abs(stencils.weight) > SEEN

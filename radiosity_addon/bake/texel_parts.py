@@ -54,7 +54,7 @@ def anchored_texels(
     island and none of another island: only there is the light around known to be that of one surface,
     and the picture between texels to be its own.
 
-    ``cell_texel`` and ``island`` (c,) are of cells.
+    ``cell_texel`` and ``island`` (c,) int are the texel and the island of each cell.
     """
     owner = _owners(sheets, cell_texel, island)
     inside = np.full(int(sheets.first[-1]), NONE)
@@ -85,7 +85,7 @@ def crowded_shares(
     """(c,) of each cell the share where the picture between texels is mixed with a texel of another
     island: in each quarter of a texel it is that of this texel and of three around.
 
-    ``texel`` and ``island`` (c,) are of cells; those of half a texel or less are taken to lie where
+    ``texel`` and ``island`` (c,) int are of cells; those of half a texel or less are taken to lie where
     their middles do, larger ones all over it.
     """
     owner = _owners(sheets, texel, island)

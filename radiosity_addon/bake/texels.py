@@ -44,7 +44,7 @@ def texel_receivers(
 def texel_steps(
     uv: np.ndarray, triangle: np.ndarray, size: int | tuple[int, int], image: int = 0
 ):
-    """``texel_receivers`` in steps of some hundredths of a second."""
+    """``texel_receivers``, arguments and errors too, in steps of some hundredths of a second."""
     uv = np.asarray(uv, float)
     if uv.ndim != 3 or uv.shape[1:] != (3, 2) or len(uv) != len(triangle):
         raise ValueError(f"uv has shape {uv.shape}; it must be ({len(triangle)}, 3, 2)")
@@ -84,7 +84,8 @@ def _maps(points: np.ndarray, triangle: np.ndarray, index: np.ndarray, image: in
 def overlapping_texels(
     receivers: Receivers, uv: np.ndarray, start: int, size: int | tuple[int, int]
 ) -> int:
-    """How many texels are covered more than once: the map's triangles overlap there."""
+    """How many texels are covered more than once: the map's triangles overlap there. See
+    ``coverage``."""
     return int((coverage(receivers, uv, start, size) > OVERLAP).sum())
 
 
@@ -137,7 +138,8 @@ def _barycentric(points: np.ndarray) -> np.ndarray:
 
 
 def expand(count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Ragged ranges: ``(owner, offset)`` with offset 0..count[i]-1 for every owner i."""
+    """Ragged ranges: (owner, offset), (sum of ``count``,) int each, with offset 0..count[i]-1 for every
+    owner i."""
     owner = np.repeat(np.arange(len(count)), count)
     begin = np.cumsum(count) - count
     return owner, np.arange(len(owner)) - begin[owner]

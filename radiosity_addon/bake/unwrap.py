@@ -92,6 +92,7 @@ def existing_uvs(obj) -> np.ndarray:
 
 
 def check_room(obj, name: str) -> None:
+    """Raise ValueError where the object's mesh cannot get the UV map ``name``."""
     check_editable(obj.name, obj.data)
     if len(obj.data.uv_layers) >= MOST_MAPS:
         raise ValueError(
@@ -106,7 +107,7 @@ def chart_steps(shape: Shape, how: str, existing: np.ndarray | None, gap: float,
     """(n_loops, 2) float32 UVs of one mesh: steps that yield ``done``.
 
     ``how``: "smart" charts are ``gap`` of the unit square apart; "lightmap" makes a chart of each
-    pair of faces; "existing" takes the UVs given.
+    pair of faces; "existing" takes the UVs ``existing`` (n_loops, 2).
     """
     if not len(shape.start):
         return np.zeros((0, 2), np.float32)

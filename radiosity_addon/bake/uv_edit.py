@@ -42,7 +42,7 @@ def shape_of(obj) -> Shape:
 
 def edit_uvs(shape: Shape, uv: np.ndarray | None, operate: Callable[[], object]):
     """UVs (n_loops, 2), loops of the triangles (n, 3) and the face of each (n,) after ``operate``,
-    which is called in Edit Mode with all selected."""
+    which is called in Edit Mode with all selected. ``uv`` (n_loops, 2) are those before."""
     import bpy
 
     mesh = _plain_mesh(shape, uv)

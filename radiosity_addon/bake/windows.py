@@ -36,7 +36,7 @@ def full_rect(size: tuple[int, int]) -> TexelRect:
 
 
 def window(sheet: str, size: tuple[int, int], uv: np.ndarray) -> tuple[TexelRect, np.ndarray]:
-    """The part of an image that holds the UVs (n, 3, 2), and the UVs as 0 to 1 over that part."""
+    """The part of an image of ``size`` [texels] that holds the UVs ``uv`` (n, 3, 2), and the UVs as 0 to 1 over that part."""
     points = np.where(np.isfinite(uv), uv, 0.5) * size
     flat = points.reshape(-1, 2)
     low = np.clip(np.floor(flat.min(0)), 0, np.subtract(size, 1)).astype(int)

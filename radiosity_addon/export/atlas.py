@@ -30,7 +30,8 @@ class Atlas:
 
 
 def make_atlas(area: np.ndarray) -> Atlas:
-    """Squares for triangles of these areas (n,), larger ones for larger triangles."""
+    """Squares for triangles of these areas ``area`` (n,), larger ones for larger triangles. Raises
+    ValueError where they do not fit into an image of LARGEST texels."""
     budget = min(max(DENSITY, PER_TRIANGLE * len(area)), LARGEST**2 // 4)
     share = area / max(float(area.sum()), 1e-300)
     power = np.floor(0.5 * np.log2(np.maximum(share * budget, 1e-9)))
@@ -72,8 +73,8 @@ def _unweave(code: np.ndarray) -> np.ndarray:
 
 
 def atlas_texels(atlas: Atlas, which: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Rows and columns of texels well inside the chosen (n,) bool triangles, a pair for each size
-    of square."""
+    """Rows and columns of texels well inside the triangles ``which`` (n,) bool, a pair of arrays for each
+    size of square."""
     corner = np.floor(atlas.bake[which, 0] * atlas.size + 1e-6).astype(np.int64)
     edge = np.rint((atlas.bake[which, 1, 0] - atlas.bake[which, 0, 0]) * atlas.size + 2 * INSET)
     edge = edge.astype(np.int64)

@@ -17,7 +17,7 @@ UV_LIMIT = 7  # number [UV maps] of an object: of Blender's 8 one is ours
 
 
 def user_materials(keys) -> dict:
-    """{key: the user's material}."""
+    """{key: the user's material}. Raises ValueError for one that was removed."""
     import bpy
 
     known = {material_key(material): material for material in bpy.data.materials}

@@ -47,10 +47,12 @@ class Color:
 
     @property
     def is_constant(self) -> bool:
+        """Whether it is the same all over the surface."""
         return self.pixels is None and self.attribute is None
 
     @property
     def is_black(self) -> bool:
+        """Whether it is 0 all over the surface."""
         return not np.any(self.factor)
 
 
@@ -80,7 +82,7 @@ def multiply(a: Color, b: Color) -> Color:
 
 
 def add(a: Color, b: Color) -> Color:
-    """a + b."""
+    """a + b. Raises NotSimple where the sum is no Color."""
     if a.is_black:
         return b
     if b.is_black:

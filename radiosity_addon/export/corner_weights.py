@@ -19,7 +19,7 @@ LEAST_SOURCED = 0.5  # weight [of 1]: a corner that has less of the user's corne
 
 
 def one_hot(loops: np.ndarray, n_loops: int) -> CornerMap:
-    """The map of a mesh without modifiers, from the loop at each triangle corner, (n, 3)."""
+    """The map of a mesh without modifiers, from ``loops`` (n, 3) int, the loop at each triangle corner."""
     return CornerMap(np.arange(loops.size + 1), loops.reshape(-1), np.ones(loops.size), n_loops)
 
 
@@ -66,7 +66,8 @@ def _loop_positions(mesh) -> np.ndarray:
 
 
 def barycentric(mesh, face: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Loops (m, 3) and weights (m, 3) in the triangle of the face nearest to the position."""
+    """Loops (m, 3) int and weights (m, 3) of each ``position`` (m, 3), in the triangle of the ``face`` (m,)
+    that is nearest to it."""
     mesh.calc_loop_triangles()
     owner = bulk(mesh.loop_triangles, "polygon_index", np.int32)
     loops = bulk(mesh.loop_triangles, "loops", np.int32, 3)
@@ -88,8 +89,9 @@ def barycentric(mesh, face: np.ndarray, position: np.ndarray) -> tuple[np.ndarra
 
 
 def nearest_in_triangle(corners: np.ndarray, points: np.ndarray):
-    """Barycentric weights (m, 3) >= 0 of the projections, cut off at the border and renormalized,
-    and the distances (m,) of what they name to the points."""
+    """Barycentric weights (m, 3) >= 0 of the projections of ``points`` (m, 3) on triangles ``corners``
+    (m, 3, 3), cut off at the border and renormalized, and the distances (m,) of what they name to the
+    points."""
     a, e, f = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     d = points - a
     ee, ff, ef, de, df = (np.einsum("ij,ij->i", p, q) for p, q in

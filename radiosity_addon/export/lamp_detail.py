@@ -48,8 +48,8 @@ def beam_warning(owner: str, error: float) -> list[str]:
 
 
 def bends(picture: np.ndarray) -> np.ndarray:
-    """(h, 2 h) squares of the relative error of interpolation about each pixel of (h, 2 h, 3),
-    weighted by power: they add up to the mean square.
+    """(h, 2 h) squares of the relative error of interpolation about each pixel of ``picture``
+    (h, 2 h, 3), weighted by power: they add up to the mean square.
 
     Directions darker than the mean are judged against the mean.
     """
@@ -69,7 +69,7 @@ def bends(picture: np.ndarray) -> np.ndarray:
 
 
 def doubled(picture: np.ndarray) -> np.ndarray:
-    """(2 h, 2 w, 3) float32: (h, w, 3) interpolated at the middles of quarter pixels."""
+    """(2 h, 2 w, 3) float32: ``picture`` (h, w, 3) interpolated at the middles of quarter pixels."""
     above, below = _beside(picture)
     rows = np.stack([0.75 * picture + 0.25 * above, 0.75 * picture + 0.25 * below], axis=1)
     rows = rows.reshape(-1, *picture.shape[1:])

@@ -60,7 +60,8 @@ class ShapeStage:
         return np.maximum(np.nan_to_num(picture / self.pictures[key], posinf=0.0), 0.0)
 
     def fine_factor(self, data, matrix: np.ndarray) -> tuple[np.ndarray, float]:
-        """``factor``, as fine as narrow beams need it, and the error that interpolation leaves."""
+        """``factor`` of ``matrix`` (4, 4), as fine as narrow beams need it, and the relative error that
+        interpolation leaves."""
         coarse = self.factor(data, matrix, WIDTH)
         return refined(coarse, lambda width, box: self.factor(data, matrix, width, box))
 

@@ -8,7 +8,7 @@ from .lights import Light
 
 
 def lit_objects(lights: list[Light], parts) -> tuple[np.ndarray | None, ...] | None:
-    """For each lamp the indices of the parts it lights, None for all; None when no lamp is linked.
+    """For each lamp the indices (k,) int of the parts it lights, None for all; None when no lamp is linked.
     """
     return _each_or_none([_linked_parts(light, "receiver_collection", parts) for light in lights])
 

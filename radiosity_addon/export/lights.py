@@ -158,7 +158,8 @@ def _constant(color) -> np.ndarray:
 
 
 def blackbody(temperature: float) -> np.ndarray:
-    """(3,) color of this temperature [K] in the working space, as Blender's lamps have it."""
+    """(3,) color of this temperature [K] in the working space, as Blender's lamps have it. Raises
+    NotSimple where Blender cannot tell."""
     import bpy
 
     probe = bpy.data.lights.new("Radiosity temporary", "POINT")

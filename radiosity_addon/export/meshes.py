@@ -100,13 +100,14 @@ def _read_colors(mesh, vertex: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def within_range(points: np.ndarray) -> np.ndarray:
-    """Mask of coordinates that are numbers: neither NaN nor infinite, which Blender stores as
+    """Bool of the shape of ``points``: coordinates that are numbers: neither NaN nor infinite, which Blender stores as
     3.4e38 where it is typed. Squares of what is farther than FARTHEST are none in float32."""
     return np.abs(points) < FARTHEST
 
 
 def sound_triangles(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, int, int]:
-    """Mask of triangles that are finite and have area; the numbers of unfinite and of empty ones.
+    """(n,) bool: ``triangles`` (n, 3) of ``vertices`` (v, 3) that are finite and have area; the numbers of
+    unfinite and of empty ones.
 
     A triangle has no area when twice its area is below 1e-12 of its longest edge squared: at
     float32 coordinates that is three points on one line.

@@ -78,7 +78,7 @@ def panorama(scene, width: int, samples: int, box: tuple[slice, slice] | None = 
 
 
 def close_up(scene, direction: np.ndarray, angle: float, size: int, samples: int) -> np.ndarray:
-    """(size, size, 3) radiance around ``direction`` through a square field of view [rad]."""
+    """(size, size, 3) radiance [W/m²/sr] around ``direction`` (3,) through a square field of view [rad]."""
     from mathutils import Vector
 
     camera = scene.camera

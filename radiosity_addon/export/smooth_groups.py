@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..bake.seams import face_normals, next_corners
 from ..components import connected_components
 from .meshes import bulk, read_loop_vertices
 
@@ -21,29 +22,19 @@ def smooth_groups(mesh) -> np.ndarray:
     start = bulk(mesh.polygons, "loop_start", np.int32)
     count = bulk(mesh.polygons, "loop_total", np.int32)
     vertices = bulk(mesh.vertices, "co", np.float32, 3).astype(np.float64)
-    normals = polygon_normals(vertices, loop_vertex, start, count)
+    vertices = np.where(np.isfinite(vertices), vertices, 0.0)
+    normals = face_normals(vertices, loop_vertex, start)
     sharp = bulk(mesh.edges, "use_edge_sharp", bool) if len(mesh.edges) else np.zeros(0, bool)
     return group_loops(loop_vertex, loop_edge, start, count, normals, sharp)
 
 
-def polygon_normals(vertices, loop_vertex, start, count) -> np.ndarray:
-    """(n_polygons, 3) unit normals, 0 where there is no area (Newell 1972)."""
-    polygon = np.repeat(np.arange(len(start)), count)
-    follow = _next_loop(start, count)
-    vertices = np.where(np.isfinite(vertices), vertices, 0.0)
-    first = vertices[loop_vertex[start]][polygon]
-    one, other = vertices[loop_vertex] - first, vertices[loop_vertex[follow]] - first
-    total = np.zeros((len(start), 3))
-    np.add.at(total, polygon, np.cross(one, other))
-    length = np.linalg.norm(total, axis=1, keepdims=True)
-    return np.divide(total, length, out=np.zeros_like(total), where=length > 0.0)
-
-
 def group_loops(loop_vertex, loop_edge, start, count, normals, sharp) -> np.ndarray:
-    """The groups from plain arrays; ``loop_edge`` is the edge from a loop to the next one."""
+    """(n_loops,) int groups from plain arrays: ``loop_vertex`` and ``loop_edge`` (n_loops,) are a loop's vertex
+    and the edge to the next one, ``start`` and ``count`` (n_polygons,) the loops of each face, ``normals``
+    (n_polygons, 3), ``sharp`` (n_edges,) bool."""
     n_loops = len(loop_vertex)
     polygon = np.repeat(np.arange(len(start)), count)
-    follow = _next_loop(start, count)
+    follow = next_corners(n_loops, start)
     first, second = _pairs(loop_edge)
     opposite = loop_vertex[first] == loop_vertex[follow[second]]
     cosine = np.einsum("ij,ij->i", normals[polygon[first]], normals[polygon[second]])
@@ -52,12 +43,6 @@ def group_loops(loop_vertex, loop_edge, start, count, normals, sharp) -> np.ndar
     rows = np.concatenate([first, follow[first]])
     columns = np.concatenate([follow[second], second])
     return connected_components(n_loops, rows, columns).astype(np.int32)
-
-
-def _next_loop(start: np.ndarray, count: np.ndarray) -> np.ndarray:
-    follow = np.arange(1, int(count.sum()) + 1)
-    follow[start + count - 1] = start
-    return follow
 
 
 def _pairs(loop_edge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

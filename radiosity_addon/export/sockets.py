@@ -52,7 +52,8 @@ class Reader:
         return float(color.factor[0])
 
     def color(self, socket) -> Color:
-        """What arrives at the socket; numbers become gray."""
+        """What arrives at the socket; numbers become gray. Raises NotSimple for nodes that Cycles has to
+        evaluate."""
         origin = source(socket) if socket.is_linked else None
         if origin is None:
             value = socket.default_value

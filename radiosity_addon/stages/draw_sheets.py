@@ -18,7 +18,7 @@ from .sheets import Sheet, rect_of, sheets_of
 def draw_sheets(
     job: Job, layout: Layout, light: np.ndarray, solution: Solution, context: Context
 ) -> tuple[list[np.ndarray], list[str]]:
-    """(height, width, 4) float32 of every sheet: the texels' ``light``, and the margin around them,
+    """(height, width, 4) float32 of every sheet: the texels' ``light`` (count, 3), and the margin around them,
     fitted to what is shown; and warnings."""
     sheets, warnings = sheets_of(job), []
     drawn = [_draw(job, sheet, layout, light, warnings) for sheet in sheets]
@@ -56,7 +56,8 @@ def _draw(job: Job, sheet: Sheet, layout: Layout, light: np.ndarray, warnings: l
 def keep_others(
     sheet: Sheet, pixels: np.ndarray, covered: np.ndarray, buried: np.ndarray
 ) -> None:
-    """Put what stays of a kept image into ``pixels`` (n, 3), and ``covered`` (n,) bool."""
+    """Put what stays of a kept image into ``pixels`` (n, 3), and ``covered`` (n,) bool; nothing stays where
+    texels are ``buried`` (n,) bool."""
     if sheet.unbaked is not None:
         kept = sheet.unbaked.pixels.reshape(-1, 4)
         stays = (kept[:, 3] > 0) & ~covered & ~buried
@@ -72,7 +73,8 @@ def buried_texels(layout: Layout, index: int, rect: TexelRect) -> np.ndarray:
 
 
 def texels_of(grid: np.ndarray, rect: TexelRect) -> np.ndarray:
-    """(n,) numbers of a window's texels, row by row through the whole image."""
+    """(n,) numbers of a window's texels, row by row through the whole image, from ``grid`` (n, 3) of
+    receivers."""
     row, column = grid[:, 1].astype(np.int64) + rect.row, grid[:, 2] + rect.column
     return row * rect.size[0] + column
 

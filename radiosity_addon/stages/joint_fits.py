@@ -38,11 +38,11 @@ class JointFit:
     ends: tuple[int, ...]  # where the colors of each begin, and of the last end
 
     def light(self, values: np.ndarray) -> np.ndarray:
-        """(count, c) of all receivers' values those of these targets."""
+        """Of all receivers' ``values`` (count, c) those of these targets' k receivers, (k, c)."""
         return np.concatenate([values[span] for span in self.spans])
 
     def colors(self, values: np.ndarray) -> list[np.ndarray]:
-        """Colors of each target, for light at all receivers (count, 3)."""
+        """Colors (n, 3) float64 of each target, for light ``values`` (count, 3) at all receivers."""
         return np.split(self.fit.colors(self.light(values)), self.ends[1:-1])
 
 

@@ -16,7 +16,7 @@ class Spool:
         self._file = tempfile.TemporaryFile(prefix="radiosity-") if total >= most else None
 
     def keep(self, image: np.ndarray) -> np.ndarray:
-        """The image, to be read only. Raises OSError when the disk is full."""
+        """The ``image`` (height, width, 4) float32 as an array in a file, to be read only. Raises OSError when the disk is full."""
         if self._file is None:
             return image
         start = self._file.seek(0, 2)

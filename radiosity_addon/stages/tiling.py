@@ -45,7 +45,8 @@ class Window:
     fade: tuple[int, int, int, int]
 
     def weight(self, row: np.ndarray, column: np.ndarray) -> np.ndarray:
-        """(n,) float32 shares of texels (n,) in their light: those of all parts add up to 1."""
+        """(n,) float32 shares of the window's texels at ``row`` and ``column`` (n,) int in their light: those of
+        all parts add up to 1."""
         left, right, lower, upper = self.fade
         result = _ramp(column, left) * _ramp(self.width - 1 - column, right)
         return result * _ramp(row, lower) * _ramp(self.height - 1 - row, upper)
