@@ -108,3 +108,16 @@ BREACHES = {
 def test_breaches_are_found(rule):
     code, expected = BREACHES[rule]
     assert list(rule(ast.parse(code))) == expected
+
+
+def test_tests_patch_no_constants():
+    """What tests change is an argument: a patched constant shows nothing of what users can have."""
+    patched = [
+        f"{path.name}:{node.lineno} {ast.unparse(node)}"
+        for path in sorted(Path(__file__).parent.rglob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call) and ast.unparse(node.func).endswith("patch.setattr")
+        and any(isinstance(each, ast.Constant) and str(each.value).rpartition(".")[2].isupper()
+                for each in node.args[:2])
+    ]  # fmt: skip
+    assert patched == []

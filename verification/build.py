@@ -83,10 +83,10 @@ def small_receivers(build: Build, scene: Scene, count: int, random, within=None,
     triangle, uv = np.zeros(0, int), np.zeros((0, 2))
     while len(triangle) < count:
         some = random.choice(len(area), 64 * count, p=chance)
-        place = random.random((len(some), 2))
-        place[place.sum(axis=1) > 1] = 1 - place[place.sum(axis=1) > 1]
-        place *= 0.98
-        points = corners[some, 0] + np.einsum("nk,nkd->nd", place, edges[some])
+        weight = random.random((len(some), 2))
+        weight[weight.sum(axis=1) > 1] = 1 - weight[weight.sum(axis=1) > 1]
+        weight *= 0.98
+        points = corners[some, 0] + np.einsum("nk,nkd->nd", weight, edges[some])
         good = np.ones(len(some), bool)
         for low, high in build.solids:  # on its own faces a point is not inside
             inside = (points > low - 1e-6) & (points < high + 1e-6)
@@ -97,7 +97,7 @@ def small_receivers(build: Build, scene: Scene, count: int, random, within=None,
         if within is not None:
             good &= ((points >= within[0]) & (points <= within[1])).all(axis=1)
         triangle = np.concatenate([triangle, some[good]])[:count]
-        uv = np.concatenate([uv, place[good]])[:count]
+        uv = np.concatenate([uv, weight[good]])[:count]
     legs = np.minimum(size / np.linalg.norm(edges[triangle], axis=2), 0.01)
     cells = np.stack([uv, uv + legs * [1, 0], uv + legs * [0, 1]], 1)
     number = np.arange(count, dtype=np.int32)

@@ -146,17 +146,17 @@ def _trace(world: World, triangle, uv, random) -> np.ndarray:
     path, depth = np.arange(len(triangle)), 0 * triangle
     carried = np.full((len(path), 3), np.pi)  # what a ray's radiance counts
     normal = world.normal[triangle]
-    place = world.at(triangle, uv) + OFFSET * normal
+    position = world.at(triangle, uv) + OFFSET * normal
 
     def add(some, values):
         light[np.minimum(depth[some], 1), path[some]] += values  # each path occurs once
 
-    add(slice(None), carried / np.pi * _lit(world, place, normal, random, True))
-    light[1] += carried / np.pi * _lit_by_beams(world, place, normal, random)
+    add(slice(None), carried / np.pi * _lit(world, position, normal, random, True))
+    light[1] += carried / np.pi * _lit_by_beams(world, position, normal, random)
     direction = _cosine(normal, random)
-    origin, slope = place, np.einsum("ni,ni->n", normal, direction)  # of where it was reflected
+    origin, slope = position, np.einsum("ni,ni->n", normal, direction)  # of where it was reflected
     while len(path):
-        triangle, uv, _ = world.meet(place, direction)
+        triangle, uv, _ = world.meet(position, direction)
         out = np.flatnonzero(triangle < 0)
         if len(out):
             share = _balance(slope[out] / np.pi, world.sky.density(direction[out]))
@@ -183,49 +183,49 @@ def _trace(world: World, triangle, uv, random) -> np.ndarray:
         path, depth, carried, through = path[goes], depth[goes], carried[goes], through[goes]
         normal, met, origin, slope = normal[goes], met[goes], origin[goes], slope[goes]
         direction = direction[goes]
-        place = met + np.where(through, -OFFSET, OFFSET)[:, None] * normal
+        position = met + np.where(through, -OFFSET, OFFSET)[:, None] * normal
         back = np.flatnonzero(~through)
         depth[back] += 1
-        arriving = _lit(world, place[back], normal[back], random, False)
-        arriving += _lit_by_beams(world, place[back], normal[back], random)
+        arriving = _lit(world, position[back], normal[back], random, False)
+        arriving += _lit_by_beams(world, position[back], normal[back], random)
         add(back, carried[back] / np.pi * arriving)
-        direction[back], origin[back] = _cosine(normal[back], random), place[back]
+        direction[back], origin[back] = _cosine(normal[back], random), position[back]
         slope[back] = np.einsum("ni,ni->n", normal[back], direction[back])
     return light
 
 
-def _lit(world: World, place, normal, random, beams: bool) -> np.ndarray:
+def _lit(world: World, position, normal, random, beams: bool) -> np.ndarray:
     """(n, 3) irradiance of one lamp, one emissive triangle and one direction of the sky; with
     ``beams`` narrow spots are lamps, too."""
-    total = np.zeros(place.shape)
+    total = np.zeros(position.shape)
     if world.lamps:
-        chosen = random.choice(len(world.lamps), len(place), p=world.lamp_chance)
+        chosen = random.choice(len(world.lamps), len(position), p=world.lamp_chance)
         for k in np.unique(chosen):
             some = np.flatnonzero(chosen == k)
             if world.beam[k] and not beams:
                 continue
-            value, segment = lamps.sample(world.lamps[k], place[some], normal[some], random)
+            value, segment = lamps.sample(world.lamps[k], position[some], normal[some], random)
             seen = value.max(axis=1) > 0
-            value[seen] *= world.transmitted(place[some[seen]], segment[seen])
+            value[seen] *= world.transmitted(position[some[seen]], segment[seen])
             total[some] += value / world.lamp_chance[k]
     if world.emitter.any():
-        total += _lit_by_faces(world, place, normal, random)
+        total += _lit_by_faces(world, position, normal, random)
     if world.sky.sampled:
-        direction, density = world.sky.sample(len(place), random)
+        direction, density = world.sky.sample(len(position), random)
         slope = np.einsum("ni,ni->n", normal, direction)
         some = np.flatnonzero(slope > 0)
         share = slope[some] * _balance(density[some], slope[some] / np.pi) / density[some]
-        seen = world.transmitted(place[some], lamps.FAR * direction[some])
+        seen = world.transmitted(position[some], lamps.FAR * direction[some])
         total[some] += world.sky.radiance(direction[some]) * seen * share[:, None]
     return total
 
 
-def _lit_by_beams(world: World, place, normal, random) -> np.ndarray:
+def _lit_by_beams(world: World, position, normal, random) -> np.ndarray:
     """(n, 3) irradiance by one place that a narrow spot lights and that reflects its light."""
-    total, numbers = np.zeros(place.shape), np.flatnonzero(world.beam)
+    total, numbers = np.zeros(position.shape), np.flatnonzero(world.beam)
     if len(numbers) == 0:
         return total
-    chosen = numbers[random.integers(len(numbers), size=len(place))]
+    chosen = numbers[random.integers(len(numbers), size=len(position))]
     for k in numbers:
         some, lamp = np.flatnonzero(chosen == k), world.lamps[k]
         way, power = lamps.leave(lamp, len(some), random)
@@ -235,34 +235,34 @@ def _lit_by_beams(world: World, place, normal, random) -> np.ndarray:
         front = np.einsum("ni,ni->n", world.normal[triangle], way) < 0
         up = np.where(front[:, None], 1, -1) * world.normal[triangle]
         power = power * side_value(world.scene, "reflectance", triangle, uv, front)
-        segment = world.at(triangle, uv) + 2 * OFFSET * up - place[some]
+        segment = world.at(triangle, uv) + 2 * OFFSET * up - position[some]
         square = np.maximum((segment**2).sum(axis=1), 1e-12)
         slope = np.maximum(np.einsum("ni,ni->n", normal[some], segment), 0)
         leaving = np.maximum(-np.einsum("ni,ni->n", up, segment), 0)
         value = power * (slope * leaving / square**2 / np.pi)[:, None]
         seen = value.max(axis=1) > 0
-        value[seen] *= world.transmitted(place[some[seen]], segment[seen])
+        value[seen] *= world.transmitted(position[some[seen]], segment[seen])
         total[some] += value * len(numbers)
     return total
 
 
-def _lit_by_faces(world: World, place, normal, random) -> np.ndarray:
+def _lit_by_faces(world: World, position, normal, random) -> np.ndarray:
     """(n, 3) irradiance of a point of one emissive triangle."""
-    chosen = random.choice(len(world.area), len(place), p=world.emitter)
-    uv = random.random((len(place), 2))
+    chosen = random.choice(len(world.area), len(position), p=world.emitter)
+    uv = random.random((len(position), 2))
     uv[uv.sum(axis=1) > 1] = 1 - uv[uv.sum(axis=1) > 1]
-    segment = world.at(chosen, uv) - place
+    segment = world.at(chosen, uv) - position
     square = np.maximum((segment**2).sum(axis=1), 1e-30)
     slope = np.einsum("ni,ni->n", normal, segment) / np.sqrt(square)
     leaving = -np.einsum("ni,ni->n", world.normal[chosen], segment) / np.sqrt(square)
     glow = side_value(world.scene, "emission", chosen, uv, leaving > 0)
     some = np.flatnonzero((slope > 0) & (np.abs(leaving) > 1e-9) & (glow.max(axis=1) > 0))
     side = np.where(leaving[some] > 0, 2 * OFFSET, -2 * OFFSET)[:, None]
-    seen = world.transmitted(place[some], segment[some] + side * world.normal[chosen[some]])
+    seen = world.transmitted(position[some], segment[some] + side * world.normal[chosen[some]])
     density = (world.emitter[chosen] / world.area[chosen])[some]
     density = density * square[some] / np.abs(leaving[some])
     share = slope[some] * _balance(density, slope[some] / np.pi) / density
-    total = np.zeros(place.shape)
+    total = np.zeros(position.shape)
     total[some] = glow[some] * seen * share[:, None]
     return total
 
@@ -275,7 +275,7 @@ def _balance(used, other) -> np.ndarray:
 def _cosine(normal, random) -> np.ndarray:
     """(n, 3) unit directions, cosine-distributed about normals: a point on the sphere that stands
     on the surface."""
-    z, turn = 2 * random.random(len(normal)) - 1, 2 * np.pi * random.random(len(normal))
+    z, azimuth = 2 * random.random(len(normal)) - 1, 2 * np.pi * random.random(len(normal))
     flat = np.sqrt(1 - z * z)
-    direction = normal * (1 + 1e-9) + np.stack([flat * np.cos(turn), flat * np.sin(turn), z], 1)
+    direction = normal * (1 + 1e-9) + np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), z], 1)
     return direction / np.maximum(np.linalg.norm(direction, axis=1), 1e-12)[:, None]

@@ -18,8 +18,8 @@ def placed(lamps: tuple[Lamp, ...], center, scale) -> list[Lamp]:
     result = []
     for lamp in lamps:
         if isinstance(lamp, PointLamp):
-            place, power = (lamp.position - center) / scale, np.asarray(lamp.intensity) / scale**2
-            lamp = replace(lamp, position=place, radius=lamp.radius / scale, intensity=power)
+            position, power = (lamp.position - center) / scale, np.asarray(lamp.intensity) / scale**2
+            lamp = replace(lamp, position=position, radius=lamp.radius / scale, intensity=power)
         elif isinstance(lamp, AreaLamp):
             lamp = replace(lamp, center=(lamp.center - center) / scale,
                            u=np.asarray(lamp.u) / scale, v=np.asarray(lamp.v) / scale)  # fmt: skip
@@ -38,10 +38,10 @@ def chances(lamps: list[Lamp]) -> np.ndarray:
     return 0.5 * power / (power.sum() or 1.0) + 0.5 / max(len(lamps), 1) if len(lamps) else power
 
 
-def sample(lamp: Lamp, place, normal, random) -> tuple[np.ndarray, np.ndarray]:
+def sample(lamp: Lamp, position, normal, random) -> tuple[np.ndarray, np.ndarray]:
     """Irradiance (n, 3) that a random point of the lamp brings, unoccluded, and the segments (n, 3)
     to it; its mean over points is the lamp's irradiance."""
-    s, t = random.random((2, len(place)))
+    s, t = random.random((2, len(position)))
     x, y = np.sqrt(s) * np.cos(2 * np.pi * t), np.sqrt(s) * np.sin(2 * np.pi * t)  # in a disk
     if isinstance(lamp, SunLamp):
         toward = -np.asarray(lamp.direction, float) / np.linalg.norm(lamp.direction)
@@ -51,32 +51,32 @@ def sample(lamp: Lamp, place, normal, random) -> tuple[np.ndarray, np.ndarray]:
         return _dot(way, normal)[:, None] * lamp.irradiance, FAR * way
     if isinstance(lamp, AreaLamp):
         s, t = (x / 2, y / 2) if lamp.ellipse else (s - 0.5, t - 0.5)
-        segment = lamp.center + s[:, None] * lamp.u + t[:, None] * lamp.v - place
+        segment = lamp.center + s[:, None] * lamp.u + t[:, None] * lamp.v - position
         square = (segment**2).sum(axis=1)
         leaving = np.maximum(-segment @ lamp.normal / np.sqrt(square), 0)
         area = np.linalg.norm(np.cross(lamp.u, lamp.v)) * (np.pi / 4 if lamp.ellipse else 1)
         value = _dot(segment, normal) / np.sqrt(square) * leaving / square * area
         return (value * _spread(leaving, lamp.spread))[:, None] * lamp.radiance, segment
-    segment, value = _of_point(lamp, place, normal, s, t, x, y)
+    segment, value = _of_point(lamp, position, normal, s, t, x, y)
     value *= _beam(lamp, segment) * _distribution(lamp, segment)
     return value[:, None] * lamp.intensity, segment
 
 
-def _of_point(lamp: PointLamp, place, normal, s, t, x, y):
+def _of_point(lamp: PointLamp, position, normal, s, t, x, y):
     """Segments to a random point of a point lamp, and irradiance for intensity 1, without beam."""
-    toward = lamp.position - place
+    toward = lamp.position - position
     square = (toward**2).sum(axis=1)
     unit = toward / np.sqrt(square)[:, None]
     one, other = across(unit)
     if lamp.sphere and lamp.radius > 0:  # directions in the cone under which a sphere is seen
         drop = 1 - np.sqrt(np.maximum(1 - lamp.radius**2 / square, 0))
-        z, turn = 1 - drop * s, 2 * np.pi * t
+        z, azimuth = 1 - drop * s, 2 * np.pi * t
         flat = np.sqrt(1 - z * z)
-        way = z[:, None] * unit + (flat * np.cos(turn))[:, None] * one
-        way += (flat * np.sin(turn))[:, None] * other
+        way = z[:, None] * unit + (flat * np.cos(azimuth))[:, None] * one
+        way += (flat * np.sin(azimuth))[:, None] * other
         along = (way * toward).sum(axis=1)
-        reach = along - np.sqrt(np.maximum(lamp.radius**2 - square + along**2, 0))
-        return way * reach[:, None], _dot(way, normal) * 2 * drop / lamp.radius**2
+        to_sphere = along - np.sqrt(np.maximum(lamp.radius**2 - square + along**2, 0))
+        return way * to_sphere[:, None], _dot(way, normal) * 2 * drop / lamp.radius**2
     segment = toward + lamp.radius * (x[:, None] * one + y[:, None] * other)
     away = (segment**2).sum(axis=1)  # the disk faces the point: its cosine is √(square / away)
     return segment, _dot(segment, normal) * np.sqrt(square) / away**2
@@ -102,11 +102,11 @@ def leave(lamp: PointLamp, count: int, random) -> tuple[np.ndarray, np.ndarray]:
     """Unit directions (count, 3), uniform in a spot's cone, and the power (count, 3) that each of
     them stands for: its mean is the lamp's."""
     edge = np.cos(lamp.cone / 2)
-    z, turn = 1 - (1 - edge) * random.random(count), 2 * np.pi * random.random(count)
+    z, azimuth = 1 - (1 - edge) * random.random(count), 2 * np.pi * random.random(count)
     flat, axis = np.sqrt(1 - z * z), np.asarray(lamp.axis, float)[None]
     one, other = across(axis)
-    way = z[:, None] * axis + (flat * np.cos(turn))[:, None] * one
-    way += (flat * np.sin(turn))[:, None] * other
+    way = z[:, None] * axis + (flat * np.cos(azimuth))[:, None] * one
+    way += (flat * np.sin(azimuth))[:, None] * other
     power = 2 * np.pi * (1 - edge) * _beam(lamp, -way) * _distribution(lamp, -way)
     return way, power[:, None] * lamp.intensity
 

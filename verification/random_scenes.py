@@ -29,8 +29,8 @@ def _furnish(build, size, material, random, count=3, height=(0.3, 1.2)):
 
 def _bulb(size, random, radius=0.05):
     """A lamp in the upper part of a room."""
-    place = random.uniform((0.2, 0.2, 0.6), (0.8, 0.8, 0.85)) * size
-    return PointLamp("bulb", place, np.ones(3) * 10, radius)
+    position = random.uniform((0.2, 0.2, 0.6), (0.8, 0.8, 0.85)) * size
+    return PointLamp("bulb", position, np.ones(3) * 10, radius)
 
 
 def _downward(center, width, depth):
@@ -101,16 +101,16 @@ def many_lamps(random):
     _furnish(build, size, wood, random)
     lamps = []
     for k in range(60):
-        place, power = random.uniform((0.1, 0.1, 0.6), 0.95) * size, 10 ** random.uniform(-2, 0)
+        position, power = random.uniform((0.1, 0.1, 0.6), 0.95) * size, 10 ** random.uniform(-2, 0)
         color = power * random.uniform(0.3, 1, 3)
         if k % 3 == 0:
-            lamps.append(PointLamp(f"{k}", place, color, random.choice([0.0, 0.03])))
+            lamps.append(PointLamp(f"{k}", position, color, random.choice([0.0, 0.03])))
         elif k % 3 == 1:
             cone = random.uniform(0.5, 2)
-            lamps.append(PointLamp(f"{k}", place, 4 * color, 0.02, DOWN, cone, 0.2))
+            lamps.append(PointLamp(f"{k}", position, 4 * color, 0.02, DOWN, cone, 0.2))
         else:
             u, v = np.array([0.2, 0, 0]), np.array([0, 0.3, 0])
-            lamps.append(AreaLamp(f"{k}", place, u, v, DOWN, 10 * color, k % 2 == 0))
+            lamps.append(AreaLamp(f"{k}", position, u, v, DOWN, 10 * color, k % 2 == 0))
     return build, build.scene(lamps), None
 
 
@@ -120,12 +120,12 @@ def luminaires(random):
     _furnish(build, size, wood, random)
     lamps = []
     for k in range(random.choice([2, 16])):
-        place, shape = random.uniform((0.15, 0.15, 0.6), 0.9) * size, random.random((9, 18)) ** 4
+        position, shape = random.uniform((0.15, 0.15, 0.6), 0.9) * size, random.random((9, 18)) ** 4
         shape[random.integers(3, 9) :] = 0  # dark above
         shape = shape.astype(np.float32)
         beam = {"axis": DOWN, "cone": 2.0, "blend": 0.5} if k % 4 == 3 else {}
         radius = (0.0, 0.05, 0.1, 0.05)[k % 4]
-        lamps.append(PointLamp(f"{k}", place, np.ones(3), radius, sphere=k % 4 == 2,
+        lamps.append(PointLamp(f"{k}", position, np.ones(3), radius, sphere=k % 4 == 2,
                                distribution=shape, **beam))  # fmt: skip
     return build, build.scene(lamps), None
 

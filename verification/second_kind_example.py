@@ -68,8 +68,8 @@ def iterate(y: np.ndarray, x: np.ndarray) -> np.ndarray:
     element = np.minimum((x * n).astype(int), n - 1)
 
     def primitive(power):
-        whole = np.concatenate([[0.0], np.cumsum(y * np.diff(power(edges)))])
-        return whole[element] + y[element] * (power(x) - power(edges[element])), whole[-1]
+        integral = np.concatenate([[0.0], np.cumsum(y * np.diff(power(edges)))])
+        return integral[element] + y[element] * (power(x) - power(edges[element])), integral[-1]
 
     below, _ = primitive(lambda t: t**2 / 2)
     above, total = primitive(lambda t: t - t**2 / 2)

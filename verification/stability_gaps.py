@@ -73,15 +73,15 @@ def sealed_inside(parts, turned: bool = False) -> float:
     """Brightest receiver inside the unit cube that ``parts`` close off, beside the sun: of those on
     its faces only the ones that look inwards count. ``turned``: all is rotated."""
     scene = meshes.scene(parts, 0.5)
-    whole = meshes.triangle_receivers(scene, 2)
-    corners = scene.vertices[scene.triangles][whole.triangle]
+    every = meshes.triangle_receivers(scene, 2)
+    corners = scene.vertices[scene.triangles][every.triangle]
     steps = corners[:, 1:] - corners[:, :1]
-    place = corners[:, :1] + np.einsum("nkc,ncd->nkd", whole.corners, steps)
-    inside = ((place > -1e-9) & (place < 1 + 1e-9)).all(axis=(1, 2))
-    on_face = (np.abs(place - 0.5) > 0.5 - 1e-6).all(axis=1).any(axis=1)
-    inwards = (np.cross(steps[:, 0], steps[:, 1]) * (0.5 - place.mean(axis=1))).sum(axis=1) > 0
+    point = corners[:, :1] + np.einsum("nkc,ncd->nkd", every.corners, steps)
+    inside = ((point > -1e-9) & (point < 1 + 1e-9)).all(axis=(1, 2))
+    on_face = (np.abs(point - 0.5) > 0.5 - 1e-6).all(axis=1).any(axis=1)
+    inwards = (np.cross(steps[:, 0], steps[:, 1]) * (0.5 - point.mean(axis=1))).sum(axis=1) > 0
     sunny = scenes.sunny(scene, (0.3, 0.2, -1.0))
-    found = solve(scenes.turned(sunny) if turned else sunny, whole, Settings(error=0.03))
+    found = solve(scenes.turned(sunny) if turned else sunny, every, Settings(error=0.03))
     return float(compose(found, ALL)[inside & (inwards | ~on_face)].max())
 
 

@@ -155,8 +155,8 @@ def lamps(count: int) -> float:
     every reflection, Σ A B = Φ as for one lamp."""
     random = np.random.default_rng(0)
     many = tuple(
-        PointLamp(f"{i}", place, np.full(3, 1 / (4 * np.pi * count)))
-        for i, place in enumerate(random.uniform(0.1, 0.9, (count, 3)))
+        PointLamp(f"{i}", offset, np.full(3, 1 / (4 * np.pi * count)))
+        for i, offset in enumerate(random.uniform(0.1, 0.9, (count, 3)))
     )
     return worst(part_means(replace(scenes.lamp_room(), lamps=many), 0.03).sum(), 1.0)
 
@@ -168,7 +168,7 @@ def boxes(count: int) -> Scene:
     places = np.stack(np.meshgrid(*[np.arange(side)] * 3), -1).reshape(-1, 3)[:count]
     faces, _ = meshes.box_polygons((0.4 / side,) * 3)
     box = meshes.scene([meshes.grid(face[::-1], 1) for face in faces])
-    parts = [(box.vertices + place, box.triangles) for place in (places + 0.3) / side]
+    parts = [(box.vertices + offset, box.triangles) for offset in (places + 0.3) / side]
     return meshes.scene([*scenes.walls(1), *parts], 0.5, 0.5)
 
 
@@ -232,8 +232,8 @@ def with_triangle(scene: Scene, corners) -> float:
         triangles=np.concatenate([scene.triangles, [[start, start + 1, start + 2]]]),
         material=np.append(scene.material, 0), object=np.append(scene.object, 0),
     )  # fmt: skip
-    whole = meshes.triangle_receivers(more)
-    found = solve(more, only(whole, whole.triangle < count), Settings(error=0.05))
+    every = meshes.triangle_receivers(more)
+    found = solve(more, only(every, every.triangle < count), Settings(error=0.05))
     before = solve(scene, meshes.triangle_receivers(scene), Settings(error=0.05))
     return float(np.abs(compose(found, ALL) - compose(before, ALL)).max())
 

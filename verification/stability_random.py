@@ -52,11 +52,11 @@ def random_scenes(draw) -> Random:
     scale = 10.0 ** draw(st.sampled_from((0, -6, -3, 3, 6)))
     scene = meshes.scene(parts)
     materials = tuple(
-        Material(f"part {i}", *(draw(_fields(kind, len(scene.triangles))) for kind in KINDS))
+        Material(f"part {i}", *(draw(_fields(what, len(scene.triangles))) for what in QUANTITIES))
         for i in range(len(parts))
     )
-    kinds = draw(st.lists(st.sampled_from(LAMPS), max_size=5))
-    lamps = tuple(_lamp(random, kind, draw(_strengths)) for kind in kinds)
+    types = draw(st.lists(st.sampled_from(LAMPS), max_size=5))
+    lamps = tuple(_lamp(random, what, draw(_strengths)) for what in types)
     scene = _placed(replace(scene, materials=materials, lamps=lamps, sky=draw(_skies())), scale,
                     draw(st.sampled_from((0.0, 0.0, 1e6))))  # fmt: skip
     if draw(st.integers(0, 4)) == 0:
@@ -72,19 +72,19 @@ def random_scenes(draw) -> Random:
     return Random(scene, receivers, refusal, draw(st.integers(0, 3)))
 
 
-KINDS = ("reflectance", "emission", "transmittance")
+QUANTITIES = ("reflectance", "emission", "transmittance")
 _strengths = st.sampled_from((1.0, 0.0, 1e-30, 1e-6, 1e6, 1e30))
 _shares = st.sampled_from((0.0, 0.5, 0.9, 0.99, 0.999999, 1.0))
 
 
 @st.composite
-def _fields(draw, kind: str, count: int):
+def _fields(draw, what: str, count: int):
     """A field of that kind on ``count`` triangles."""
-    if kind == "transmittance" and draw(st.integers(0, 5)):
+    if what == "transmittance" and draw(st.integers(0, 5)):
         return Constant(np.zeros(3))
-    if kind == "emission" and draw(st.booleans()):
+    if what == "emission" and draw(st.booleans()):
         return Constant(np.zeros(3))
-    level = draw(_strengths if kind == "emission" else _shares)
+    level = draw(_strengths if what == "emission" else _shares)
     random = np.random.default_rng(draw(st.integers(0, 99)))
     color = level * np.where(random.random(3) < 0.3, random.random(3), 1.0)
     form = draw(st.sampled_from(("constant", "constant", "corners", "texture")))
@@ -136,22 +136,22 @@ def _odd(random, what: str):
     return a + 1e-6 * np.array([a, b, c]), once  # tiny
 
 
-def _lamp(random, kind: str, strength: float):
+def _lamp(random, what: str, strength: float):
     """A lamp somewhere in the unit box."""
-    place, toward = random.uniform(0.1, 0.9, 3), random.normal(size=3)
+    position, toward = random.uniform(0.1, 0.9, 3), random.normal(size=3)
     toward /= np.linalg.norm(toward)
     color = np.full(3, strength)
-    if kind in ("point", "soft", "spot"):
-        radius = 0.0 if kind == "point" else 10 ** random.uniform(-6, 1)
-        axis = toward if kind == "spot" else None
+    if what in ("point", "soft", "spot"):
+        radius = 0.0 if what == "point" else 10 ** random.uniform(-6, 1)
+        axis = toward if what == "spot" else None
         cone, blend = random.uniform(0, np.pi), random.random()
-        return PointLamp(kind, place, color, radius, axis, cone, blend)
-    if kind in ("sun", "wide sun"):
-        return SunLamp(kind, toward, color, 0.0 if kind == "sun" else random.uniform(0, np.pi))
+        return PointLamp(what, position, color, radius, axis, cone, blend)
+    if what in ("sun", "wide sun"):
+        return SunLamp(what, toward, color, 0.0 if what == "sun" else random.uniform(0, np.pi))
     u = np.cross(toward, random.normal(size=3)) * 10 ** random.uniform(-6, 1)
     v = np.cross(toward, u) * random.uniform(0.01, 1)
-    spread = random.uniform(0, np.pi) if kind == "spread" else np.pi
-    return AreaLamp(kind, place, u, v, toward, color, kind == "ellipse", spread)
+    spread = random.uniform(0, np.pi) if what == "spread" else np.pi
+    return AreaLamp(what, position, u, v, toward, color, what == "ellipse", spread)
 
 
 def _placed(scene: Scene, scale: float, offset: float) -> Scene:
@@ -170,11 +170,11 @@ def _placed(scene: Scene, scale: float, offset: float) -> Scene:
 
 def _receivers(random, scene: Scene, divisions: int, texels: bool) -> Receivers:
     """Some triangles that have an area, cut; as if texels of an image, or not."""
-    whole = meshes.triangle_receivers(scene, divisions)
+    every = meshes.triangle_receivers(scene, divisions)
     corners = scene.vertices[scene.triangles]
     corners = (corners - corners.min((0, 1))) / max(np.ptp(corners, axis=(0, 1)).max(), 1e-300)
     area = meshes.areas(corners.reshape(-1, 3), np.arange(corners.size // 3).reshape(-1, 3))
-    kept = only(whole, (area[whole.triangle] > 0) & (random.random(whole.count) < 0.9))
+    kept = only(every, (area[every.triangle] > 0) & (random.random(every.count) < 0.9))
     places = np.arange(kept.count)
     grid = np.stack([places // 40, places // 8 % 5, places % 8], 1).astype(np.int32)
     return replace(kept, grid=grid if texels and kept.count else None)
@@ -186,7 +186,7 @@ def _spoiled(scene: Scene, bad: str | None, value: float) -> tuple[Scene, str | 
         vertices = scene.vertices.copy()
         vertices[scene.triangles[0, 0], 1] = value
         return replace(scene, vertices=vertices), "a vertex is not finite"
-    if bad in KINDS:
+    if bad in QUANTITIES:
         first = replace(scene.materials[0], **{bad: Constant(np.array([0, value, 0]))})
         return replace(scene, materials=(first, *scene.materials[1:])), f"the {bad} of material"
     if bad == "lamp":

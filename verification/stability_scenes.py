@@ -41,8 +41,8 @@ def lamp_room(parts=None, reflectance=0.5, scale: float = 1.0, offset=0.0) -> Sc
     """A room of ``parts`` with a point lamp off its middle, scaled, then moved by ``offset`` edges;
     the lamp's power grows with the area, so that irradiances stay."""
     scene = meshes.scene(parts or walls(), reflectance)
-    place = (np.array([0.5, 0.4, 0.7]) + offset) * scale
-    lamp = PointLamp("Lamp", place, np.full(3, scale**2, float))
+    position = (np.array([0.5, 0.4, 0.7]) + offset) * scale
+    lamp = PointLamp("Lamp", position, np.full(3, scale**2, float))
     return replace(scene, vertices=(scene.vertices + offset) * scale, lamps=(lamp,))
 
 

@@ -11,7 +11,7 @@ from radiosity_addon.bake.texels import texel_receivers
 
 NEAR = 1e-5  # of an object's size: faces so near lie on one another
 PARALLEL = 0.999  # cosine between their normals
-WHOLE = 0.999  # of a texel
+COVERED = 0.999  # of a texel
 SPREAD = tuple(product(np.linspace(0.02, 0.98, 9), repeat=2))  # places over a texel
 
 
@@ -21,7 +21,7 @@ def comparable_texels(uv: np.ndarray, resolution: int) -> np.ndarray:
     ``uv`` (n, 3, 2). Cycles samples one triangle per texel; elsewhere it bakes another quantity.
     """
     mask = np.zeros((resolution, resolution), bool)
-    grid, _, _ = _whole_texels(uv, resolution)
+    grid, _, _ = _covered_texels(uv, resolution)
     mask[grid[:, 1], grid[:, 2]] = True
     return mask
 
@@ -34,10 +34,10 @@ def doubled_texels(obj, resolution: int) -> np.ndarray:
 
     uv = triangle_uvs(obj)
     triangles = np.array([each.vertices[:] for each in obj.data.loop_triangles])
-    place = np.array([vertex.co[:] for vertex in obj.data.vertices])
-    near = NEAR * np.ptp(place, axis=0).max()
-    tree = BVHTree.FromPolygons(place.tolist(), triangles.tolist())
-    grid, triangle, corners = _whole_texels(uv, resolution)
+    position = np.array([vertex.co[:] for vertex in obj.data.vertices])
+    near = NEAR * np.ptp(position, axis=0).max()
+    tree = BVHTree.FromPolygons(position.tolist(), triangles.tolist())
+    grid, triangle, corners = _covered_texels(uv, resolution)
     mask = np.zeros((resolution, resolution), bool)
 
     def other_face(own: int, normal: np.ndarray, point: np.ndarray, within: float) -> bool:
@@ -46,18 +46,18 @@ def doubled_texels(obj, resolution: int) -> np.ndarray:
         return any(k != own and abs(np.dot(n, normal)) > PARALLEL for _, n, k, _ in around)
 
     for (_, row, column), own, (low, right, up) in zip(grid, triangle, corners):
-        frame = place[triangles[own, 1:]] - place[triangles[own, 0]]
+        frame = position[triangles[own, 1:]] - position[triangles[own, 0]]
         normal = np.cross(*frame)
         normal /= np.linalg.norm(normal)
-        start, along, across = place[triangles[own, 0]] + low @ frame, *((right, up) - low) @ frame
-        reach = np.linalg.norm(along) + np.linalg.norm(across)
-        mask[row, column] = other_face(own, normal, start + (along + across) / 2, reach) and any(
+        start, along, across = position[triangles[own, 0]] + low @ frame, *((right, up) - low) @ frame
+        extent = np.linalg.norm(along) + np.linalg.norm(across)
+        mask[row, column] = other_face(own, normal, start + (along + across) / 2, extent) and any(
             other_face(own, normal, start + x * along + y * across, near) for x, y in SPREAD
         )
     return mask
 
 
-def _whole_texels(uv: np.ndarray, resolution: int):
+def _covered_texels(uv: np.ndarray, resolution: int):
     """Of texels within a single triangle: (k, 3) image, row, column; (k,) the triangle; (k, 3, 2)
     where origin, right and upper corner lie in it, barycentric."""
     receivers = texel_receivers(uv, np.arange(len(uv)), resolution)
@@ -66,9 +66,9 @@ def _whole_texels(uv: np.ndarray, resolution: int):
     first = np.searchsorted(receivers.receiver, alone)
     scale = np.abs(doubled_areas(uv * resolution))[receivers.triangle[first]]
     area = np.abs(doubled_areas(receivers.corners[first])) * scale  # of parallelograms [texels]
-    whole = receivers.square[first] & (area > WHOLE)
-    cell = first[whole]
-    return receivers.grid[alone[whole]], receivers.triangle[cell], receivers.corners[cell]
+    covered = receivers.square[first] & (area > COVERED)
+    cell = first[covered]
+    return receivers.grid[alone[covered]], receivers.triangle[cell], receivers.corners[cell]
 
 
 def triangle_uvs(obj, uv_map: str = "Radiosity") -> np.ndarray:

@@ -73,9 +73,10 @@ class _LastLook:
 _last: _LastLook | None = None
 
 
-def preflight_to_draw(context) -> Preflight:
+def preflight_to_draw(context, longest: float = LONGEST) -> Preflight:
     """The list of the last look. A look takes 7 ms for 1,000 objects and more, so where something
-    has changed a timer takes another soon, and not while an animation plays."""
+    has changed a timer takes another soon, and not while an animation plays. The free memory is looked at again
+    after ``longest`` seconds."""
     global _last
     basis = _basis(context)
     if _last is None or (bpy.app.background and (_last.stale or _last.basis != basis)):
@@ -85,7 +86,7 @@ def preflight_to_draw(context) -> Preflight:
         _last.window = context.window.as_pointer()
         if not bpy.app.timers.is_registered(_look):
             bpy.app.timers.register(_look, first_interval=PAUSE)
-    elif time.monotonic() - _last.checked > LONGEST:
+    elif time.monotonic() - _last.checked > longest:
         _last.checked = time.monotonic()
         _last.plan = replace(_last.plan, free=available_memory())
     return _last.plan

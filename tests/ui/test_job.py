@@ -189,19 +189,18 @@ def test_list_is_made_anew_when_something_changed_only(file, monkeypatch):
     from radiosity_addon.ui import preflight
 
     made = []
-    monkeypatch.setattr(preflight, "LONGEST", 1e9)
     original = preflight.preflight
     monkeypatch.setattr(preflight, "preflight", lambda c: made.append(1) or original(c))
-    preflight.preflight_to_draw(file.context)
-    preflight.preflight_to_draw(file.context)
+    preflight.preflight_to_draw(file.context, 1e9)
+    preflight.preflight_to_draw(file.context, 1e9)
     assert len(made) == 1
     file.context.scene.radiosity.resolution = 99
-    preflight.preflight_to_draw(file.context)
+    preflight.preflight_to_draw(file.context, 1e9)
     assert len(made) == 2
     item = file.data.objects.new("Other", file.data.objects["Box"].data)
     file.context.scene.collection.objects.link(item)
     file.context.view_layer.update()
-    assert preflight.preflight_to_draw(file.context).sharing == ("Other",)
+    assert preflight.preflight_to_draw(file.context, 1e9).sharing == ("Other",)
     assert len(made) == 3
 
 

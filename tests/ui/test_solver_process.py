@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import shutil
 import subprocess
@@ -13,7 +14,6 @@ import numpy as np
 import pytest
 
 from radiosity_addon import bake_job as work
-from radiosity_addon import libraries
 from radiosity_addon.libraries import environment
 from radiosity_addon.settings import Settings
 from radiosity_addon.ui import payload, solver_process, worker
@@ -152,8 +152,11 @@ def test_process_ends_when_blender_is_gone(make_job, own_folder):
 
 
 def test_library_that_is_missing_is_named(monkeypatch):
-    monkeypatch.setattr(libraries, "NAMES", ("numpy", "no_such_library"))
-    with pytest.raises(SolverFailed, match="no_such_library is missing"):
+    find = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name: None if name == "embreex" else find(name)
+    )
+    with pytest.raises(SolverFailed, match="embreex is missing"):
         SolverProcess()
 
 
