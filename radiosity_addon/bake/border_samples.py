@@ -10,6 +10,7 @@ from ..solver.array_struct import ArrayStruct
 from ..solver.geometry.planar import doubled_areas
 from ..solver.geometry.segments import Segments
 from .continuations import Parts, Seams, face_normals_of, into_faces
+from .faces import triangle_areas
 from .islands import Charted, Edges
 from .shown import Sheets, Stencils
 from .texels import expand
@@ -64,8 +65,7 @@ def _texels_along(charted: Charted, edges: Edges, part: Parts) -> np.ndarray:
 
 def _aside(charted: Charted, edges: Edges) -> np.ndarray:
     """(m, 3) steps from the edges into their faces, ASIDE texels long."""
-    a, b, c = charted.vertices[charted.triangles[edges.triangle]].transpose(1, 0, 2)
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    area = 2 * triangle_areas(charted.vertices, charted.triangles[edges.triangle])
     texels = np.abs(doubled_areas(charted.uv[edges.triangle]))
     start, end = edges.ends(charted.vertices[charted.triangles])
     height = area / np.maximum(np.linalg.norm(end - start, axis=1), 1e-300)

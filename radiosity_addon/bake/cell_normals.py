@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..solver.geometry.planar import cell_middles
+from ..solver.geometry.vectors import unit_rows
 from ..solver.receivers import Receivers, Shading
 from ..solver.workers.parallel import ranges
 
@@ -28,9 +29,7 @@ def shading_of(
         own = receivers.triangle[band] - start
         weight = _middles(receivers.corners[band], receivers.square[band])
         corners = normals[own].astype(float)
-        mean = np.einsum("ki,kij->kj", weight, corners)
-        length = np.linalg.norm(mean, axis=1, keepdims=True)
-        smooth[band] = mean = mean / np.where(length > 0, length, 1)
+        smooth[band] = mean = unit_rows(np.einsum("ki,kij->kj", weight, corners))
         height[band] = _heights(vertices[triangles[own]], corners, weight, mean)
     if texel_normals is None:
         return Shading(smooth, None, height)

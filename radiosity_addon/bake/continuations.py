@@ -13,6 +13,7 @@ import numpy as np
 
 from ..components import connected_components
 from ..solver.array_struct import ArrayStruct
+from ..solver.geometry.vectors import unit_rows
 from .islands import Charted, Edges
 from .texels import expand
 
@@ -176,16 +177,12 @@ def into_faces(charted: Charted, edges: Edges) -> np.ndarray:
     """(m, 3) unit vectors in the faces' planes, square to the edges, into the faces."""
     start, end = edges.ends(charted.vertices[charted.triangles])
     third = charted.vertices[charted.triangles[edges.triangle, (edges.side + 2) % 3]]
-    along = _unit(end - start)
+    along = unit_rows(end - start)
     away = third - start
-    return _unit(away - np.einsum("ij,ij->i", away, along)[:, None] * along)
+    return unit_rows(away - np.einsum("ij,ij->i", away, along)[:, None] * along)
 
 
 def face_normals_of(charted: Charted, triangle: np.ndarray) -> np.ndarray:
     """(k, 3) true unit normals of the triangles with numbers ``triangle`` (k,)."""
     a, b, c = charted.vertices[charted.triangles[triangle]].transpose(1, 0, 2)
-    return _unit(np.cross(b - a, c - a))
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-300)
+    return unit_rows(np.cross(b - a, c - a))

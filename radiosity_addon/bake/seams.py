@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..components import connected_components
+from ..solver.geometry.vectors import unit_rows
 
 
 def cut_sharp_edges(
@@ -32,9 +33,7 @@ def cut_sharp_edges(
 
 def face_normals(points: np.ndarray, corner: np.ndarray, start: np.ndarray) -> np.ndarray:
     """(n_faces, 3) unit normals, zero for faces without area."""
-    normal = _doubled_areas(points, corner, start)
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    return normal / np.where(length > 0, length, 1.0)
+    return unit_rows(_doubled_areas(points, corner, start))
 
 
 def face_areas(points: np.ndarray, corner: np.ndarray, start: np.ndarray) -> np.ndarray:

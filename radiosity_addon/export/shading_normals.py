@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..bake.windows import TexelRect
+from ..solver.geometry.vectors import unit_rows
 from .assemble import Placed, corner_loops
 from .bake_stage import aim, bake_pass, bake_stage, user_materials
 from .materials import slot_keys
@@ -115,14 +116,11 @@ def _shade(mesh, part: Part, chosen: np.ndarray) -> None:
 def _to_world(part: Part, normals: np.ndarray) -> np.ndarray:
     """(..., 3) unit normals in the world of those in the part's own space; 0 where there is none."""
     inverse = np.linalg.pinv(part.matrix[:3, :3])
-    world = np.nan_to_num(normals) @ inverse
-    length = np.linalg.norm(world, axis=-1, keepdims=True)
-    return world / np.where(length > 0, length, 1)
+    return unit_rows(np.nan_to_num(normals) @ inverse)
 
 
 def _true_normals(placed: Placed) -> np.ndarray:
     """(n, 3) unit normals of a part's triangles."""
     mesh = placed.part.mesh
     corners = world_vertices(placed.part)[mesh.triangles[placed.kept][:, placed.order]]
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return cross / np.maximum(np.linalg.norm(cross, axis=1, keepdims=True), 1e-300)
+    return unit_rows(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..bake.border_samples import SeamSamples, sample_seams
 from ..bake.continuations import find_seams
+from ..bake.faces import triangle_areas
 from ..bake.islands import Charted, cut_into_islands
 from ..bake.shown import Sheets
 from ..bake.texel_fit import Known, fit_texels
@@ -168,9 +169,8 @@ def _same_material(seams: SeamSamples, known: Known, material: np.ndarray) -> np
 
 def _warn_of_unfit(job: Job, charts: _Charts, parts: TexelParts, island: np.ndarray) -> list[str]:
     charted, texel, island = charts.charted, charts.cell_texel, island[charts.triangle]
-    a, b, c = charted.vertices[charted.triangles].transpose(1, 0, 2)
     uv_area = np.abs(doubled_areas(charted.uv))
-    scale = np.linalg.norm(np.cross(b - a, c - a), axis=1) / np.where(uv_area > 0, uv_area, 1)
+    scale = 2 * triangle_areas(charted.vertices, charted.triangles) / np.where(uv_area > 0, uv_area, 1)
     surface = parts.area * scale[charts.triangle]
     crowded = crowded_shares(charts.sheets, parts, texel, island)
     columns = texel, island, parts.area, surface, crowded

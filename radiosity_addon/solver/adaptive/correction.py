@@ -16,6 +16,7 @@ import numpy as np
 from ..gather.residual import Residuals
 from ..geometry.clusters import facings, labels, octants
 from ..geometry.footprints import Footprints
+from ..geometry.vectors import unit_rows
 from .relative_error import FLOOR
 
 LEVELS = 6  # number [levels of regions], each half as wide as the one around it
@@ -60,8 +61,7 @@ def regions_of(footprints: Footprints, paths: int) -> list[np.ndarray]:
     """Numbers (R,) int of the regions that receivers lie in, coarse to fine, nested; as many levels
     as ``paths`` can tell of."""
     position, normal = footprints.middle()
-    length = np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
-    facing = facings(normal / length)
+    facing = facings(unit_rows(normal))
     corner = position.min(axis=0) if len(position) else np.zeros(3)
     extent = float((position - corner).max(initial=0)) * (1 + 1e-6) or 1.0
     levels = [np.zeros(len(position), np.int64)]

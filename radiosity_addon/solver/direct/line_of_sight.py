@@ -9,6 +9,7 @@ import numpy as np
 from ..geometry.footprints import Footprints
 from ..geometry.segments import Segments
 from ..geometry.triangles import OFFSET
+from ..geometry.vectors import unit_rows
 from ..lights.context import Context
 
 LIFT = 4 * OFFSET  # height [unit box] of lines of sight above the surface
@@ -68,8 +69,7 @@ class LineOfSight:
             left = np.flatnonzero(sees[pair] & ((u + v < 2) | footprints.square[cell]))
             start, end = one[pair[left]], cell[left]
             corner = footprints.origin[end] + u * footprints.u[end] + v * footprints.v[end]
-            up = self.normal[start]
-            up /= np.maximum(np.linalg.norm(up, axis=1, keepdims=True), 1e-30)
+            up = unit_rows(self.normal[start])
             free = is_path_clear(
                 self.context, self.position[start], up, corner, footprints.normal[end]
             )

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..direct.line_of_sight import is_path_clear
 from ..geometry.footprints import Footprints
+from ..geometry.vectors import unit_rows
 from ..lights.context import Context
 from ..receivers import Receivers
 from ..tracing.contacts import find_contacts, shares_above
@@ -48,7 +49,7 @@ def find_walls(context: Context, footprints: Footprints, receivers: Receivers) -
     if len(crossings.triangle) == 0:
         return None
     position, normal = footprints.middle()
-    normal = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
+    normal = unit_rows(normal)
     contacts = find_contacts(crossings, receivers, context.threads)
     line, owner = contacts.line, receivers.receiver[contacts.cell]
     near, crossed = (np.zeros(receivers.count, bool) for _ in range(2))

@@ -11,6 +11,7 @@ from ..workers.parallel import ranges
 from .cell_shading import CellShading, build_cell_shading
 from .planar import cell_areas
 from .triangles import OFFSET, Geometry
+from .vectors import unit_rows
 
 BAND = 1 << 15  # number [cells] that are placed together
 
@@ -78,9 +79,7 @@ class Footprints:
         the triangles'; None where there is no shading."""
         if self.shading is None:
             return self.middle()[1], None
-        normal = self.mean_of_cells(self.shading.normal)
-        length = np.linalg.norm(normal, axis=1, keepdims=True)
-        return normal / np.maximum(length, np.float32(1e-30)), self.turned()
+        return unit_rows(self.mean_of_cells(self.shading.normal)), self.turned()
 
     def turned(self) -> np.ndarray | None:
         """(count,) bool: light counts by a normal that is not the triangles'; None where there is no

@@ -7,7 +7,12 @@ import numpy as np
 
 def doubled_areas(triangles: np.ndarray) -> np.ndarray:
     """Twice the signed area of ``triangles`` (..., 3, 2): that of the parallelogram they span."""
-    u, v = triangles[..., 1, :] - triangles[..., 0, :], triangles[..., 2, :] - triangles[..., 0, :]
+    first = triangles[..., 0, :]
+    return determinants(triangles[..., 1, :] - first, triangles[..., 2, :] - first)
+
+
+def determinants(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """(...) of vectors ``u`` and ``v`` (..., 2): the signed area of the parallelogram that they span."""
     return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
 
 

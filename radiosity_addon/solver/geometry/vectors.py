@@ -1,4 +1,5 @@
-"""Vectors as columns (3, n): NumPy's inner loops then run over points, not over three numbers."""
+"""Vectors, most of them as columns (3, n): NumPy's inner loops then run over points, not over three
+numbers."""
 
 from __future__ import annotations
 
@@ -26,6 +27,12 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         np.multiply(a[i], b[j], out=result[k])
         result[k] -= a[j] * b[i]
     return result
+
+
+def unit_rows(rows: np.ndarray) -> np.ndarray:
+    """(..., 3) of vectors (..., 3) the directions, of length 1; 0 of those that are 0."""
+    length = np.linalg.norm(rows, axis=-1, keepdims=True)
+    return rows / np.where(length > 0, length, 1)
 
 
 def row_squares(rows: np.ndarray) -> np.ndarray:

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..fields import Texture, decoded, srgb_to_linear
+from ..geometry.planar import determinants
 from .evaluate import bilinear, mirrored
 
 THIN = 1e-3  # width [texels]: thinner regions, as a palette's single points, are given so much
@@ -48,7 +49,7 @@ class TextureSums:
         result = np.empty((len(corners), self.texels.shape[2]))
         for some in _bands(corners):
             result[some] = self._integrals(corners[some])
-        area = (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) * (1.0 if square else 0.5)
+        area = determinants(u, v) * (1.0 if square else 0.5)
         return result / area[:, None]
 
     def _integrals(self, corners: np.ndarray) -> np.ndarray:
@@ -182,14 +183,14 @@ def _widened(u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Edges (n, 2) of regions, in texels, of which those that are points or lines are made THIN."""
     u, v = u.copy(), v.copy()
     length = np.linalg.norm(u, axis=1), np.linalg.norm(v, axis=1)
-    cross = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    cross = determinants(u, v)
     thin = np.flatnonzero(np.abs(cross) < THIN * np.maximum(np.maximum(*length), THIN))
     swap = (length[1] > length[0])[thin, None]
     long, short = np.where(swap, v[thin], u[thin]), np.where(swap, u[thin], v[thin])
     size = np.linalg.norm(long, axis=1, keepdims=True)
     long = np.where(size < THIN, [THIN, 0.0], long)
     across = long[:, ::-1] * [-1, 1] / np.linalg.norm(long, axis=1, keepdims=True)
-    side = long[:, :1] * short[:, 1:] - long[:, 1:] * short[:, :1]
+    side = determinants(long, short)[:, None]
     short = short + np.where(side < 0, -THIN, THIN) * across
     u[thin], v[thin] = np.where(swap, short, long), np.where(swap, long, short)
     return u, v

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..geometry.clusters import cubes, facings, labels
+from ..geometry.vectors import unit_rows
 
 ROWS, COLUMNS = 8, 16  # numbers [bins] of polar angle and azimuth
 BINS = ROWS * COLUMNS
@@ -35,8 +36,7 @@ def clusters_of(position: np.ndarray, normal: np.ndarray, area: np.ndarray) -> n
     """
     number = max(CLUSTERS, min(len(area) // RECEIVERS, 16 * CLUSTERS))
     size = np.sqrt(area.sum() / number) or 1.0
-    length = np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
-    return labels(cubes(position, size), facings(normal / length))
+    return labels(cubes(position, size), facings(unit_rows(normal)))
 
 
 @dataclass(frozen=True)

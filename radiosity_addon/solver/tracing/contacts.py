@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.planar import determinants
 from ..geometry.triangles import Geometry
 from ..receivers import Receivers
 from ..workers.parallel import map_chunks, ranges
@@ -130,7 +131,7 @@ def _meets_box(ends: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarra
 def meets_cell(ends: np.ndarray, corners: np.ndarray, square: np.ndarray) -> np.ndarray:
     """(k,) bool: segments meet cells (k, 3, 2)."""
     u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    twice = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    twice = determinants(u, v)
     inverse = np.stack([v[:, 1], -v[:, 0], -u[:, 1], u[:, 0]], 1).reshape(-1, 2, 2)
     with np.errstate(divide="ignore", invalid="ignore"):
         inverse = inverse / twice[:, None, None]
