@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from radiosity_addon.bake.exported_object import CornerMap, ExportedObject
 from radiosity_addon.bake_job import Job
-from radiosity_addon.export.exported import CornerMap, ExportedObject
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.scene import Material, Scene, SunLamp

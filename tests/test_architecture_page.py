@@ -14,6 +14,13 @@ ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "radiosity_addon"
 PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
 PLACES = ("radiosity_addon", "tests", "verification", "benchmarks", "tools", "docs")
+# The add-on's packages, and the modules beside them, from the lowest to the highest.
+ORDER = (
+    "__version__", "figures", "components", "steps", "memory", "overall_progress", "pickled", "interrupt",
+    "terminal", "cleanup_process", "temporary_folders", "files", "solver", "settings", "libraries",
+    "replicate_process", "bake", "export", "stages", "bake_job", "report", "gltf", "options", "arguments",
+    "request_files", "ui", "command", "__main__", "__init__",
+)
 PACKAGES = sorted(
     path.parent.relative_to(PACKAGE).as_posix() for path in PACKAGE.glob("*/**/__init__.py")
 )
@@ -44,6 +51,31 @@ def test_packages_are_named_and_say_what_they_do(package):
 def test_the_order_of_the_solvers_packages_is_the_one_that_is_tested():
     order = re.search(r"^    tiles > [^`]+?\n\n", PAGE, re.MULTILINE)[0]
     assert re.findall(r"\w+", order) == list(reversed(LAYERS))
+
+
+def imported(path: Path):
+    """What a file imports of the add-on beside its own package: names of packages and modules."""
+    folders = path.relative_to(PACKAGE).parts[:-1]
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.level == len(folders) + 1:
+            words = [node.module] if node.module else [alias.name for alias in node.names]
+            yield from (word.split(".")[0] for word in words)
+
+
+def test_imports_of_the_add_on_point_down_one_order():
+    upward = [
+        f"{path.relative_to(PACKAGE)} imports {name}"
+        for path in PACKAGE.rglob("*.py") if "presets" not in path.parts
+        for name in imported(path)
+        if ORDER.index(name) >= ORDER.index(path.relative_to(PACKAGE).parts[0].removesuffix(".py"))
+    ]  # fmt: skip
+    assert upward == []
+
+
+def test_the_order_of_the_packages_is_the_one_that_is_tested():
+    order = re.search(r"^    ui > .*$", PAGE, re.MULTILINE)[0]
+    packages = [name for name in ORDER if (PACKAGE / name).is_dir()]
+    assert re.findall(r"\w+", order) == list(reversed(packages))
 
 
 def test_interfaces_are_all_named():

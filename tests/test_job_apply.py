@@ -11,8 +11,8 @@ from scipy.sparse import identity
 
 bpy = pytest.importorskip("bpy")
 
+from radiosity_addon.bake.exported_object import ExportedObject  # noqa: E402
 from radiosity_addon.bake_job import Job, Result, apply  # noqa: E402
-from radiosity_addon.export.exported import ExportedObject  # noqa: E402
 from radiosity_addon.settings import Settings  # noqa: E402
 from radiosity_addon.solver.solution import Statistics  # noqa: E402
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from radiosity_addon.bake.exported_object import CornerMap, ExportedObject
 from radiosity_addon.bake_job import Job, run
-from radiosity_addon.export.exported import CornerMap, ExportedObject
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.scene import Sky
 from tests.solver.test_buried import FLOOR, SQUARE, UV, block

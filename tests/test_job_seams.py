@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from radiosity_addon.bake.exported_object import ExportedObject
 from radiosity_addon.bake.shown import Sheets
 from radiosity_addon.bake_job import Job, run
-from radiosity_addon.export.exported import ExportedObject
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.scene import PointLamp
 from verification import meshes

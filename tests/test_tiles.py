@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from radiosity_addon.bake.exported_object import ExportedObject
 from radiosity_addon.bake.windows import TexelRect, full_rect
 from radiosity_addon.bake_job import Job, run
-from radiosity_addon.export.exported import ExportedObject
 from radiosity_addon.replicate_process import start_replicate_process
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.fields import Constant

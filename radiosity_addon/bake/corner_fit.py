@@ -20,12 +20,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from ..export.exported import ExportedObject
 from ..settings import Domain
 from ..solver.receivers import Receivers
 from .bounded import solve_bounded, solve_roughly
 from .corner_bounds import color_bounds
 from .corner_equations import SurfaceLight, importance, normal_equations, surface_light
+from .exported_object import ExportedObject
 from .hanging import NOTHING, Hanging, spread
 
 

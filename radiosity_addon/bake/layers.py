@@ -10,6 +10,8 @@ import numpy as np
 
 from ..settings import Domain
 
+FARTHEST = 1e18  # distance [scene's length] from the origin: what is farther is left out
+
 
 def check_editable(name: str, mesh) -> None:
     """Raise ValueError when ``mesh`` of object ``name`` belongs to a linked library."""
@@ -46,11 +48,17 @@ def write_attribute(mesh, name: str, values: np.ndarray) -> None:
     mesh.update()
 
 
-def values_of(collection, field: str, width: int, dtype) -> np.ndarray:
-    """(n, width) of one property of all items."""
+def bulk(collection, field: str, dtype, width: int = 1) -> np.ndarray:
+    """``field`` of every item: (n,), or (n, ``width``) where that is more than 1."""
     values = np.empty(len(collection) * width, dtype)
     collection.foreach_get(field, values)
-    return values.reshape(-1, width)
+    return values if width == 1 else values.reshape(-1, width)
+
+
+def within_range(points: np.ndarray) -> np.ndarray:
+    """Bool of the shape of ``points``: coordinates that are numbers: neither NaN nor infinite, which Blender stores as
+    3.4e38 where it is typed. Squares of what is farther than FARTHEST are none in float32."""
+    return np.abs(points) < FARTHEST
 
 
 def _write_bmesh(mesh, attribute, values: np.ndarray) -> None:

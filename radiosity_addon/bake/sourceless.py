@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..export.exported import CornerMap
 from ..figures import percent
+from .exported_object import CornerMap
 
 NOTABLE = 1e-3  # share [of the surface]: what lacks more is warned of
 

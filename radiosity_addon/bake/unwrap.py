@@ -12,7 +12,7 @@ from io import StringIO
 import numpy as np
 
 from ..steps import finish, scaled
-from .layers import check_editable, values_of
+from .layers import bulk, check_editable
 from .overlaps import overlap_steps
 from .pack import Chart, pack
 from .seams import cut_sharp_edges
@@ -88,7 +88,7 @@ def existing_uvs(obj) -> np.ndarray:
             "lightmap for --unwrap"
         )
     layer = next((each for each in layers if each.active_render), layers[0])
-    return values_of(layer.data, "uv", 2, np.float32)
+    return bulk(layer.data, "uv", np.float32, 2)
 
 
 def check_room(obj, name: str) -> None:

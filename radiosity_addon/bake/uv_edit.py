@@ -10,8 +10,7 @@ from typing import Callable
 
 import numpy as np
 
-from ..export.meshes import within_range
-from .layers import values_of
+from .layers import bulk, within_range
 
 
 @dataclass(frozen=True)
@@ -31,13 +30,13 @@ class Shape:
 def shape_of(obj) -> Shape:
     """The mesh of an object; points out of reach move to the origin."""
     source = obj.data
-    points = values_of(source.vertices, "co", 3, np.float32)
+    points = bulk(source.vertices, "co", np.float32, 3)
     size = np.array(obj.matrix_world, float)[:3, :3]
     if np.isfinite(size).all() and abs(np.linalg.det(size)) > 0:
         points = points @ size.T
     points = np.where(within_range(points), points, 0.0)  # else Blender never ends
-    corner = values_of(source.loops, "vertex_index", 1, np.int32)[:, 0].astype(np.int64)
-    return Shape(points, corner, values_of(source.polygons, "loop_start", 1, np.int32)[:, 0])
+    corner = bulk(source.loops, "vertex_index", np.int32).astype(np.int64)
+    return Shape(points, corner, bulk(source.polygons, "loop_start", np.int32))
 
 
 def edit_uvs(shape: Shape, uv: np.ndarray | None, operate: Callable[[], object]):
@@ -51,10 +50,10 @@ def edit_uvs(shape: Shape, uv: np.ndarray | None, operate: Callable[[], object])
     try:
         scene.collection.objects.link(copy)
         _in_edit_mode(scene, copy, operate)
-        uv = values_of(mesh.uv_layers.active.data, "uv", 2, np.float32)
+        uv = bulk(mesh.uv_layers.active.data, "uv", np.float32, 2)
         mesh.calc_loop_triangles()
-        triangles = values_of(mesh.loop_triangles, "loops", 3, np.int32)
-        face = values_of(mesh.loop_triangles, "polygon_index", 1, np.int32)[:, 0]
+        triangles = bulk(mesh.loop_triangles, "loops", np.int32, 3)
+        face = bulk(mesh.loop_triangles, "polygon_index", np.int32)
     finally:
         bpy.data.objects.remove(copy)
         bpy.data.meshes.remove(mesh)

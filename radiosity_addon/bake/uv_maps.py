@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..settings import Domain
-from .layers import item_count, values_of, write_attribute
+from .layers import bulk, item_count, write_attribute
 from .made import UV_MAP, forget, note, read_made
 
 FALLBACK = "{} UV"  # where an attribute that is no UV map holds the name already
@@ -52,7 +52,7 @@ def held_now(item, name: str) -> HeldMap:
     """A UV map that is there. Raises ValueError where Edit Mode holds it."""
     if item.data.is_editmode:
         raise ValueError(f"{item.name!r} is in Edit Mode; leave it, so that its map can be laid out")
-    values = values_of(item.data.uv_layers[name].data, "uv", 2, np.float32)
+    values = bulk(item.data.uv_layers[name].data, "uv", np.float32, 2)
     return HeldMap(item.session_uid, item.name, name, values, read_made(item.data).get(name, {}))
 
 

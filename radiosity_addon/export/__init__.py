@@ -5,8 +5,9 @@
 
 from __future__ import annotations
 
+from ..bake.exported_object import ExportedObject
 from ..steps import finish
-from .exported import Exported, ExportedObject
+from .exported import Exported
 
 __all__ = ["Exported", "ExportedObject", "export_scene"]
 

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..bake.layers import FARTHEST, within_range
 from .materials import Palette, slot_keys
-from .meshes import FARTHEST, sound_triangles, within_range
+from .meshes import sound_triangles
 from .parts import Part, is_mirrored, world_vertices
 
 

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .exported import CornerMap
-from .meshes import bulk, read_loop_vertices
+from ..bake.exported_object import CornerMap
+from ..bake.layers import bulk
+from .meshes import read_loop_vertices
 from .tracing import Trace
 
 NEGLIGIBLE = 1e-6  # weight [of 1]: smaller ones are rounding

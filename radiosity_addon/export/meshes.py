@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-FARTHEST = 1e18  # distance [scene's length] from the origin: what is farther is left out
+from ..bake.layers import bulk, within_range
 
 
 @dataclass(frozen=True)
@@ -29,13 +29,6 @@ class MeshArrays:
     active_uv: str = ""
     active_color: str = ""
     normals: np.ndarray | None = None  # (n_loops, 3) float32; None: all faces are flat
-
-
-def bulk(collection, attribute: str, dtype, width: int = 1) -> np.ndarray:
-    """``attribute`` of every item through foreach_get: (n,) or (n, width)."""
-    values = np.empty(len(collection) * width, dtype)
-    collection.foreach_get(attribute, values)
-    return values if width == 1 else values.reshape(-1, width)
 
 
 def read_mesh(mesh) -> MeshArrays:
@@ -97,12 +90,6 @@ def _read_colors(mesh, vertex: np.ndarray) -> dict[str, np.ndarray]:
             values = values[vertex]
         result[attribute.name] = values
     return result
-
-
-def within_range(points: np.ndarray) -> np.ndarray:
-    """Bool of the shape of ``points``: coordinates that are numbers: neither NaN nor infinite, which Blender stores as
-    3.4e38 where it is typed. Squares of what is farther than FARTHEST are none in float32."""
-    return np.abs(points) < FARTHEST
 
 
 def sound_triangles(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, int, int]:

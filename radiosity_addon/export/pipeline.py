@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..bake.exported_object import ExportedObject
 from ..bake.windows import TexelRect, full_rect, sheet_of, window
 from ..settings import Target
 from ..solver.scene import Scene
@@ -25,7 +26,7 @@ from .assemble import (
 )
 from .corner_weights import one_hot, traced
 from .evaluated import ATLAS, evaluate_steps
-from .exported import Exported, ExportedObject
+from .exported import Exported
 from .illumination import Illumination, find_illumination
 from .lights import Light, read_lights, with_node_colors
 from .materials import coated_remarks, read_materials, scene_materials

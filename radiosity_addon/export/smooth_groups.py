@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..bake.layers import bulk
 from ..bake.seams import face_normals, next_corners
 from ..components import connected_components
-from .meshes import bulk, read_loop_vertices
+from .meshes import read_loop_vertices
 
 SMOOTH_ANGLE = np.radians(30.0)  # angle [rad] between faces: Blender's own where none is set
 

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .meshes import bulk, read_loop_vertices
+from ..bake.layers import bulk
+from .meshes import read_loop_vertices
 
 FACE, POSITION = "radiosity_face", "radiosity_position"
 SOURCE, SHARE = "radiosity_source", "radiosity_share_{}"

@@ -12,13 +12,13 @@ from ..bake.encodings import coding_error, decode, encode, scale_of
 from ..bake.image import find_baked
 from ..bake.made import SCALE
 from ..bake.png import png_bytes
+from ..bake.primaries import to_rec709
 from ..bake.uv_maps import find_uv_map
 from ..figures import figure, percent
 from ..settings import Target
 from .blender_export import carried, export_glb
 from .dress import Dress, Lightmap, dress
 from .glb import read_glb, write_glb
-from .primaries import to_rec709
 
 ENCODING = "linear"
 NOTABLE = 0.01  # error [relative]: a coarser lightmap is warned of

@@ -42,7 +42,7 @@ def apply(
 
 def find_encoding(job: Job, result: Result) -> Encoding:
     """How the bake is encoded, by Blender's color management."""
-    from ..gltf.primaries import to_rec709
+    from ..bake.primaries import to_rec709
 
     return encoding_of(job, result, to_rec709())
 
@@ -169,7 +169,7 @@ def _save_file(job: Job, image, pixels, path: Path, encoding: Encoding) -> None:
     if encoding_name(job.settings) is None:
         save_image(image, path, _file_format(job.settings))
         return
-    from ..gltf.primaries import to_rec709
+    from ..bake.primaries import to_rec709
 
     rgb = pixels[..., :3] @ to_rec709()
     save_encoded(np.dstack([rgb, pixels[..., 3]]), path, encoding.name, encoding.scale)

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..bake.exported_object import ExportedObject
 from ..bake.uv_maps import HeldMap
-from ..export.exported import ExportedObject
 from ..settings import Settings
 from ..solver.scene import Scene
 from ..solver.solution import Statistics

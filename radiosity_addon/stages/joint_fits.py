@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..bake.corner_fit import CornerFit, corner_fit, unknowns_of
+from ..bake.exported_object import CornerMap, ExportedObject
 from ..bake.faces import receiver_areas
 from ..bake.hanging import Hanging
 from ..bake.pieces import joined_unknowns
 from ..components import connected_components
-from ..export.exported import CornerMap, ExportedObject
 from ..settings import Domain
 from ..solver.direct.line_of_sight import are_free
 from ..solver.fields import Constant

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .. import memory
+from ..bake.exported_object import ExportedObject
 from ..bake.windows import TexelRect
-from ..export.exported import ExportedObject
 from ..settings import Target
 from ..solver.geometry.planar import doubled_areas
 from .job import Job

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..bake.layers import bulk
 from .results import attribute_of, has_result, image_of, scale_of, uv_map_of
 
 
@@ -60,8 +61,8 @@ def _read(item, depsgraph, source: tuple[str, str], scale: float) -> Piece | Non
     try:
         if mesh is None or not len(mesh.loop_triangles):
             return None
-        corners = _values(mesh.loop_triangles, "vertices", 3, np.int32).ravel()
-        points = _values(mesh.vertices, "co", 3, np.float32)[corners]
+        corners = bulk(mesh.loop_triangles, "vertices", np.int32, 3).ravel()
+        points = bulk(mesh.vertices, "co", np.float32, 3)[corners]
         carrier, image = source
         baked = _coordinates(mesh, carrier) if image else _colors(mesh, carrier, corners, scale)
         return Piece(item.name, source, points, baked)
@@ -73,8 +74,8 @@ def _coordinates(mesh, name: str):
     """(n, 3) of the UV map at the triangles' corners; None where modifiers have lost it."""
     if name not in mesh.uv_layers:
         return None
-    coordinates = _values(mesh.uv_layers[name].uv, "vector", 2, np.float32)
-    loops = _values(mesh.loop_triangles, "loops", 3, np.int32).ravel()
+    coordinates = bulk(mesh.uv_layers[name].uv, "vector", np.float32, 2)
+    loops = bulk(mesh.loop_triangles, "loops", np.int32, 3).ravel()
     return np.pad(coordinates[loops], ((0, 0), (0, 1)))
 
 
@@ -83,14 +84,7 @@ def _colors(mesh, name: str, corners: np.ndarray, scale: float):
     if not name or name not in mesh.color_attributes:
         return None
     attribute = mesh.color_attributes[name]
-    colors = _values(attribute.data, "color", 4, np.float32)[:, :3] * np.float32(scale)
+    colors = bulk(attribute.data, "color", np.float32, 4)[:, :3] * np.float32(scale)
     if attribute.domain == "POINT":
         return colors[corners]
-    return colors[_values(mesh.loop_triangles, "loops", 3, np.int32).ravel()]
-
-
-def _values(collection, name: str, width: int, dtype) -> np.ndarray:
-    """(n, width) of one property of all items."""
-    values = np.empty(len(collection) * width, dtype)
-    collection.foreach_get(name, values)
-    return values.reshape(-1, width)
+    return colors[bulk(mesh.loop_triangles, "loops", np.int32, 3).ravel()]

@@ -8,8 +8,8 @@ from scipy.sparse import csr_matrix
 
 from radiosity_addon.bake.corner_equations import importance
 from radiosity_addon.bake.corner_fit import corner_fit
+from radiosity_addon.bake.exported_object import CornerMap, ExportedObject
 from radiosity_addon.bake.faces import face_receivers, receiver_areas
-from radiosity_addon.export.exported import CornerMap, ExportedObject
 
 
 class Plane:

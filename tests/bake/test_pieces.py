@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from radiosity_addon.bake.exported_object import CornerMap, ExportedObject
 from radiosity_addon.bake.hanging import Hanging, spread
 from radiosity_addon.bake.pieces import MOST, joined_unknowns
 from radiosity_addon.bake_job import Job, run
-from radiosity_addon.export.exported import CornerMap, ExportedObject
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.scene import PointLamp
 from verification import meshes

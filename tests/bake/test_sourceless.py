@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from radiosity_addon.bake.exported_object import CornerMap
 from radiosity_addon.bake.sourceless import sourceless_share, sourceless_warning
 from radiosity_addon.bake_job import run
-from radiosity_addon.export.exported import CornerMap
 from tests.square import square_job
 
 HALF = CornerMap(np.array([0, 1, 2, 3, 3, 3, 3]), np.arange(3), np.ones(3), 6)  # the first triangle's

@@ -143,9 +143,9 @@ def test_vertex_colors_do_not_mind_the_atlas(pair):
 
 def test_images_keep_their_texels_when_an_object_is_lost(pair):
     """Objects A and C in one image, B in another; A is deleted, so that B's image comes first."""
+    from radiosity_addon.bake.exported_object import ExportedObject
     from radiosity_addon.bake.windows import TexelRect
     from radiosity_addon.bake_job import Job, Result
-    from radiosity_addon.export.exported import ExportedObject
     from radiosity_addon.settings import Settings
     from radiosity_addon.solver.solution import Statistics
     from radiosity_addon.stages.sheets import sheets_of
