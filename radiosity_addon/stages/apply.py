@@ -60,7 +60,7 @@ def apply_steps(
         files = publication or own.enter_context(Publication())
         objects = _find(job)
         if job.settings.target == Target.IMAGE:
-            earlier = yield from _image_steps(job, result, objects, files, undo, warnings, encoding)
+            earlier = yield from _image_steps(job, result, files, undo, warnings, encoding)
         else:
             earlier = []
             for index, item in enumerate(objects):
@@ -103,7 +103,7 @@ def _keep_scale_on(owner, key: str, encoding: Encoding) -> None:
         del owner[key]
 
 
-def _image_steps(job: Job, result: Result, objects, files, undo, warnings, encoding: Encoding):
+def _image_steps(job: Job, result: Result, files, undo, warnings, encoding: Encoding):
     """Images and their files; returns what forgets the earlier images when all is well."""
     sheets = sheets_of(job)
     many = sum(sheet.size[0] * sheet.size[1] for sheet in sheets) > memory.UNDIVIDED

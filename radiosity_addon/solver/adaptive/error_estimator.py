@@ -78,7 +78,7 @@ class ErrorEstimator:
         level /= self._level(radiance, brightness)
         samples, found = zip(*(part.error(self.surface.share, level) for part in parts))
         shadow_square, gather_square = map_chunks(
-            lambda square: self._pooled(lattices, square), found, self.threads, lambda fraction: None
+            lambda square: self._pooled(lattices, square), found, self.threads
         )
         raw = self.project and [self._radiance(each[0] + each[2], each[1], unit) for each in (one, two)]
         squares = shadow_square, gather_square
@@ -111,7 +111,6 @@ class ErrorEstimator:
             lambda part: self._smoothed(lattices, *part),
             [(direct_a, direct_b, weights[0]), (*gathered, np.hstack(weights))],
             self.threads,
-            lambda fraction: None,
         ))  # fmt: skip
 
     def _judged(

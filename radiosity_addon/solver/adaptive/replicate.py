@@ -246,7 +246,7 @@ def build_replicate(
     context = build_context(scene, settings.seed, threads, silent)
     requirements = requirements_of(context, settings.passes)
     if requirements.reflected:
-        context.crossings  # found now: the first replicate counts the rays for both
+        context.find_crossings()  # now: the first replicate counts the rays for both
     split = split_beams(context)
     mine = placed(context, receivers)
     return Replicate(1, context, split, mine, requirements, settings.target_error)

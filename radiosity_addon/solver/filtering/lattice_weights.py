@@ -151,7 +151,7 @@ def _weights(
             for k, (ok, step) in enumerate(pairs[level]):
                 np.multiply(DIRECTIONS[k][2], ok & (step <= usual), out=weights[level, k, rows])
 
-    map_chunks(weigh, ranges(height, max(BAND // width, 1)), threads, lambda fraction: None)
+    map_chunks(weigh, ranges(height, max(BAND // width, 1)), threads)
     return tuple(list(level) for level in weights)
 
 

@@ -61,7 +61,7 @@ def smooth(
         return _smooth_picture(lattice, *halves, relative)
 
     for lattice, (one, two, saved, shared) in zip(
-        lattices, map_chunks(pictures, lattices, threads, lambda fraction: None)
+        lattices, map_chunks(pictures, lattices, threads)
     ):
         for column, channel in enumerate(lit):
             out_a[lattice.index, channel] = lattice.read(one[column]) / scale

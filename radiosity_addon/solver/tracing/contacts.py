@@ -60,7 +60,7 @@ def find_contacts(crossings: Crossings, receivers: Receivers, threads: int = 1) 
 
     chunks = ranges(len(crossings.triangle), LINES)
     nothing = (np.zeros(0, int),) * 3
-    found = [nothing, *map_chunks(work, chunks, threads, lambda fraction: None)]
+    found = [nothing, *map_chunks(work, chunks, threads)]
     line, cell, box = (np.concatenate(part) for part in zip(*found))
     met = np.zeros(len(home), bool)
     met[box] = True

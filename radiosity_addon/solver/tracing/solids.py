@@ -52,7 +52,7 @@ class Solids:
             return order[some][solid.contains(ordered[some])]
 
         result = np.zeros(len(position), bool)
-        for found in map_chunks(inside, self.solids, self.threads, lambda fraction: None):
+        for found in map_chunks(inside, self.solids, self.threads):
             result[found] = True
         return result
 

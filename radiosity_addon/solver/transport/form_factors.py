@@ -73,7 +73,7 @@ def patch_form_factors(
         return found[:count] / rays
 
     chunks = [(number, replicate) for number in range(count) for replicate in range(replicates)]
-    rows = map_chunks(work, chunks, threads, lambda fraction: None)
+    rows = map_chunks(work, chunks, threads)
     every = np.array(rows).reshape(count, replicates, count)
     return every.mean(axis=1), every.std(axis=1, ddof=1) / np.sqrt(replicates)
 

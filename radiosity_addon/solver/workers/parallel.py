@@ -41,8 +41,13 @@ def thread_count(threads: int) -> int:
     return len(available(0)) if available else os.cpu_count() or 1
 
 
+def unwatched(fraction: float) -> None:
+    """A Tick of work that nobody watches."""
+
+
 def map_chunks(
-    function: Work[Chunk_contra, Result_co], chunks: Iterable[Chunk_contra], threads: int, tick: Tick
+    function: Work[Chunk_contra, Result_co], chunks: Iterable[Chunk_contra], threads: int,
+    tick: Tick = unwatched,
 ) -> list[Result_co]:
     """``[function(chunk) for chunk in chunks]``; ``tick(fraction)`` after each, may raise to stop.
 
