@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from radiosity_addon.bake.attribute import write_colors
+from tests.export.stage import linked
 
 
 @pytest.fixture
@@ -115,7 +116,6 @@ def test_linked_mesh_is_refused(quad, blender, tmp_path):
     path = str(tmp_path / "library.blend")
     blender.data.libraries.write(path, {quad})
     blender.ops.wm.read_factory_settings(use_empty=True)
-    with blender.data.libraries.load(path, link=True) as (_, wanted):
-        wanted.objects = ["Quad"]
+    item = linked(blender, path, "Quad")
     with pytest.raises(ValueError, match="'Quad' is linked.*[Mm]ake it"):
-        write_colors(blender.data.objects["Quad"], "Radiosity", CORNERS, "corner")
+        write_colors(item, "Radiosity", CORNERS, "corner")

@@ -9,6 +9,7 @@ from radiosity_addon.bake.overlaps import overlap_layers
 from radiosity_addon.bake.texels import overlapping_texels, texel_receivers
 from radiosity_addon.bake.unwrap import ensure_uv_map
 from radiosity_addon.bake.uv_maps import find_uv_map, remove_uv_maps
+from tests.export.stage import linked
 
 
 def add(blender, name, points, faces):
@@ -196,7 +197,6 @@ def test_linked_mesh_is_refused(box, blender, tmp_path):
     path = str(tmp_path / "library.blend")
     blender.data.libraries.write(path, {box})
     blender.ops.wm.read_factory_settings(use_empty=True)
-    with blender.data.libraries.load(path, link=True) as (_, wanted):
-        wanted.objects = ["Box"]
+    item = linked(blender, path, "Box")
     with pytest.raises(ValueError, match="'Box' is linked from another file"):
-        ensure_uv_map([blender.data.objects["Box"]])
+        ensure_uv_map([item])

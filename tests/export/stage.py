@@ -17,6 +17,13 @@ def add_object(bpy, name, data, collection=None, location=(0, 0, 0)):
     return thing
 
 
+def linked(bpy, path, name):
+    """The object ``name`` as a link to the file at ``path``."""
+    with bpy.data.libraries.load(str(path), link=True) as (_, wanted):
+        wanted.objects = [name]
+    return wanted.objects[0]
+
+
 def add_plane(bpy, name="Plane", size=2.0, material=None, uv="UV"):
     """A horizontal square facing up at the origin, UVs from corner to corner."""
     mesh = bpy.data.meshes.new(name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.export.stage import add_object, add_plane, diffuse
+from tests.export.stage import add_object, add_plane, diffuse, linked
 
 
 def normals(scene):
@@ -199,9 +199,7 @@ def test_linked_mesh_lights_but_is_not_baked(blender, export, tmp_path):
     path = str(tmp_path / "library.blend")
     blender.ops.wm.save_as_mainfile(filepath=path)
     blender.ops.wm.read_factory_settings(use_empty=True)
-    with blender.data.libraries.load(path, link=True) as (_, wanted):
-        wanted.objects = ["Linked"]
-    blender.context.scene.collection.objects.link(wanted.objects[0])
+    blender.context.scene.collection.objects.link(linked(blender, path, "Linked"))
     add_plane(blender, "Local")
     exported = export()
     assert exported.scene.objects == ("Local", "Linked")
@@ -217,9 +215,7 @@ def test_what_a_missing_library_held_is_named(blender, export, tmp_path):
     lost = blender.data.objects.new("Lost", blender.data.meshes.new("Lost"))
     blender.data.libraries.write(str(library), {lost})
     blender.data.objects.remove(lost)
-    with blender.data.libraries.load(str(library), link=True) as (_, wanted):
-        wanted.objects = ["Lost"]
-    blender.context.scene.collection.objects.link(wanted.objects[0])
+    blender.context.scene.collection.objects.link(linked(blender, library, "Lost"))
     blender.ops.wm.save_as_mainfile(filepath=str(scene))
     library.unlink()
     blender.ops.wm.open_mainfile(filepath=str(scene))
