@@ -177,9 +177,8 @@ def test_no_two_classes_share_a_name():
 
 def test_docstrings_do_not_list_imports():
     """Such lists were wrong in half of the files: imports tell what a file depends on."""
-    lists = re.compile(r"Depends on (bpy|NumPy|SciPy|embreex)( and \w+)?\.")
-    told = [path for path, node in nodes(ast.Module) if lists.search(ast.get_docstring(node) or "")]
-    assert told == []
+    lists = [path for path, node in nodes(ast.Module) if "Depends on" in (ast.get_docstring(node) or "")]
+    assert lists == []
 
 
 def test_spelling_is_american():

@@ -1,4 +1,4 @@
-"""Which objects of a view layer are rendered, for all that asks. Depends on bpy's objects only."""
+"""Rendered: which objects of a view layer are rendered, for all that asks. Imports no bpy."""
 
 from __future__ import annotations
 
