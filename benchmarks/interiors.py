@@ -125,8 +125,8 @@ def measure(name: str, size: int, errors, seeds: int, say=print) -> None:
             solution = solve(room.scene, room.receivers, replace(settings, error=error, seed=seed))
             light = solution.direct + solution.indirect
             seconds = time.perf_counter() - began
-            truth = truth or trace(room, light, solution.reflectance, min(errors))
-            found, spread = truth.error(light, solution.reflectance)
+            truth = truth or trace(room, light, solution.diffuse, min(errors))
+            found, spread = truth.error(light, solution.diffuse)
             told = solution.statistics.estimated_error
             say(f"{name} {size}² {len(room.scene.triangles)} triangles, asked {100 * error:g} %, seed "
                 f"{seed}: measured {100 * found:.2f} ± {100 * spread:.2f} %, told {100 * told:.2f} %, "

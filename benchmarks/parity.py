@@ -21,6 +21,7 @@ from verification.texels import comparable_texels, triangle_uvs
 
 from . import (
     parity_geometry,
+    parity_gloss,
     parity_lamps,
     parity_links,
     parity_materials,
@@ -38,6 +39,7 @@ GROUPS = {
     "lamps": parity_lamps.CASES,
     "worlds": parity_worlds.CASES,
     "materials": parity_materials.CASES,
+    "gloss": parity_gloss.CASES,
     "geometry": parity_geometry.CASES,
     "links": parity_links.CASES,
     "shading": parity_shading.CASES,
@@ -70,10 +72,10 @@ class Row:
         return "agrees" if self.error.error - 2 * self.error.uncertainty <= BOUND else "DIFFERS"
 
 
-def measure(group: str, case: Case, error=ERROR, size=SIZE, samples=SAMPLES) -> Row:
-    """Build the case in an empty file, bake it with both, and compare."""
+def measure(group: str, case: Case, error=ERROR, size=SIZE, samples=SAMPLES, **options) -> Row:
+    """Build the case in an empty file, bake it with both, ours with further ``options``, and compare."""
     obj = prepared(case.build, size)
-    ours = our_bake(obj, size, error, passes=case.passes, time_limit=TIME_LIMIT)
+    ours = our_bake(obj, size, error, passes=case.passes, time_limit=TIME_LIMIT, **options)
     whole = comparable_texels(triangle_uvs(obj), size)
     a, b, mask = references(group, case, size, samples * case.effort)
     both = whole & mask & ours.mask
@@ -193,8 +195,9 @@ those of the run before, so that not all need be of one run.
 KNOWN = """
 ## Known differences
 
-* **Mirror reflections and refraction** are not modeled: radiosity is diffuse. The table gives their
-  share in a scene that shows them.
+* **Mirror reflections** go on as if the mirror were matte: as much light as in Cycles, all around instead of
+  one way. The cases of *gloss* tell what that costs; those by design differ by it.
+* **Refraction** is not modeled: light passes glass straight.
 * **Translucency**: a translucent surface reflects its color diffusely on both sides and lets nothing
   through; a warning names it. Light that passes diffusely would tie the two sides of a surface
   together: the radiosity of each would depend on the light on both, so would each baked point, and

@@ -22,9 +22,9 @@ from .parity_stage import (
     surface,
 )  # fmt: skip
 
-SPECULAR = "mirror reflections between the stage's own faces are left out; direct light agrees"
+SPECULAR = "what faces mirror goes on all around instead of one way; a warning names metals"
 DIRECT = ("direct", "color")
-GLOSSY = "the slab's mirror reflections onto the stage are left out; a warning names it"
+GLOSSY = "what the slab mirrors goes on all around instead of one way; a warning names it"
 GLASS = "light passes glass straight, tinted; Cycles refracts it and mirrors a part"
 PANE = [(-1.5, -1.0, 1.2), (0.5, -1.0, 1.2), (0.5, 0.8, 1.2), (-1.5, 0.8, 1.2)]
 

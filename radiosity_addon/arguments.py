@@ -134,6 +134,7 @@ def _settings(found: argparse.Namespace) -> Settings:
         quality=found.quality,
         error=found.error,
         shading_normals=found.shading_normals,
+        glossy_bounces=found.glossy_bounces,
         time_limit=found.time_limit,
         seed=found.seed,
         threads=found.threads,

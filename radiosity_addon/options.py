@@ -157,6 +157,12 @@ def _add_accuracy(group) -> None:
         action="store_false",
         help="light faces as they lie, not as smooth shading, normal and bump maps show them",
     )
+    add(
+        "--no-glossy-bounces",
+        dest="glossy_bounces",
+        action="store_false",
+        help="leave out what metals, gloss and coatings mirror; else it goes on as from matte surfaces",
+    )
     add("--seed", type=int, metavar="N", default=DEFAULTS.seed, help="(%(default)s)")
     add("--threads", type=int, metavar="N", default=DEFAULTS.threads, help="0: all cores")
 

@@ -60,6 +60,7 @@ class Settings:
     quality: str = "medium"
     error: float | None = None  # target relative error; None: that of the quality
     shading_normals: bool = True  # light counts as faces are shaded; False: as they lie
+    glossy_bounces: bool = True  # what surfaces mirror goes on as if matte; False: it is left out
     time_limit: float | None = None  # seconds of solving; None: no limit
     seed: int = 0
     threads: int = 0  # 0: all cores

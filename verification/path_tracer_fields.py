@@ -37,7 +37,7 @@ def _field(field, triangle, uv) -> np.ndarray:
     found = _picture(field, s * field.pixels.shape[1], t * field.pixels.shape[0])
     if field.encoded:  # IEC 61966-2-1
         found = np.where(found <= 0.04045, found / 12.92, ((found + 0.055) / 1.055) ** 2.4)
-    return found * field.factor
+    return found * field.factor + field.offset
 
 
 def _picture(field: Texture, x, y) -> np.ndarray:

@@ -6,7 +6,7 @@ NotSimple, and the material is left to Cycles.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -33,9 +33,10 @@ class Mapping:
 
 @dataclass(frozen=True)
 class Color:
-    """``factor`` (3,) times ``pixels`` (height, width, 3) or times the attribute ``attribute``.
+    """``factor`` (3,) times ``pixels`` (height, width, 3) or times the attribute ``attribute``, plus
+    ``offset`` (3,).
 
-    Without either it is the constant ``factor``; attribute "" is the mesh's default one.
+    Without either it is the constant ``factor``, and has no offset; attribute "" is the mesh's default one.
     """
 
     factor: np.ndarray
@@ -44,6 +45,7 @@ class Color:
     attribute: str | None = None
     channel: int | None = None  # 3: the attribute's alpha in place of its color
     encoded: bool = False  # the pixels are sRGB-encoded (see ``solver.fields.Texture``)
+    offset: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
     @property
     def is_constant(self) -> bool:
@@ -53,7 +55,7 @@ class Color:
     @property
     def is_black(self) -> bool:
         """Whether it is 0 all over the surface."""
-        return not np.any(self.factor)
+        return not (np.any(self.factor) or np.any(self.offset))
 
 
 def constant(value) -> Color:
@@ -76,9 +78,35 @@ def multiply(a: Color, b: Color) -> Color:
     if a.is_constant:
         a, b = b, a
     if b.is_constant:
-        return constant(0.0) if b.is_black else replace(a, factor=a.factor * b.factor)
+        return shifted(a, b.factor, np.zeros(3))
     _same_mapping(a, b)
-    return replace(a, pixels=values(a) * values(b), factor=np.ones(3), encoded=False)
+    return _picture(a, values(a) * values(b))
+
+
+def shifted(a: Color, factor: np.ndarray, offset: np.ndarray) -> Color:
+    """factor · a + offset, for numbers (3,)."""
+    offset = factor * a.offset + offset
+    if a.is_constant:
+        return constant(factor * a.factor + offset)
+    if not np.any(factor):
+        return constant(offset)
+    return replace(a, factor=factor * a.factor, offset=offset)
+
+
+def mapped(a: Color, function) -> Color:
+    """``function`` (k, 3) -> (k, 3) of every value. Raises NotSimple for a color attribute."""
+    if a.is_constant:
+        return constant(function(a.factor[None])[0])
+    if a.attribute is not None:
+        raise NotSimple("function of a color attribute")
+    if a.mapping.extension == "CLIP":
+        raise NotSimple("function of an image that is clipped")
+    return _picture(a, function(values(a).reshape(-1, 3)).reshape(a.pixels.shape))
+
+
+def _picture(a: Color, pixels: np.ndarray) -> Color:
+    """Other linear pixels in the place of those of ``a``."""
+    return replace(a, pixels=pixels, factor=np.ones(3), encoded=False, offset=np.zeros(3))
 
 
 def add(a: Color, b: Color) -> Color:
@@ -90,13 +118,16 @@ def add(a: Color, b: Color) -> Color:
     if a.is_constant and b.is_constant:
         return constant(a.factor + b.factor)
     if a.attribute is not None or b.attribute is not None:
-        raise NotSimple("sum with a color attribute")
+        if not (a.is_constant or b.is_constant):
+            raise NotSimple("sum with a color attribute")
+        attribute, other = (b, a) if a.is_constant else (a, b)
+        return shifted(attribute, np.ones(3), other.factor)
     image = a if a.pixels is not None else b
     if image.mapping.extension == "CLIP":
         raise NotSimple("sum with an image that is clipped")
     if a.pixels is not None and b.pixels is not None:
         _same_mapping(a, b)
-    return replace(image, pixels=values(a) + values(b), factor=np.ones(3), encoded=False)
+    return _picture(image, values(a) + values(b))
 
 
 def complement(a: Color) -> Color:
@@ -119,13 +150,13 @@ def to_field(color: Color, uv_of, corners_of, limit: float) -> Field:
     if color.attribute is not None:
         found = corners_of(color.attribute)
         found = found[..., 3:4] if color.channel == 3 else found[..., :3]
-        found = np.nan_to_num(found * color.factor, nan=0.0, posinf=0.0, neginf=0.0)
+        found = np.nan_to_num(found * color.factor + color.offset, nan=0.0, posinf=0.0, neginf=0.0)
         return CornerColors(np.clip(found, 0.0, limit).astype(np.float32))
     mapping = color.mapping
     pixels = np.ascontiguousarray(color.pixels, np.float32)
     return Texture(
         pixels, uv_of(mapping.uv), mapping.extension, mapping.interpolation, color.factor,
-        color.encoded,
+        color.encoded, color.offset,
     )  # fmt: skip
 
 
@@ -139,7 +170,8 @@ def values(color: Color) -> np.ndarray:
     factor = color.factor.astype(np.float32)
     if color.pixels is None:
         return factor
-    return (srgb_to_linear(color.pixels) if color.encoded else color.pixels) * factor
+    found = (srgb_to_linear(color.pixels) if color.encoded else color.pixels) * factor
+    return found + color.offset.astype(np.float32) if np.any(color.offset) else found
 
 
 def extremes(color: Color) -> np.ndarray:

@@ -6,11 +6,15 @@ scene. An instanced mesh is evaluated once, where it first stands.
 
 from __future__ import annotations
 
+import functools
+from dataclasses import dataclass, replace
+
 import numpy as np
 
 from .atlas import atlas_texels, make_atlas
 from .bake_stage import aim, bake_pass, bake_stage, user_materials
-from .colors import Color, Mapping, constant
+from .colors import ZERO, Color, Mapping, constant
+from .gloss import has_gloss, sent_on
 from .materials import Palette, slot_keys
 from .parts import Part, world_vertices
 from .shaders import SurfaceShader
@@ -19,12 +23,14 @@ from .traceless import traceless
 from .transparency import emit_transmittance, lets_light_through
 
 ATLAS = "\0atlas"  # the name under which the scene's atlas coordinates are asked for
+COATING = 0.1  # share [of the light along the normal] that coatings mirror at most: more is a metal's
 FLAT = 1e-4  # variation [relative]: below it a picture is one color
 
 
-def evaluate_steps(parts: list[Part], palette: Palette, find_scene):
+def evaluate_steps(parts: list[Part], palette: Palette, find_scene, gloss: bool):
     """Bake the difficult materials of all parts into ``palette.per_part`` and ``.atlases``, in
-    steps that yield the fraction done. ``find_scene()`` gives the user's scene."""
+    steps that yield the fraction done. ``find_scene()`` gives the user's scene; ``gloss``: what they
+    mirror counts, too."""
     done = {}
     for index, part in enumerate(parts):
         keys = tuple(k for k in dict.fromkeys(part.materials) if palette.index.get(k, 0) is None)
@@ -33,7 +39,7 @@ def evaluate_steps(parts: list[Part], palette: Palette, find_scene):
         group = (id(part.mesh), part.materials)
         if group not in done:
             with traceless():
-                done[group] = _evaluate_part(part, keys, palette, find_scene())
+                done[group] = _evaluate_part(part, keys, palette, find_scene(), gloss)
             yield index / len(parts)
         found, where = done[group]
         palette.per_part.update({(index, key): number for key, number in found.items()})
@@ -41,7 +47,7 @@ def evaluate_steps(parts: list[Part], palette: Palette, find_scene):
             palette.atlases[index] = where
 
 
-def _evaluate_part(part: Part, keys, palette: Palette, like):
+def _evaluate_part(part: Part, keys, palette: Palette, like, gloss: bool):
     """{key: index in the palette}, and the triangles evaluated with their places in the atlas."""
     import bpy
 
@@ -56,39 +62,60 @@ def _evaluate_part(part: Part, keys, palette: Palette, like):
         mine = np.array([name == key for name in part.materials])[slot_keys(part)[chosen]]
         cells[key] = atlas_texels(atlas, mine)
     originals = user_materials(keys)
-    fronts = _surfaces(stage, thing, image, {k: m.copy() for k, m in originals.items()}, cells)
+    temporary = Temporary(stage, thing, image, gloss)
+    fronts = _surfaces(temporary, {k: m.copy() for k, m in originals.items()}, cells)
     turned = {k: m.copy() for k, m in originals.items() if sees_sides(m.node_tree)}
     for material in turned.values():
         show_back(material.node_tree)
-    backs = _surfaces(stage, thing, image, turned, cells) if turned else {}
+    backs = _surfaces(temporary, turned, cells) if turned else {}
     found = {key: palette.add(key, fronts[key], backs.get(key)) for key in keys}
     bpy.data.batch_remove([thing, thing.data, image, stage])
     return found, (chosen, atlas.lookup)
 
 
-def _surfaces(stage, thing, image, materials: dict, cells: dict) -> dict[str, SurfaceShader]:
+@dataclass(frozen=True)
+class Temporary:
+    """A temporary scene, the object in it and the image that bakes write; and whether what materials
+    mirror is baked."""
+
+    stage: object
+    thing: object
+    image: object
+    gloss: bool
+
+    def bake(self, bake_type: str, *passes: str) -> np.ndarray:
+        """(height, width, 3) of one bake."""
+        return bake_pass(self.stage, self.thing, self.image, bake_type, set(passes))
+
+
+def _surfaces(temporary: Temporary, materials: dict, cells: dict) -> dict[str, SurfaceShader]:
     """What temporary materials {key: bpy material} show on the texels ``cells[key]``; each takes
     the slot of its key. They are used up and removed."""
     import bpy
 
-    keys = list(cells)
+    keys, slots = list(cells), temporary.thing.data.materials
     for key, material in materials.items():
-        aim(material, image)
-        thing.data.materials[keys.index(key)] = material
-    pictures = [bake_pass(stage, thing, image, "DIFFUSE", {"COLOR"})]
-    pictures.append(bake_pass(stage, thing, image, "EMIT", set()))
-    clear = {key for key, material in materials.items() if lets_light_through(material.node_tree)}
+        aim(material, temporary.image)
+        slots[keys.index(key)] = material
+    trees = {key: material.node_tree for key, material in materials.items()}
+    glossy = {key for key, tree in trees.items() if temporary.gloss and has_gloss(tree)}
+    clear = {key for key, tree in trees.items() if lets_light_through(tree)}
+    diffuse, emission = temporary.bake("DIFFUSE", "COLOR"), temporary.bake("EMIT")
+    mirrored = temporary.bake("GLOSSY", "COLOR") if glossy else None
     for key in clear:
-        emit_transmittance(materials[key].node_tree)
-    if clear:
-        pictures.append(bake_pass(stage, thing, image, "EMIT", set()))
-    mapping = Mapping(image.name, ATLAS, "EXTEND", "Linear")
-    found = {}
+        emit_transmittance(trees[key])
+    through = temporary.bake("EMIT") if clear else np.zeros_like(diffuse)
+    sent = sent_on(diffuse, mirrored, through) if glossy else None
+    mapping, found = Mapping(temporary.image.name, ATLAS, "EXTEND", "Linear"), {}
     for key in materials:
-        shown = pictures if key in clear else pictures[:2]
-        found[key] = SurfaceShader(*(_color(picture, cells[key], mapping) for picture in shown))
+        color = functools.partial(_color, cells=cells[key], mapping=mapping)
+        found[key] = SurfaceShader(color(diffuse), color(emission), color(through) if key in clear else ZERO)
+        if key in glossy:
+            share = float(np.mean([mirrored[some].mean() for some in cells[key]]))
+            sharp = share if share > COATING else 0.0
+            found[key] = replace(found[key], reflectance=color(sent), glossy=share, sharp=sharp)
     for index in range(len(keys)):
-        thing.data.materials[index] = None
+        slots[index] = None
     bpy.data.batch_remove(list(materials.values()))
     return found
 

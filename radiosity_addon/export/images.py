@@ -40,7 +40,7 @@ def read_pixels(image, alpha_used: bool, rec709: bool) -> tuple[np.ndarray, np.n
     values = np.empty(width * height * image.channels, np.float32)
     image.pixels.foreach_get(values)
     values = values.reshape(height, width, image.channels)
-    color = values[..., :3]
+    color = np.ascontiguousarray(values[..., :3])  # fields share it
     if image.channels == 4 and image.alpha_mode != "NONE":
         alpha = values[..., 3]
         color = _associate(color, alpha, image, alpha_used)

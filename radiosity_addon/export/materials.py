@@ -6,7 +6,7 @@ evaluate gives one per part, because its color may depend on the object.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -53,16 +53,16 @@ class Palette:
         return any(not side.emission.is_black for side in sides)
 
 
-def read_materials(parts) -> Palette:
-    """Read every material that a triangle of the parts uses."""
+def read_materials(parts, gloss: bool) -> Palette:
+    """Read every material that a triangle of the parts uses; ``gloss``: and what it mirrors."""
     import bpy
 
     known = {material_key(material): material for material in bpy.data.materials}
-    palette, reader = Palette(), Reader(working_space_is_rec709())
+    palette, reader = Palette(), Reader(working_space_is_rec709(), gloss)
     for key in _used(parts):
         material = known.get(key)
         if material is None:
-            surface = SurfaceShader(reflectance=constant(DEFAULT_REFLECTANCE))
+            surface = SurfaceShader(constant(DEFAULT_REFLECTANCE))
             palette.index[key] = palette.add(key or "(none)", surface)
             continue
         palette.warnings.extend(material_remarks(material))
@@ -75,7 +75,6 @@ def read_materials(parts) -> Palette:
         palette.index[key] = palette.add(material.name, front, back)
     palette.warnings.extend(moved_remarks(known[key] for key in _used(parts) if key in known))
     palette.warnings.extend(bare_remarks(parts))
-    _warn_glossy(palette)
     return palette
 
 
@@ -94,12 +93,14 @@ def _used(parts) -> list:
 
 
 def checked(surface: SurfaceShader, name: str, warnings: list[str]) -> SurfaceShader:
-    """Reflectance and transmittance clamped to [0, 1], emission to [0, inf); with warnings."""
-    return SurfaceShader(
-        _clamped(surface.reflectance, 1.0, name, "reflectance", warnings),
-        _clamped(surface.emission, np.inf, name, "emission", warnings),
-        _clamped(surface.transmittance, 1.0, name, "transmittance", warnings),
-        surface.glossy,
+    """Reflectances and transmittance clamped to [0, 1], emission to [0, inf); with warnings, which the
+    diffuse reflectance has for all that is sent on."""
+    return replace(
+        surface,
+        diffuse=_clamped(surface.diffuse, 1.0, name, "reflectance", warnings),
+        emission=_clamped(surface.emission, np.inf, name, "emission", warnings),
+        transmittance=_clamped(surface.transmittance, 1.0, name, "transmittance", warnings),
+        reflectance=surface.reflectance and _clamped(surface.reflectance, 1.0, name, "reflectance", []),
     )
 
 
@@ -122,40 +123,58 @@ def _clamped(color: Color, limit: float, name: str, what: str, warnings: list[st
     return Color(np.ones(3), pixels=kept, mapping=color.mapping)
 
 
-def _warn_glossy(palette: Palette) -> None:
-    names = [name for name, front, _ in palette.surfaces if front.glossy > MOSTLY_GLOSSY]
-    if names:
-        palette.warnings.append(
-            f"mostly mirroring, of which only the diffuse part is solved: {', '.join(names)}"
-        )
+def gloss_remarks(palette: Palette, settings: Settings) -> list[str]:
+    """Warnings about materials that mirror a larger share of the light than the error asked for, where it
+    is left out, or does not go where it would: neither is in the estimated error."""
+    if Pass.INDIRECT not in settings.passes:
+        return []
+    return _sharp_remarks(palette, settings) if settings.glossy_bounces else _left_out(palette, settings)
 
 
-def coated_remarks(palette: Palette, settings: Settings) -> list[str]:
-    """A warning where materials' coatings mirror a larger share of the light than the error asked
-    for: it lights other things in Cycles, and what it lacks is not in the estimated error."""
-    coated = {
-        name: front.glossy
-        for name, front, _ in palette.surfaces
-        if settings.target_error < front.glossy <= MOSTLY_GLOSSY
-    }
-    if not coated or Pass.INDIRECT not in settings.passes:
+def _sharp_remarks(palette: Palette, settings: Settings) -> list[str]:
+    shares = {name: front.sharp for name, front, _ in palette.surfaces if front.sharp > settings.target_error}
+    if not shares:
         return []
     return [
-        f"what coatings mirror, up to {100 * max(coated.values()):.0f} % of the light, is left out, and no "
-        "part of the error: indirect light is darker than in Cycles by about as much, in bright closed "
-        f"rooms by more: {some_names(list(coated))} (a Principled BSDF with Specular IOR Level 0 has no coating)"
+        f"metal or smooth, and mirroring up to {100 * max(shares.values()):.0f} % of the light: it goes on to other "
+        "surfaces as if these were matte, all around instead of one way, which is no part of the error: "
+        f"{some_names(list(shares))}"
     ]
+
+
+def _left_out(palette: Palette, settings: Settings) -> list[str]:
+    shares = {name: front.glossy for name, front, _ in palette.surfaces}
+    mirrors = [name for name, share in shares.items() if share > MOSTLY_GLOSSY]
+    coated = {
+        name: share for name, share in shares.items() if settings.target_error < share <= MOSTLY_GLOSSY
+    }
+    said = []
+    if mirrors:
+        said.append(f"mostly mirroring, of which only the diffuse part is solved: {some_names(mirrors)}")
+    if coated:
+        said.append(
+            f"what coatings mirror, up to {100 * max(coated.values()):.0f} % of the light, is left out, and no "
+            "part of the error: indirect light is darker than in Cycles by about as much, in bright closed "
+            f"rooms by more: {some_names(list(coated))} (glossy bounces are off)"
+        )
+    return said
 
 
 def scene_materials(palette: Palette, uv_of, corners_of) -> tuple[Material, ...]:
     """The solver's materials; see ``colors.to_field`` for the two functions."""
 
     def fields(surface: SurfaceShader):
-        yield to_field(surface.reflectance, uv_of, corners_of, 1.0)
+        yield to_field(surface.sent_on, uv_of, corners_of, 1.0)
         yield to_field(surface.emission, uv_of, corners_of, np.inf)
         yield to_field(surface.transmittance, uv_of, corners_of, 1.0)
 
+    def diffuse(surface: SurfaceShader):
+        return surface.reflectance and to_field(surface.diffuse, uv_of, corners_of, 1.0)
+
+    def material(name: str, surface: SurfaceShader, back: Material | None) -> Material:
+        return Material(name, *fields(surface), back, diffuse(surface))
+
     return tuple(
-        Material(name, *fields(front), back and Material(f"{name} (back)", *fields(back)))
+        material(name, front, back and material(f"{name} (back)", back, None))
         for name, front, back in palette.surfaces
     )

@@ -29,7 +29,7 @@ from .evaluated import ATLAS, evaluate_steps
 from .exported import Exported
 from .illumination import Illumination, find_illumination
 from .lights import Light, read_lights, with_node_colors
-from .materials import coated_remarks, read_materials, scene_materials
+from .materials import gloss_remarks, read_materials, scene_materials
 from .meshes import read_loop_vertices
 from .parts import Part, read_parts
 from .remarks import bent_remarks, library_remarks
@@ -83,11 +83,11 @@ def steps(scene, view_layer, settings, progress):
     geometry = assemble(read.parts, warnings)
     yield 0.5
     with traceless():
-        palette = read_materials(read.parts)
+        palette = read_materials(read.parts, settings.glossy_bounces)
         frame = _find_scene(name).frame_current
         lights = with_node_colors(read.lights, frame, warnings)
     yield 0.5
-    for fraction in evaluate_steps(read.parts, palette, lambda: _find_scene(name)):
+    for fraction in evaluate_steps(read.parts, palette, lambda: _find_scene(name), settings.glossy_bounces):
         yield 0.5 + 0.2 * fraction
     turned, windows = {}, [(None, None)] * len(read.receivers)
     if settings.target == Target.IMAGE:
@@ -108,7 +108,7 @@ def steps(scene, view_layer, settings, progress):
         else:
             objects.append(found)
         yield 0.8 + 0.2 * len(objects) / len(read.receivers)
-    warnings += palette.warnings + coated_remarks(palette, settings)
+    warnings += palette.warnings + gloss_remarks(palette, settings)
     return _exported(geometry, palette, illumination, objects, skipped, warnings)
 
 

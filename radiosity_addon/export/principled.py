@@ -1,4 +1,4 @@
-"""Principled BSDF: what share of its base color is diffuse.
+"""Principled BSDF: what share of its base color is diffuse, and what its coating mirrors.
 
 Cycles dims the diffuse layer below the dielectric coating by the coating's albedo for the viewing
 direction; a bake looks along the normal. That albedo is F0 · g(F0, roughness), where F0 =
@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-MEAN_OF = 256  # number [cosines], evenly from 0 to 1: a mean over these is right to 1e-4
+from .microfacets import albedos, dielectric
+
 ROUGHNESS = np.linspace(0.0, 1.0, 11)  # roughnesses [of 1] of the columns below
 INDEX = np.array([1.2, 1.6, 3.0])  # indices of refraction of the rows below
 # Shares [of the light] that a coat takes, by index of refraction and roughness.
@@ -40,18 +41,17 @@ def diffuse_share(index: float, roughness: float, level: float = 0.5) -> float:
     return float(np.clip(1.0 - f0 * _loss(f0, roughness), 0.0, 1.0))
 
 
-def mirrored_share(index: float, roughness: float, level: float = 0.5) -> float:
-    """The share of light from all around that the coating mirrors, in [0, 1]: the mean of Fresnel's
-    reflectance by the cosine, with the loss of a rough surface along the normal."""
+def coating_albedo(
+    index: float, roughness: float, level: float = 0.5, compensated: bool = True
+) -> tuple[float, float]:
+    """The share of light from all around that the coating mirrors, and the share by which it dims what
+    comes back from all of the base below, both in [0, 1]; see ``microfacets.albedos``."""
     f0 = _coating_reflectance(index, level)
+    if f0 == 0:
+        return 0.0, 0.0
     root = min(np.sqrt(f0), 0.999)
-    n = (1 + root) / (1 - root)
-    cosine = (np.arange(MEAN_OF) + 0.5) / MEAN_OF
-    below = np.sqrt(1 - (1 - cosine**2) / n**2)
-    across = ((cosine - n * below) / (cosine + n * below)) ** 2
-    along = ((n * cosine - below) / (n * cosine + below)) ** 2
-    mean = float((cosine * (across + along)).mean())
-    return float(np.clip(mean * _loss(f0, roughness), 0.0, 1.0))
+    coating = dielectric((1 + root) / (1 - root) if index >= 1 else (1 - root) / (1 + root))
+    return tuple(float(each[0]) for each in albedos(coating, roughness, compensated))
 
 
 def _coating_reflectance(index: float, level: float) -> float:

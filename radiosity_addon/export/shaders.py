@@ -1,4 +1,4 @@
-"""Shaders: reflectance, emission and transmittance of a node tree.
+"""Shaders: what a node tree reflects, emits and transmits.
 
 Reads the trees people build most: Principled, Diffuse, Emission, Transparent, Glass, Refraction,
 Glossy, Metallic, and Mix and Add of them. Everything else raises NotSimple and is evaluated by
@@ -11,25 +11,50 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .colors import ONE, ZERO, Color, NotSimple, add, complement, constant, mix, multiply
-from .principled import diffuse_share, mirrored_share
+from .colors import (
+    ONE,
+    ZERO,
+    Color,
+    NotSimple,
+    add,
+    complement,
+    constant,
+    mapped,
+    mix,
+    multiply,
+    shifted,
+    values,
+)
+from .microfacets import albedo_of, even, metal
+from .principled import coating_albedo, diffuse_share
 from .sockets import BACK, FRONT, Reader, source, uses_nodes
+
+SMOOTH = 0.2  # roughness [of 1]: what smoother coatings mirror keeps its direction
 
 
 @dataclass(frozen=True)
 class SurfaceShader:
-    """What a shader does with light; ``glossy`` in [0, 1] is the share it mirrors instead."""
+    """What a shader does with light. ``diffuse`` is what a bake shows; ``reflectance`` what is sent on, gloss
+    included. ``glossy`` in [0, 1] is the share that gloss mirrors, and ``sharp`` the part of it that is
+    a metal's or a smooth layer's, so that where it goes depends on where it comes from."""
 
-    reflectance: Color = ZERO
+    diffuse: Color = ZERO
     emission: Color = ZERO
     transmittance: Color = ZERO
+    reflectance: Color | None = None  # None: the diffuse part
     glossy: float = 0.0
+    sharp: float = 0.0
+
+    @property
+    def sent_on(self) -> Color:
+        """The reflectance."""
+        return self.diffuse if self.reflectance is None else self.reflectance
 
 
 def read_surface(material, reader: Reader) -> SurfaceShader:
     """The surface of a bpy material. Raises NotSimple when Cycles has to evaluate it."""
     if not uses_nodes(material):
-        return SurfaceShader(reflectance=constant(material.diffuse_color[:3]))
+        return SurfaceShader(constant(material.diffuse_color[:3]))
     output = material.node_tree.get_output_node("CYCLES")
     if output is None:
         return SurfaceShader()
@@ -72,25 +97,33 @@ def _mix(node, reader: Reader, depth: int) -> SurfaceShader:
     a, b = (_child(node.inputs[i], reader, depth) for i in (1, 2))
     share = float(np.mean(weight.factor)) if weight.is_constant else 0.5
     return SurfaceShader(
-        mix(weight, a.reflectance, b.reflectance),
+        mix(weight, a.diffuse, b.diffuse),
         mix(weight, a.emission, b.emission),
         mix(weight, a.transmittance, b.transmittance),
+        mix(weight, a.sent_on, b.sent_on) if _is_glossy(a, b) else None,
         (1.0 - share) * a.glossy + share * b.glossy,
+        (1.0 - share) * a.sharp + share * b.sharp,
     )
+
+
+def _is_glossy(*surfaces: SurfaceShader) -> bool:
+    return any(surface.reflectance is not None for surface in surfaces)
 
 
 def _add(node, reader: Reader, depth: int) -> SurfaceShader:
     a, b = (_child(node.inputs[i], reader, depth) for i in (0, 1))
     return SurfaceShader(
-        add(a.reflectance, b.reflectance),
+        add(a.diffuse, b.diffuse),
         add(a.emission, b.emission),
         add(a.transmittance, b.transmittance),
+        add(a.sent_on, b.sent_on) if _is_glossy(a, b) else None,
         min(a.glossy + b.glossy, 1.0),
+        min(a.sharp + b.sharp, 1.0),
     )
 
 
 def _diffuse(node, reader: Reader, depth: int) -> SurfaceShader:
-    return SurfaceShader(reflectance=reader.color(node.inputs["Color"]))
+    return SurfaceShader(reader.color(node.inputs["Color"]))
 
 
 def _emission(node, reader: Reader, depth: int) -> SurfaceShader:
@@ -104,8 +137,31 @@ def _through(node, reader: Reader, depth: int) -> SurfaceShader:
     return SurfaceShader(transmittance=reader.color(node.inputs["Color"]))
 
 
-def _mirror(node, reader: Reader, depth: int) -> SurfaceShader:
-    return SurfaceShader(glossy=1.0)
+def _glossy(node, reader: Reader, depth: int) -> SurfaceShader:
+    return _mirror(node, reader, reader.color(node.inputs["Color"]), lambda color: even(color))
+
+
+def _metallic(node, reader: Reader, depth: int) -> SurfaceShader:
+    edge = node.inputs["Edge Tint"]
+    if reader.gloss and (node.fresnel_type != "F82" or edge.is_linked):
+        raise NotSimple(f"metal of type {node.fresnel_type}, or its edge")
+    tint = np.array(edge.default_value[:3])
+    return _mirror(node, reader, reader.color(node.inputs["Base Color"]), lambda color: metal(color, tint))
+
+
+def _mirror(node, reader: Reader, color: Color, fresnel) -> SurfaceShader:
+    """A mirror of facets that reflect ``fresnel(color)``."""
+    if not reader.gloss:
+        return SurfaceShader(glossy=1.0)
+    rough, compensated = reader.number(node.inputs["Roughness"]), node.distribution == "MULTI_GGX"
+    sent = mapped(color, lambda values: albedo_of(values, fresnel, rough, compensated))
+    share = _share(sent)
+    return SurfaceShader(reflectance=sent, glossy=share, sharp=share)
+
+
+def _share(color: Color) -> float:
+    """About how much it is."""
+    return float(np.clip(np.mean(values(color)), 0.0, 1.0)) if color.attribute is None else 0.5
 
 
 def _principled(node, reader: Reader, depth: int) -> SurfaceShader:
@@ -127,16 +183,35 @@ def _principled(node, reader: Reader, depth: int) -> SurfaceShader:
     plain = multiply(complement(metallic), complement(transmission))
     reflectance = multiply(multiply(base, plain), constant(diffuse_share(index, rough, level)))
     through = multiply(multiply(base, complement(metallic)), transmission)
-    glossy = 1.0 - float(np.mean(plain.factor)) if plain.is_constant else 0.0
-    if transmission.is_constant:
-        glossy = max(glossy - float(np.mean(transmission.factor)), 0.0)
-    glossy += (1.0 - glossy) * mirrored_share(index, rough, level)
+    sent, glossy, sharp = _principled_gloss(node, reader, base, plain)
     return SurfaceShader(
         multiply(alpha, reflectance),
         multiply(alpha, _principled_emission(node, reader)),
         add(complement(alpha), multiply(alpha, through)),
+        None if sent is None else multiply(alpha, sent),
         glossy,
+        sharp,
     )
+
+
+def _principled_gloss(node, reader: Reader, base: Color, plain: Color):
+    """What a Principled BSDF sends on, plain · (base · share below the coating + coating) + metallic · metal,
+    before alpha, or None where that is its diffuse part alone; and the shares of light that gloss and
+    sharp gloss mirror. ``plain`` is what is neither metal nor glass."""
+    level, rough, index = (
+        reader.number(node.inputs[name]) for name in ("Specular IOR Level", "Roughness", "IOR")
+    )
+    compensated = node.distribution == "MULTI_GGX"
+    coating, dimmed = coating_albedo(index, rough, level, compensated)
+    metallic, below = reader.color(node.inputs["Metallic"]), _share(plain) * coating
+    if not reader.gloss or (metallic.is_black and below == 0):
+        return None, _share(metallic) + below, 0.0
+    mirrors = metallic if metallic.is_black else multiply(metallic, mapped(
+        base, lambda values: albedo_of(values, metal, rough, compensated)
+    ))  # fmt: skip
+    metals = _share(mirrors)
+    sent = multiply(plain, shifted(base, np.full(3, 1 - dimmed), np.full(3, coating)))
+    return add(sent, mirrors), metals + below, metals + below * (rough < SMOOTH)
 
 
 def _principled_emission(node, reader: Reader) -> Color:
@@ -153,9 +228,9 @@ SHADERS = {
     "ShaderNodeBsdfTransparent": _through,
     "ShaderNodeBsdfGlass": _through,
     "ShaderNodeBsdfRefraction": _through,
-    "ShaderNodeBsdfAnisotropic": _mirror,
-    "ShaderNodeBsdfGlossy": _mirror,
-    "ShaderNodeBsdfMetallic": _mirror,
+    "ShaderNodeBsdfAnisotropic": _glossy,
+    "ShaderNodeBsdfGlossy": _glossy,
+    "ShaderNodeBsdfMetallic": _metallic,
     "ShaderNodeMixShader": _mix,
     "ShaderNodeAddShader": _add,
 }

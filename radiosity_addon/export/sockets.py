@@ -38,8 +38,9 @@ def uses_nodes(block) -> bool:
 class Reader:
     """Reads sockets of one material; keeps the pixels of images that several materials use."""
 
-    def __init__(self, rec709: bool):
+    def __init__(self, rec709: bool, gloss: bool = False):
         self.rec709 = rec709
+        self.gloss = gloss  # whether what shaders mirror is read
         self.side = FRONT
         self.saw_side = False  # whether anything read asked which side is seen
         self._pixels: dict = {}

@@ -13,7 +13,7 @@ from .fields import Constant, CornerColors, Field
 from .receivers import Receivers
 from .scene import Scene, sides
 
-QUANTITIES = ("reflectance", "emission", "transmittance")
+QUANTITIES = ("reflectance", "diffuse", "emission", "transmittance")
 
 
 def check_scene(scene: Scene, receivers: Receivers) -> None:
@@ -28,7 +28,8 @@ def check_scene(scene: Scene, receivers: Receivers) -> None:
         raise ValueError("triangles name materials that do not exist")
     for material in sides(scene.materials):
         for quantity in QUANTITIES:
-            if not _finite(getattr(material, quantity)):
+            field = getattr(material, quantity)
+            if field is not None and not _finite(field):
                 raise ValueError(
                     f"the {quantity} of material {material.name!r} is not finite; give it numbers"
                 )
@@ -49,4 +50,4 @@ def _finite(field: Field) -> bool:
         return bool(np.isfinite(field.value).all())
     if isinstance(field, CornerColors):
         return bool(np.isfinite(field.values).all())
-    return bool(np.isfinite(field.pixels).all() and np.isfinite(field.factor).all())
+    return all(bool(np.isfinite(each).all()) for each in (field.pixels, field.factor, field.offset))

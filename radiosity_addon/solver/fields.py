@@ -27,8 +27,9 @@ class Texture:
     as in Blender.
     ``uv``: (n_triangles, 3, 2) float32, the UV of each corner; shared between textures.
     ``extension``: REPEAT, EXTEND, CLIP (black outside) or MIRROR. ``interpolation``: Linear or
-    Closest. ``factor``: (3,) multiplies the lookup. ``encoded``: the pixels are sRGB-encoded, and
-    decoded after they were interpolated, as Cycles does with 8-bit images.
+    Closest. ``factor``: (3,) multiplies the lookup, then ``offset`` (3,) is added (of
+    reflectances only, and not below 0). ``encoded``:
+    the pixels are sRGB-encoded, and decoded after they were interpolated, as Cycles does with 8-bit images.
     """
 
     pixels: np.ndarray
@@ -37,6 +38,7 @@ class Texture:
     interpolation: str = "Linear"
     factor: np.ndarray | float = 1.0
     encoded: bool = False
+    offset: np.ndarray | float = 0.0
 
 
 @dataclass(frozen=True)

@@ -11,4 +11,4 @@ class Pass(StrEnum):
     EMIT = "emit"  # what surfaces send out by themselves
     DIRECT = "direct"  # irradiance from what emits
     INDIRECT = "indirect"  # irradiance from what reflects
-    COLOR = "color"  # multiplied by the reflectance
+    COLOR = "color"  # multiplied by the diffuse reflectance

@@ -22,9 +22,11 @@ WHITE = Constant(np.ones(3))
 class Material:
     """A matte two-sided surface.
 
-    ``reflectance`` in [0, 1]; ``emission`` radiance; ``transmittance`` in [0, 1]: the share of
-    light that goes straight through, tinted (alpha cutouts, glass). A point that is lit through a
-    surface sees one side of it, and that side's transmittance counts.
+    ``reflectance`` in [0, 1]: the share of light that goes on to other surfaces; ``emission`` radiance;
+    ``transmittance`` in [0, 1]: the share of light that goes straight through, tinted (alpha cutouts,
+    glass). A point that is lit through a surface sees one side of it, and that side's transmittance
+    counts. ``diffuse`` in [0, 1]: what baked light is multiplied by, where gloss is a part of the
+    reflectance but not of what is baked.
     """
 
     name: str
@@ -32,6 +34,12 @@ class Material:
     emission: Field = BLACK
     transmittance: Field = BLACK
     back: Material | None = None  # what is seen from behind; None: the same
+    diffuse: Field | None = None  # None: the reflectance
+
+    @property
+    def shown(self) -> Field:
+        """The diffuse reflectance."""
+        return self.reflectance if self.diffuse is None else self.diffuse
 
 
 def sides(materials: tuple[Material, ...]) -> list[Material]:

@@ -158,7 +158,7 @@ def solution_of(
         emission=_three(estimator.surface.emission * context.unit),
         direct=_three(estimate.direct.astype(float) * unit),
         indirect=_three(estimate.indirect.astype(float) * unit),
-        reflectance=_three(estimator.surface.reflectance),
+        diffuse=_three(estimator.surface.diffuse),
         statistics=statistics,
     )
 
@@ -232,7 +232,7 @@ def estimator_of(
         lattices = build_graph(position, normal, footprints.area, threads, walls)
     sees = LineOfSight(context, footprints, position, normal).sees_all_of
     emission = footprint_means(lambda regions: context.mean_emission(regions)[0], footprints)
-    surface = Surface(first.placed.reflectance, emission, footprints.area)
+    surface = Surface(first.placed.diffuse, emission, footprints.area)
     return ErrorEstimator(surface, lattices, passes, threads, sees, project, brightness)
 
 

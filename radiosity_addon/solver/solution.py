@@ -28,28 +28,29 @@ class Statistics:
 @dataclass(frozen=True)
 class Solution:
     """Light at the receivers, (count, 3) float64 each: radiance ``emission``, irradiances
-    ``direct`` (lamps, sky, emissive faces) and ``indirect`` (bounced) [W/m²], ``reflectance``."""
+    ``direct`` (lamps, sky, emissive faces) and ``indirect`` (bounced) [W/m²], and the ``diffuse``
+    reflectance."""
 
     emission: np.ndarray
     direct: np.ndarray
     indirect: np.ndarray
-    reflectance: np.ndarray
+    diffuse: np.ndarray
     statistics: Statistics
 
 
 def compose(solution: Solution, passes: tuple[str, ...]) -> np.ndarray:
     """Baked radiance (count, 3) of the asked passes, as Cycles' Diffuse (plus Emit) bake has it.
 
-    Light is irradiance/π times the reflectance when ``color`` is asked; ``color`` without any
-    light is the reflectance itself.
+    Light is irradiance/π times the diffuse reflectance when ``color`` is asked; ``color`` without any
+    light is that reflectance itself.
     """
     lighting = [name for name in (Pass.DIRECT, Pass.INDIRECT) if name in passes]
     if lighting:
         result = sum(getattr(solution, name) for name in lighting) / np.pi
         if Pass.COLOR in passes:
-            result = result * solution.reflectance
+            result = result * solution.diffuse
     elif Pass.COLOR in passes:
-        result = solution.reflectance.copy()
+        result = solution.diffuse.copy()
     else:
-        result = np.zeros_like(solution.reflectance)
+        result = np.zeros_like(solution.diffuse)
     return result + solution.emission if Pass.EMIT in passes else result

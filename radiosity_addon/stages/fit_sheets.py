@@ -144,7 +144,7 @@ def _shown_material(job: Job, solution: Solution, first: np.ndarray) -> np.ndarr
     """(k, c) what the texels show of the material itself: reflectance and emission."""
     passes, parts = job.settings.passes, [np.zeros((len(first), 0))]
     if Pass.COLOR in passes:
-        parts.append(solution.reflectance[first])
+        parts.append(solution.diffuse[first])
     if Pass.EMIT in passes:
         parts.append(solution.emission[first])
     return np.concatenate(parts, 1)

@@ -102,7 +102,7 @@ def _materials(scene: Scene) -> np.ndarray:
 
 
 def _look(material: Material, index: int) -> object:
-    fields = material.reflectance, material.emission
+    fields = material.shown, material.emission
     if all(isinstance(field, Constant) for field in fields):
         return tuple(tuple(np.asarray(field.value, float).tolist()) for field in fields)
     return index

@@ -175,6 +175,7 @@ class RADIOSITY_PT_advanced(RadiosityPanel, bpy.types.Panel):
         part.enabled = properties.use_time_limit
         part.prop(properties, "time_limit", text="")
         layout.prop(properties, "shading_normals")
+        layout.prop(properties, "glossy_bounces")
         layout.prop(properties, "threads")
         layout.prop(properties, "seed")
 

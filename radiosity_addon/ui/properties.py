@@ -161,6 +161,12 @@ class RadiositySettings(bpy.types.PropertyGroup):
         "by normal and bump maps. Off: as the faces lie",
         default=DEFAULTS.shading_normals,
     )
+    glossy_bounces: BoolProperty(
+        name="Glossy Bounces",
+        description="What metals, gloss and coatings mirror goes on to other surfaces, as if these were "
+        "matte. Off: it is left out, and rooms are darker",
+        default=DEFAULTS.glossy_bounces,
+    )
     error_percent: FloatProperty(
         name="Target Error",
         description="Accepted relative error: half of it takes about three times as long",
@@ -264,6 +270,7 @@ def settings_of(properties: RadiositySettings, objects: tuple[str, ...] = ()) ->
         quality=DEFAULTS.quality if properties.quality == CUSTOM else properties.quality.lower(),
         error=typed(properties.error) if properties.quality == CUSTOM else None,
         shading_normals=properties.shading_normals,
+        glossy_bounces=properties.glossy_bounces,
         time_limit=typed(properties.time_limit) if properties.use_time_limit else None,
         seed=properties.seed,
         threads=properties.threads,

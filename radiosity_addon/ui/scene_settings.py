@@ -54,6 +54,7 @@ def _fill(properties, settings: Settings) -> None:
         properties.image_dir = settings.image_dir
         properties.format = (settings.format or "exr").upper()
     properties.shading_normals = settings.shading_normals
+    properties.glossy_bounces = settings.glossy_bounces
     properties.byte_colors = settings.color_type == "byte"
     properties.auto_scale = settings.scale == 0
     properties.seed, properties.threads = settings.seed, settings.threads

@@ -144,4 +144,4 @@ def value_at(field, triangle, u, v):
         for j, wx in ((column, 1 - (x - column)), (column + 1, x - column)):
             pixel = field.pixels[np.clip(i, 0, height - 1), np.clip(j, 0, width - 1)]
             result += wx * wy * pixel
-    return (srgb_to_linear(result) if field.encoded else result) * field.factor
+    return (srgb_to_linear(result) if field.encoded else result) * field.factor + field.offset

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radiosity_addon.export.principled import diffuse_share, mirrored_share
+from radiosity_addon.export.principled import diffuse_share
 from tests.export.stage import (
     add_image,
     add_material,
@@ -44,7 +44,7 @@ def test_principled_is_as_cycles_bakes_it(blender, export, name):
     color = cycles_bake(blender, plane, "DIFFUSE", ("COLOR",), samples=4)[0, 0]
     emission = cycles_bake(blender, plane, "EMIT", (), samples=4)[0, 0]
     # The table of the coating's albedo is interpolated: 0.2 % of reflectance.
-    np.testing.assert_allclose(value_at(material.reflectance, 0, 0.3, 0.3), color, atol=2e-3)
+    np.testing.assert_allclose(value_at(material.shown, 0, 0.3, 0.3), color, atol=2e-3)
     np.testing.assert_allclose(value_at(material.emission, 0, 0.3, 0.3), emission, atol=1e-4)
 
 
@@ -53,35 +53,6 @@ def test_diffuse_share_of_known_coatings():
     assert diffuse_share(1.5, 0.0) == pytest.approx(0.96, abs=2e-4)
     assert diffuse_share(1.0, 0.5) == 1.0
     assert diffuse_share(1.5, 0.0, level=1.0) == pytest.approx(0.92, abs=4e-4)
-
-
-@pytest.mark.parametrize("index", [1.2, 1.5, 2.4])
-def test_mirrored_share_is_fresnels_mean(index):
-    """The closed form of ∫ 2 μ F(μ) dμ for unpolarized light (Duntley 1942, as in Egan and Hilgeman 1979,
-    "Optical properties of inhomogeneous materials")."""
-    n = index
-    exact = (
-        0.5 + (n - 1) * (3 * n + 1) / (6 * (n + 1) ** 2)
-        + n**2 * (n**2 - 1) ** 2 / (n**2 + 1) ** 3 * np.log((n - 1) / (n + 1))
-        - 2 * n**3 * (n**2 + 2 * n - 1) / ((n**2 + 1) * (n**4 - 1))
-        + 8 * n**4 * (n**4 + 1) / ((n**2 + 1) * (n**4 - 1) ** 2) * np.log(n)
-    )
-    assert mirrored_share(index, 0.0) == pytest.approx(exact, rel=0.005)
-    assert mirrored_share(index, 0.5, level=0.0) == 0
-
-
-def test_coatings_that_mirror_more_than_the_error_are_named(blender, export):
-    """Blender's default mirrors 0.0918 · 0.94 = 9 % of the light."""
-    coating = lambda **settings: [w for w in export(**settings).warnings if "coatings" in w]  # noqa: E731
-    add_plane(blender, material=principled(blender))
-    (text,) = coating(error=0.03)
-    assert "up to 9 %" in text and material_of(export()).name in text
-    assert not coating(error=0.1)
-    assert not coating(error=0.03, passes=("direct",))
-    for material in blender.data.materials:
-        tree = material.node_tree
-        tree.nodes["Principled BSDF"].inputs["Specular IOR Level"].default_value = 0
-    assert not coating(error=0.03)
 
 
 def test_shaders_and_their_mixtures(blender, export):
@@ -192,11 +163,6 @@ def test_emission_of_strength_zero_is_black(blender, export):
     next(n for n in material.node_tree.nodes if n.type == "EMISSION").inputs[1].default_value = 0
     add_plane(blender, material=material)
     assert not np.any(material_of(export()).emission.value)
-
-
-def test_metal_is_named(blender, export):
-    add_plane(blender, material=principled(blender, Metallic=1.0))
-    assert any("mirroring" in w and "Principled" in w for w in export().warnings)
 
 
 def test_unlinked_output_is_black(blender, export):

@@ -113,7 +113,7 @@ def test_guided_rays_change_no_mean(useful):
         receivers, settings = meshes.triangle_receivers(scene), Settings(error=0.005, seed=seed)
         context = open_scene(scene, receivers, settings)
         found = solve_opened(context, receivers, settings, Options(useful=useful))
-        level = found.emission + found.reflectance / np.pi * (found.direct + found.indirect)
+        level = found.emission + found.diffuse / np.pi * (found.direct + found.indirect)
         ratio = np.pi * level[:, 0] / expected
         assert np.sqrt(np.mean((ratio - 1) ** 2)) < 0.01  # twice what is asked for
         means.append(ratio.mean())

@@ -142,5 +142,5 @@ def test_receivers_reflect_the_mean_of_their_pictures():
     row, column = np.indices((64, 64))
     weight = (column > row) + 0.5 * (column == row)
     truth = np.einsum("rc,rcd->d", weight, pixels.astype(float)) / (64 * 64 / 2)
-    np.testing.assert_allclose(found.reflectance[0], truth, rtol=1e-5)
+    np.testing.assert_allclose(found.diffuse[0], truth, rtol=1e-5)
     np.testing.assert_allclose(found.emission[0], truth, rtol=1e-5)

@@ -107,7 +107,7 @@ def test_one_channel_gives_what_three_give_in_less_time(monkeypatch):
 
     def timed(self, halves, left):
         gray = Surface(
-            self.surface.reflectance[:, :1], self.surface.emission[:, :1], self.surface.area
+            self.surface.diffuse[:, :1], self.surface.emission[:, :1], self.surface.area
         )
         narrow = [
             Lighting(half.direct[:, :1], half.beams[:, :1], half.points, half.bounced[:, :1], half.first[:, :1],

@@ -195,7 +195,7 @@ class ErrorEstimator:
         smoothed = smooth(lattices, a, b, weight, self.threads)
         difference = weight * (smoothed.a - smoothed.b) / 2
         bias = smoothed.square - 2 * row_squares(difference)  # error less noise
-        channels = self.surface.reflectance.shape[1]
+        channels = self.surface.diffuse.shape[1]
         both = sum(difference[:, k : k + channels] for k in range(0, difference.shape[1], channels))
         return SmoothedLight(smoothed.a, smoothed.b, both, bias, smoothed.touched)  # parts share rays
 
@@ -225,7 +225,7 @@ class ErrorEstimator:
     @cached_property
     def _gain(self) -> np.ndarray:
         """(count, channels) float32 radiance per irradiance."""
-        color = self.surface.reflectance
+        color = self.surface.diffuse
         color = color if Pass.COLOR in self.passes else np.ones_like(color)
         return (color / np.pi).astype(np.float32)
 

@@ -19,10 +19,10 @@ BALANCE = 1.5
 
 @dataclass(frozen=True)
 class Surface:
-    """At receivers, (count, channels): reflectance, and emission as radiance; and the footprints'
+    """At receivers, (count, channels): diffuse reflectance, and emission as radiance; and the footprints'
     area (count,), in any unit."""
 
-    reflectance: np.ndarray
+    diffuse: np.ndarray
     emission: np.ndarray
     area: np.ndarray
 

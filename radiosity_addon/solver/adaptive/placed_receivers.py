@@ -46,6 +46,13 @@ class PlacedReceivers:
         """(count, channels) mean over each receiver."""
         return footprint_means(self.context.mean_reflectance, self.footprints)
 
+    @cached_property
+    def diffuse(self) -> np.ndarray:
+        """(count, channels) mean of the diffuse reflectance over each receiver."""
+        if all(material.diffuse is None for material in self.context.scene.materials):
+            return self.reflectance
+        return footprint_means(self.context.mean_diffuse, self.footprints)
+
     def patches(self, elements: int) -> ReceiverPatches | None:
         """Receivers no larger than so many elements would be, as patches."""
         geometry = self.context.geometry

@@ -174,7 +174,7 @@ def shape_digest(scene: Scene, receivers: Receivers, seed: int) -> str:
     whether each light shines at all: elements are small where the shadows of those that do have
     their edges. The sky counts as shape: rows remember what their rays brought from it."""
     baked = np.unique(scene.object[receivers.triangle])
-    surfaces = [(m.reflectance, m.transmittance, _glows(m.emission), m.back is None)
+    surfaces = [(m.reflectance, m.diffuse, m.transmittance, _glows(m.emission), m.back is None)
                 for m in sides(scene.materials)]  # fmt: skip
     lamps = [(replace(lamp, name="", **{lamp.color_field: None}), _shines(lamp))
               for lamp in scene.lamps]  # fmt: skip

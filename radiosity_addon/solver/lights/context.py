@@ -103,7 +103,14 @@ class Context:
 
     def mean_reflectance(self, regions: Regions) -> np.ndarray:
         """(n, channels) float64 exact mean over regions of fronts."""
-        mean, _ = material_means(self.scene, "reflectance", regions)
+        return self._mean_share("reflectance", regions)
+
+    def mean_diffuse(self, regions: Regions) -> np.ndarray:
+        """(n, channels) float64 exact mean of the diffuse reflectance over regions of fronts."""
+        return self._mean_share("shown", regions)
+
+    def _mean_share(self, quantity: str, regions: Regions) -> np.ndarray:
+        mean, _ = material_means(self.scene, quantity, regions)
         return np.clip(mean[:, : self.channels], 0, 1)
 
     def _evaluate(

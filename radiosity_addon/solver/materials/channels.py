@@ -18,7 +18,7 @@ SAMPLE = 4096  # number [values] that are looked at before all are
 def channels_of(scene: Scene) -> int:
     """1 where the channels of every color in use are alike, else 3."""
     used = used_sides(scene)
-    fields = [f for m in used for f in (m.reflectance, m.emission, m.transmittance)]
+    fields = [f for m in used for f in (m.reflectance, m.shown, m.emission, m.transmittance)]
     colors = [np.asarray(lamp_color(lamp)) for lamp in scene.lamps]
     colors += [] if scene.sky is None else [scene.sky.pixels]
     gray = all(map(_gray, colors)) and all(map(_gray_field, fields))
@@ -29,7 +29,8 @@ def _gray_field(field: Field) -> bool:
     if isinstance(field, Constant):
         return _gray(np.asarray(field.value))
     if isinstance(field, Texture):
-        return _gray(np.asarray(field.factor, float) * np.ones(3)) and _gray(field.pixels)
+        numbers = (np.asarray(each, float) * np.ones(3) for each in (field.factor, field.offset))
+        return all(map(_gray, numbers)) and _gray(field.pixels)
     return _gray(field.values)
 
 

@@ -12,7 +12,7 @@ def evaluate_material(
     scene: Scene, quantity: str, triangle: np.ndarray, uv: np.ndarray,
     front: np.ndarray | None = None,
 ) -> np.ndarray:
-    """(n, 3) float64: ``quantity`` ("reflectance", "emission", "transmittance") at barycentric
+    """(n, 3) float64: ``quantity`` ("reflectance", "shown", "emission", "transmittance") at barycentric
     ``uv`` (n, 2) of ``triangle`` (n,), seen from the side that ``front`` (n,) bool tells; None:
     all from the front."""
     materials, material = scene.materials, scene.material[triangle]
@@ -41,7 +41,7 @@ def evaluate_field(field: Field, triangle: np.ndarray, uv: np.ndarray) -> np.nda
         return np.einsum("nc,ncd->nd", weights, field.values[triangle].astype(float))
     point = np.einsum("nc,ncd->nd", weights, field.uv[triangle].astype(float))
     found = _lookup(field, point)
-    return (srgb_to_linear(found) if field.encoded else found) * field.factor
+    return (srgb_to_linear(found) if field.encoded else found) * field.factor + field.offset
 
 
 def _lookup(texture: Texture, point: np.ndarray) -> np.ndarray:

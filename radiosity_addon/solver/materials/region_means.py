@@ -101,6 +101,7 @@ class FieldMeans:
             self._sums.means(point[some], u[some], v[some], regions.square), [3], axis=1
         )
         spread[some] = np.sqrt(np.maximum(square[:, 0] - (mean**2).mean(axis=1), 0))
+        mean += self.field.offset
         if self.field.interpolation != "Closest":
             small = some[extent[some] < SEEN]
             spread[small] = self._spread(regions.take(small))
@@ -127,7 +128,7 @@ class FieldMeans:
 
 def material_means(scene: Scene, quantity: str, regions: Regions, front: bool = True):
     """(n, 3) means and (n,) deviations, as of ``FieldMeans``, of a quantity ("reflectance",
-    "emission") of the triangles' materials, on the fronts of all or on the backs of all."""
+    "shown", "emission") of the triangles' materials, on the fronts of all or on the backs of all."""
     fields = [getattr(m if front else m.back or m, quantity) for m in scene.materials]
     constants = [f.value if isinstance(f, Constant) else (0, 0, 0) for f in fields]
     material, spread = scene.material[regions.triangle], np.zeros(len(regions.triangle))

@@ -127,7 +127,8 @@ class TextureSums:
 
 
 def sum_texture(texture: Texture) -> TextureSums:
-    """The sums of a texture's three channels, where negative 0, and of their mean square."""
+    """The sums of a texture's three channels, without the offset, where negative 0, and of their mean
+    square."""
     fine = _decoded_finely(_halved(texture))
     texels = np.maximum(np.asarray(fine.pixels, float) * fine.factor, 0)
     texels = np.concatenate([texels, (texels**2).mean(axis=2, keepdims=True)], axis=2)
