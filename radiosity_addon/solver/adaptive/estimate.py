@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,6 +15,10 @@ from .relative_error import area_shares, mean_over
 # (h² against 1/h in two dimensions), and replicates come out more alike than they are, as levels are
 # chosen by the same numbers (docs/theory.md).
 BALANCE = 1.5
+# Factor [of half of what the replicates' means over wide neighborhoods differ by]: the bias of their elements
+# that their mean has. The bias falls as elements' area, of which one replicate has 1.35/0.6 = 2.25 times
+# the other's: biases of 2.25 b and b have the mean 1.625 b and half the difference 0.625 b.
+ALIKE = 2.6
 
 
 @dataclass(frozen=True)
@@ -49,6 +53,23 @@ class Estimate:
     direct_square: np.ndarray  # (count,) relative, mean over channels
     gather_square: np.ndarray  # (count,)
     difference: np.ndarray  # (count, channels) relative: half the replicates' difference, as gathered
+    common: float = 0.0  # relative: error that wide neighborhoods share, which is that of elements
+
+    def with_common(self, difference: float, share_of_elements: float) -> Estimate:
+        """With the error that neighbors share, of half the ``difference`` of the replicates' means over
+        wide neighborhoods. As much of that as rays of rows met elements is taken to be of their size:
+        then it is alike in both replicates for the most part, and widens the error."""
+        common = (1 + (ALIKE - 1) * share_of_elements) * difference
+        error = np.sqrt(self.error**2 + common**2 - difference**2)
+        return replace(self, error=float(error), common=float(common))
+
+    @cached_property
+    def uncertainty(self) -> float:
+        """By what share of itself the squared error is uncertain, at most 1 or so: that of n receivers
+        that are alike by √(2/n), and fewer count where few have most of it."""
+        part = self.share * row_squares(self.difference)
+        total = part.sum()
+        return float(np.sqrt(2 * (part**2).sum()) / total) if total > 0 else 0.0
 
     @property
     def square(self) -> np.ndarray:

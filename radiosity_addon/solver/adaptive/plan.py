@@ -20,6 +20,7 @@ VERY_MANY_RECEIVERS, RECEIVERS_PER_ELEMENT = 1_200_000, 200
 # element of a room's size gets their light wrong, alike in both replicates. Measured when each corner
 # counted as much as any other, however small its faces.
 ELEMENTS, CORNER_ELEMENTS = 1000.0, 8000.0
+MOST_ELEMENTS = 200_000  # number [elements]: with so many, none get finer
 MOST_ROW_RAYS = 10_000_000  # number [rays of all elements]: bounds the memory of their rows
 
 
@@ -39,7 +40,7 @@ class Plan:
 
     def refined(self, excess: float) -> Plan:
         """More elements, whose error is ``excess`` times what it may be (error² ~ 1 / elements)."""
-        elements = int(self.elements * min(max(excess**2, 2), 16))
+        elements = int(min(self.elements * min(max(excess**2, 2), 16), MOST_ELEMENTS))
         rays = 2 * self.row_rays if 2 * self.row_rays * elements <= MOST_ROW_RAYS else self.row_rays
         return replace(self, elements=elements, row_rays=rays, patch_rays=2 * self.patch_rays)
 

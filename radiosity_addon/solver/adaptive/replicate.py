@@ -70,6 +70,8 @@ class Replicate:
     light: Lighting = field(init=False)
     residuals: Residuals | None = None  # of paths with these radiosities
     correction: Correction | None = None
+    found_on_elements: float = 0.0  # relative bias, see ``RoundResult``
+    share_of_elements: float = 0.0
     lessons: list[Lesson] = field(default_factory=list)  # of the last round
 
     def __post_init__(self) -> None:
@@ -143,6 +145,9 @@ class Replicate:
         self.row_radiosity = radiosity.reflected[: radiosity.patches.first].copy()
         self.light.forget_gathered()
         self.residuals = self.correction = None
+        self.found_on_elements = self.share_of_elements = 0.0
+        if radiosity.transport is not None:
+            self.share_of_elements = radiosity.share_of_elements()
         return self._figures()
 
     def move_to(self, receivers: Receivers, tile: int) -> None:
@@ -152,6 +157,7 @@ class Replicate:
             self._use_gathered()
         self.placed, self.lessons = placed(self.context, receivers, tile), []
         self.residuals = self.correction = None
+        self.found_on_elements = 0.0
         self.light = no_light(self.placed.count, self.context.channels)
 
     def _key(self, *key: int) -> tuple[int, ...]:
@@ -167,8 +173,13 @@ class Replicate:
         self._correct()
 
     def _correct(self) -> None:
-        """Find the correction, and add it to what is gathered."""
-        self.correction = find_correction(self.residuals, self._regions(self.residuals))
+        """Find the correction, and what of it are elements'."""
+        regions = self._regions(self.residuals)
+        self.correction = find_correction(self.residuals, regions)
+        on_elements = self.residuals.places.entry >= self.radiosity.patches.cells
+        if on_elements.any():
+            theirs = find_correction(self.residuals.of_visits(on_elements), regions)
+            self.found_on_elements = theirs.found
 
     def give(self) -> Radiosity:
         """The radiosities of now."""
@@ -225,7 +236,9 @@ class Replicate:
             gathered = self.light.bounced / np.maximum(self.light.rays, 1)
             self.light.correction[:] = self.correction.share(gathered, self.placed.footprints.area)
             uncorrected = self.correction.uncorrected[self.correction.region].astype(np.float32)
-        return RoundResult(self.light, self._figures(), uncorrected)
+        return RoundResult(
+            self.light, self._figures(), uncorrected, self.found_on_elements, self.share_of_elements
+        )
 
     def learn(self) -> Learning:
         """What the rays of the last round teach."""

@@ -26,3 +26,7 @@ class RoundResult:
     light: Lighting
     figures: SolveFigures
     uncorrected: np.ndarray | None  # (count,) float32: squared relative bias that is not corrected
+    # Relative bias, root mean square, that paths along the residual found on elements; and the share of
+    # what rows' rays met that are elements.
+    found_on_elements: float = 0.0
+    share_of_elements: float = 0.0

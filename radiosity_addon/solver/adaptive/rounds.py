@@ -15,8 +15,8 @@ from ..gather.lighting import Lighting, Samples
 from ..sampling.guide import USEFUL, Guide, joined, make_guide
 from .error_estimator import DIRECT_SHARE, ErrorEstimator
 from .estimate import Estimate
-from .plan import Plan, round_up
-from .replicate import MOST_PATHS, Replicate
+from .plan import MOST_ELEMENTS, Plan, round_up
+from .replicate import FEW_ON_ELEMENTS, MOST_PATHS, Replicate
 from .requests import (
     AddLight,
     Answer_co,
@@ -34,7 +34,6 @@ from .solve_cache import Solve, SolveCache, cached_solve
 MAX_ROUNDS = 20  # number [rounds], at most
 MAX_SAMPLES = 1 << 14  # number [rays or points of a receiver] in one round, at most
 ELEMENTS_SHARE = 0.8  # error [of the goal] common to neighbors: above it elements get finer
-MOST_ELEMENTS = 200_000  # number [elements]: with more, none get finer
 LAST_RESTART = 6  # number [rounds]: after so many, solving anew would waste too much
 GROWTH = 8  # factor [samples so far]: the most in one round
 # Number [rays] of a large round, and its GROWTH: elements may be too coarse.
@@ -44,7 +43,18 @@ BIAS_SHARE = 0.7
 MOST_MORE_PATHS = 8  # factor [paths along the residual]: the most in one round
 CLOSE = 0.95  # error [of what is enough] that rays do not lower: above it elements get finer
 NEAR = 1.1  # factor [of the error that rays do not lower]: below it no more rays are traced
+SURE = 2.0  # uncertainty [standard deviations] of an error that rays do not lower, before it counts
 TELLING = 1.25  # factor [rays of the round before]: from it on, two rounds tell what rays do not lower
+
+
+@dataclass(frozen=True)
+class Past:
+    """A round since the last solve: rays of a receiver, what is squared error of theirs, and by what share
+    of itself that is uncertain."""
+
+    rays: float
+    square: float
+    uncertainty: float
 
 
 class Clock:
@@ -92,10 +102,11 @@ class Rounds:
         direct, gathered = [(everyone, plan.points)], [(everyone, plan.rays)]
         learning = guide = None
         learns = True
-        history = []  # since the last solve: rays of a receiver, and what is squared error of theirs
+        history: list[Past] = []
         for step in range(MAX_ROUNDS):
             began, work = time.perf_counter(), _samples(direct, gathered)
-            replicates, estimate = self._gathered(AddLight(direct, gathered, step, guide, learns))
+            request = AddLight(direct, gathered, step, guide, learns)
+            replicates, estimate = self._gathered(request, plan.enough)
             light = replicates[0].light
             if estimate.error <= plan.enough:
                 break
@@ -104,14 +115,14 @@ class Rounds:
                 guide = make_guide(learning, self.useful)
                 learns = guide is not None  # the first rays tell well enough whether one pays
             floor = _least_error(history, estimate, light, plan)
-            excess = max(self.estimator.common(estimate), floor) / (ELEMENTS_SHARE * plan.goal)
+            excess = max(_of_elements(replicates, estimate), floor) / (ELEMENTS_SHARE * plan.goal)
             coarse = excess > 1 and plan.elements < MOST_ELEMENTS
             if coarse and step < LAST_RESTART and not self.radiosity_given:
                 plan, history = plan.refined(excess), []
                 if not self._time_for(self._seconds_of_restart()):
                     break
+                rays = round_up(np.median(light.rays), 4, MAX_SAMPLES)  # before they are forgotten
                 plan = self._solve(plan)
-                rays = round_up(np.median(light.rays), 4, MAX_SAMPLES)
                 direct, gathered = [], [(everyone, rays)]
                 continue
             followed = self._followed_more_paths(estimate, plan)
@@ -125,11 +136,17 @@ class Rounds:
                 break
         return estimate, [replicate.figures for replicate in replicates]
 
-    def _gathered(self, request: AddLight) -> tuple[tuple[RoundResult, RoundResult], Estimate]:
-        """What both replicates have after one more round, and the estimate by it."""
+    def _gathered(
+        self, request: AddLight, enough: float
+    ) -> tuple[tuple[RoundResult, RoundResult], Estimate]:
+        """What both replicates have after one more round, and the estimate by it. What neighbors have in
+        common is left out where it is not asked for: no elements, and the error is ``enough``."""
         replicates = self._both(request)
         light = [replicate.light for replicate in replicates]
         estimate = self.estimator.weigh(light, [replicate.uncorrected for replicate in replicates])
+        share = np.mean([replicate.share_of_elements for replicate in replicates])
+        if estimate.error > enough or share > FEW_ON_ELEMENTS:
+            estimate = estimate.with_common(self.estimator.common(estimate), share)
         self.clock.lap("gather")
         return replicates, estimate
 
@@ -205,24 +222,31 @@ def _alike(samples: np.ndarray, least: int) -> list[tuple[np.ndarray, int]]:
     return [(some[exponent == e], 1 << int(e)) for e in np.unique(exponent)]
 
 
-def _least_error(
-    history: list[tuple[float, float]], estimate: Estimate, light: Lighting, plan: Plan
-) -> float:
+def _of_elements(replicates: tuple[RoundResult, RoundResult], estimate: Estimate) -> float:
+    """The relative error that finer elements would lower: what neighbors have in common, or the bias that
+    paths along the residual found on them in both replicates: of one alone, noise finds some now and then."""
+    found = np.prod([replicate.found_on_elements for replicate in replicates])
+    return max(estimate.common, float(np.sqrt(found)))
+
+
+def _least_error(history: list[Past], estimate: Estimate, light: Lighting, plan: Plan) -> float:
     """The error that stays however many rays there are. This round is added to ``history``."""
     shadows, dim = estimate.squares()
-    history.append((light.rays.mean(), dim))
-    return _floor(history, min(shadows, DIRECT_SHARE * plan.goal**2), plan.enough)
+    history.append(Past(light.rays.mean(), dim, estimate.uncertainty))
+    return least_error_of(history, min(shadows, DIRECT_SHARE * plan.goal**2), plan.enough)
 
 
-def _floor(history: list[tuple[float, float]], shadows: float, enough: float) -> float:
+def least_error_of(history: list[Past], shadows: float, enough: float) -> float:
     """The error that stays however many rays there are, if the rest of its square falls as
-    1 / rays, from (rays, squared error) of the last two rounds, and ``shadows``, the square that
-    is left to direct light; 0 where it is well below ``enough``, or they cannot tell: the first
-    round's rays are not aimed yet."""
-    if len(history) < 3 or history[-1][0] < TELLING * history[-2][0]:
+    1 / rays, from the last two rounds, and ``shadows``, the square that is left to direct light; 0 where
+    it is well below ``enough``, or they cannot tell: the first round's rays are not aimed yet, and
+    the squares are uncertain."""
+    if len(history) < 3 or history[-1].rays < TELLING * history[-2].rays:
         return 0.0
-    (few, high), (many, low) = history[-2:]
-    floor = np.sqrt(max(many * low - few * high, 0.0) / (many - few) + shadows)
+    before, now = history[-2:]
+    left = now.rays * now.square - before.rays * before.square
+    left -= SURE * np.hypot(*(past.rays * past.square * past.uncertainty for past in (before, now)))
+    floor = np.sqrt(max(left, 0.0) / (now.rays - before.rays) + shadows)
     return floor if floor > CLOSE * enough else 0.0
 
 

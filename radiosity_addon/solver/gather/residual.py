@@ -48,6 +48,12 @@ class Residuals:
     visit: np.ndarray
     value: np.ndarray
 
+    def of_visits(self, chosen: np.ndarray) -> Residuals:
+        """The same paths with what the ``chosen`` (k,) bool places alone added to them."""
+        light = self.value[chosen].astype(float)
+        lack = sums_of(self.visit[chosen], light, len(self.owner))
+        return replace(self, lack=lack.astype(np.float32))
+
 
 def follow_residual(
     context: Context, footprints: Footprints, radiosity: Radiosity, paths: int, *key: int

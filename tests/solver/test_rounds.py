@@ -1,0 +1,66 @@
+"""What rounds decide by: errors that no rays lower, and what elements get wrong alike in both replicates."""
+
+import numpy as np
+import pytest
+
+from radiosity_addon.solver.adaptive.estimate import Estimate
+from radiosity_addon.solver.adaptive.plan import MOST_ELEMENTS, make_plan
+from radiosity_addon.solver.adaptive.rounds import Past, least_error_of
+
+SIZES = np.array([0.6, 1.35])  # of the replicates' numbers of elements
+
+
+def estimate(difference, error=0.01) -> Estimate:
+    """Of receivers alike in area, whose replicates have a half ``difference`` (n,)."""
+    n = len(difference)
+    share, none = np.full(n, 1 / n), np.zeros((n, 1), np.float32)
+    return Estimate(
+        1.0, none, none, error, error, error, np.zeros(64), 1.0, share, none[:, 0], none[:, 0],
+        np.asarray(difference, np.float32)[:, None],
+    )
+
+
+@pytest.mark.parametrize("bias", [0.001, 0.02])
+def test_a_bias_that_falls_with_the_elements_is_told_from_the_replicates_difference(bias):
+    """Biases in proportion to the elements' area, which is 1 / their number: half of what the
+    replicates differ by is in the estimate, and after it the bias of their mean."""
+    each = bias / SIZES
+    half = abs(each[0] - each[1]) / 2
+    found = estimate(np.full(8, half), half).with_common(half, 1.0)
+    assert found.error == pytest.approx(each.mean(), rel=0.01)
+    assert found.common == pytest.approx(each.mean(), rel=0.01)
+
+
+def test_where_no_ray_meets_an_element_nothing_is_added():
+    assert estimate(np.zeros(8)).with_common(0.004, 0.0).error == pytest.approx(0.01, rel=1e-12)
+
+
+def test_the_uncertainty_of_the_square_is_that_of_those_that_have_it():
+    """n normal numbers: their mean square has the relative deviation √(2/n). One of a hundred receivers
+    that is a hundred times as far off as the others has nearly all of it: as if it were alone."""
+    assert estimate(np.full(200, 0.01)).uncertainty == pytest.approx(np.sqrt(2 / 200))
+    few = estimate(np.append(np.full(99, 1e-4), 0.01))
+    assert few.uncertainty == pytest.approx(np.sqrt(2), rel=0.01)
+
+
+def test_few_receivers_cannot_tell_what_rays_do_not_lower():
+    """With eight times the rays the squared error is the same: all of it stays, by 10,000 receivers. By
+    one alone it may be chance."""
+    def of(n):
+        past = [Past(8.0, 4e-4, 1.0), *(Past(rays, 4e-4, np.sqrt(2 / n)) for rays in (80.0, 640.0))]
+        return least_error_of(past, 0.0, 0.01)
+
+    assert of(10_000) == pytest.approx(0.02, rel=0.05)
+    assert of(1) == 0.0
+
+
+def test_an_error_that_falls_as_rays_leaves_nothing():
+    past = [Past(rays, 0.3 / rays, 0.01) for rays in (8.0, 80.0, 640.0)]
+    assert least_error_of(past, 0.0, 0.01) == 0.0
+
+
+def test_elements_have_a_limit():
+    """Sixteen times as many at once, at most, and no more than MOST_ELEMENTS."""
+    plan = make_plan(0.01, 16, False)
+    assert plan.refined(100.0).elements == 16 * plan.elements < MOST_ELEMENTS
+    assert plan.refined(100.0).refined(100.0).elements == MOST_ELEMENTS
