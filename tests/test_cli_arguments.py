@@ -31,7 +31,7 @@ def test_every_option_reaches_the_settings():
         "room.blend --output out.blend --report r.json --objects Floor Wall --objects Roof "
         "--target image --domain point --resolution 256 --uv-map Light --margin 3 --image-dir d "
         "--format png --name Lit --passes indirect,direct --quality draft --error 0.02 "
-        "--time-limit 5 --no-shading-normals --seed 7 --threads 2"
+        "--time-limit 5 --no-shading-normals --no-glossy-bounces --seed 7 --threads 2"
     )
     request = parse(words.split())
     assert (request.output, request.report) == ("out.blend", "r.json")
@@ -50,6 +50,7 @@ def test_every_option_reaches_the_settings():
         error=0.02,
         time_limit=5.0,
         shading_normals=False,
+        glossy_bounces=False,
         seed=7,
         threads=2,
     )
@@ -125,6 +126,6 @@ def test_help_names_every_option(capsys):
     text = capsys.readouterr().out
     for option in (
         "output objects target domain resolution uv-map margin image-dir format name passes "
-        "quality error seed threads report demo time-limit no-shading-normals"
+        "quality error seed threads report demo time-limit no-shading-normals no-glossy-bounces"
     ).split():
         assert f"--{option}" in text

@@ -20,6 +20,7 @@ from .shaders import SurfaceShader, read_sides
 from .sockets import Reader
 
 DEFAULT_REFLECTANCE = 0.8  # reflectance [of 1] of a face without material, as in Cycles
+DULL = 1 / 3  # error [of what dull coatings mirror] in rooms whose light goes all around instead (docs/parity.md)
 MOSTLY_GLOSSY = 0.5  # share [of the light]: a material that mirrors more is named as a mirror
 
 
@@ -124,20 +125,24 @@ def _clamped(color: Color, limit: float, name: str, what: str, warnings: list[st
 
 
 def gloss_remarks(palette: Palette, settings: Settings) -> list[str]:
-    """Warnings about materials that mirror a larger share of the light than the error asked for, where it
-    is left out, or does not go where it would: neither is in the estimated error."""
+    """A warning where what materials mirror is left out, or does not go where it would, and more of it than
+    the error asked for matters: neither is in the estimated error."""
     if Pass.INDIRECT not in settings.passes:
         return []
-    return _sharp_remarks(palette, settings) if settings.glossy_bounces else _left_out(palette, settings)
+    return _misdirected(palette, settings) if settings.glossy_bounces else _left_out(palette, settings)
 
 
-def _sharp_remarks(palette: Palette, settings: Settings) -> list[str]:
-    shares = {name: front.sharp for name, front, _ in palette.surfaces if front.sharp > settings.target_error}
+def _misdirected(palette: Palette, settings: Settings) -> list[str]:
+    shares = {
+        name: front.glossy
+        for name, front, _ in palette.surfaces
+        if front.sharp + DULL * (front.glossy - front.sharp) > settings.target_error
+    }
     if not shares:
         return []
     return [
-        f"metal or smooth, and mirroring up to {100 * max(shares.values()):.0f} % of the light: it goes on to other "
-        "surfaces as if these were matte, all around instead of one way, which is no part of the error: "
+        f"what metals, gloss and coatings mirror, up to {100 * max(shares.values()):.0f} % of the light, goes on as from "
+        "matte surfaces, all around instead of one way; what that changes is no part of the error: "
         f"{some_names(list(shares))}"
     ]
 

@@ -186,8 +186,9 @@ def test_what_cycles_evaluates_is_about_what_is_read(blender, export, inputs):
     assert np.abs(found - expected).max() > 0  # it is another way
 
 
-def test_sharp_mirrors_are_named_and_dull_coatings_are_not(blender, export):
-    said = lambda **settings: [w for w in export(**settings).warnings if "as if these were matte" in w]  # noqa: E731
+def test_what_has_a_direction_is_named(blender, export):
+    """Metals and smooth coatings count by all that they mirror, dull coatings, 6 %, by a third of it."""
+    said = lambda **settings: [w for w in export(**settings).warnings if "as from matte" in w]  # noqa: E731
     for name, inputs in {"Dull": {}, "Lacquer": {"Roughness": 0.05}, "Steel": {"Metallic": 1.0}}.items():
         material = principled(blender, **inputs)
         material.name = name
@@ -197,6 +198,8 @@ def test_sharp_mirrors_are_named_and_dull_coatings_are_not(blender, export):
     assert not said(error=0.03, passes=("direct", "color"))
     (text,) = said(error=0.1)
     assert "Lacquer" not in text
+    (text,) = said(error=0.01)
+    assert '"Dull"' in text
 
 
 def test_what_is_left_out_is_named_where_gloss_is_off(blender, export):

@@ -50,12 +50,14 @@ def test_every_setting_has_its_property(properties, tmp_path):
     properties.error = 0.25
     properties.use_time_limit, properties.time_limit = True, 12
     properties.shading_normals = False
+    properties.glossy_bounces = False
     properties.seed = 7
     properties.threads = 2
     assert settings(properties, objects=("A",)) == Settings(
         objects=("A",), target="image", domain="point", resolution=256, uv_map="Light", margin=3,
         image_dir=str(tmp_path), format="hdr", name="Glow", passes=("direct", "indirect"),
-        error=0.25, time_limit=12, shading_normals=False, seed=7, threads=2,
+        error=0.25, time_limit=12, shading_normals=False, glossy_bounces=False, seed=7,
+        threads=2,
     )  # fmt: skip
 
 
