@@ -20,6 +20,11 @@ class PickleReader(pickle.Unpickler):
         self._writer = writer
 
     def find_class(self, module: str, name: str):
-        if module == self._writer or module.startswith(self._writer + "."):
-            module = PACKAGE + module[len(self._writer) :]
-        return super().find_class(module, name)
+        return super().find_class(own_module(module, self._writer), name)
+
+
+def own_module(module: str, writer: str) -> str:
+    """What this process calls a module of the package that its ``writer`` calls by that name."""
+    if module == writer or module.startswith(writer + "."):
+        return PACKAGE + module[len(writer) :]
+    return module

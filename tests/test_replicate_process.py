@@ -17,8 +17,8 @@ import pytest
 
 from radiosity_addon.replicate_process import ReplicateProcess, peak_memory, start_replicate_process
 from radiosity_addon.settings import Settings
+from radiosity_addon.solver.adaptive.processes import ProcessLost
 from radiosity_addon.solver.adaptive.requests import FollowMorePaths
-from radiosity_addon.solver.adaptive.second_replicate import ReplicateLost
 from radiosity_addon.solver.adaptive.solve_cache import SolveCache
 from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.progress import Cancelled
@@ -111,7 +111,7 @@ def test_one_that_ends_at_work_is_a_message():
             if stage == "gather":
                 os.kill(process._process.pid, signal.SIGSEGV)
 
-        with pytest.raises(ReplicateLost, match="status -11.*lower the resolution"):
+        with pytest.raises(ProcessLost, match="status -11.*lower the resolution"):
             solve(scene, receivers, replace(SETTINGS, error=5e-3), crash, beside=process)
 
 

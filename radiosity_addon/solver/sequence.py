@@ -14,6 +14,7 @@ from .adaptive.error_estimator import ErrorEstimator
 from .adaptive.estimate import Estimate, Surface
 from .adaptive.placed_receivers import placed
 from .adaptive.plan import Plan, make_plan
+from .adaptive.processes import ProcessLost
 from .adaptive.replicate import Replicate
 from .adaptive.requirements import Requirements, SolverSettings, requirements_of
 from .adaptive.round_result import SolveFigures
@@ -21,7 +22,6 @@ from .adaptive.rounds import MAX_ROUNDS, Clock, Rounds
 from .adaptive.second_replicate import (
     LocalReplicate,
     RemoteReplicate,
-    ReplicateLost,
     SecondReplicate,
 )
 from .adaptive.solve_cache import SolveCache, scene_key
@@ -132,10 +132,10 @@ def begin(
     if beside is not None:
         beside.open(scene, receivers, settings, threads - context.threads)
     requirements = options.requirements or requirements_of(context, settings.passes)
-    mine = placed(context, receivers)
-    first = Replicate(
-        0, context, split_beams(context), mine, requirements, settings.target_error
-    )
+    mine, split = placed(context, receivers), split_beams(context)
+    if beside is not None and beside.helpers is not None:
+        beside.helpers.open(split, context.threads - 1)
+    first = Replicate(0, context, split, mine, requirements, settings.target_error)
     estimator = estimator_of(first, settings.passes, options.project, threads)
     corners = options.project is not None
     plan = make_plan(settings.target_error, receivers.count, bool(estimator.lattices), corners)
@@ -190,10 +190,14 @@ def open_scene(
     """The scene made ready for rays, checked, with the threads that are left where ``beside`` does
     the second replicate. Raises ValueError for a scene that cannot be solved."""
     check_scene(scene, receivers)
-    threads = thread_count(settings.threads)
+    threads, helpers = thread_count(settings.threads), None
     if beside is not None:
-        threads = (threads + 1) // 2
-    return build_context(scene, settings.seed, threads, progress or silent)
+        threads, helpers = (threads + 1) // 2, beside.helpers
+    if helpers is not None:
+        helpers.leave()  # the scene before
+    return build_context(
+        scene, settings.seed, threads, progress or silent, helpers=helpers
+    )
 
 
 def _second_replicate(
@@ -205,7 +209,7 @@ def _second_replicate(
         try:
             beside.answers()
             return beside, lost
-        except ReplicateLost as error:
+        except ProcessLost as error:
             lost = (f"{error}; the bake was done by one process, which takes longer",)
     return LocalReplicate(replace(first, number=1)), lost
 

@@ -9,10 +9,12 @@ from dataclasses import is_dataclass
 import numpy as np
 import pytest
 
+from radiosity_addon.helper_processes import HelperProcesses
 from radiosity_addon.replicate_process import ReplicateProcess
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.adaptive import requests
 from radiosity_addon.solver.adaptive.plan import Plan
+from radiosity_addon.solver.adaptive.processes import OpenHelpers
 from radiosity_addon.solver.adaptive.requirements import SolverSettings
 from radiosity_addon.solver.adaptive.second_replicate import (
     LocalReplicate,
@@ -31,12 +33,14 @@ from radiosity_addon.solver.lights.suns import Suns
 from radiosity_addon.solver.sampling.guide import PlainRays, start_learning, sums_by_bin
 from radiosity_addon.solver.scene import AreaLamp, Lamp, PointLamp, SunLamp
 from radiosity_addon.solver.transport.solve_patches import SolvePlan
+from radiosity_addon.solver.workers.parallel import Helpers
 
 KINDS = [
     *((Lamp, kind) for kind in (PointLamp, SunLamp, AreaLamp)),
     *((LightBatch, kind) for kind in (Polygons, FacingDisks, SphereLights, Suns, SkySpots)),
     (Neighborhood, Lattice), (Neighborhood, Graph),
     (SecondReplicate, LocalReplicate), (RemoteReplicate, ReplicateProcess),
+    (Helpers, HelperProcesses), (OpenHelpers, HelperProcesses),
     (SolvePlan, Plan), (SolverSettings, Settings),
 ]  # fmt: skip
 NAMES = [f"{kind.__name__} as {protocol.__name__}" for protocol, kind in KINDS]
@@ -52,7 +56,8 @@ def members(protocol) -> list[str]:
 def has(kind, name: str) -> bool:
     """Whether instances have it: a method, a property, or a field; or what __init__ sets."""
     fields = getattr(kind, "__dataclass_fields__", {})
-    return hasattr(kind, name) or name in fields or f"self.{name}" in inspect.getsource(kind)
+    sources = [inspect.getsource(each) for each in kind.__mro__ if each is not object]
+    return hasattr(kind, name) or name in fields or any(f"self.{name}" in text for text in sources)
 
 
 @pytest.mark.parametrize("protocol, kind", KINDS, ids=NAMES)

@@ -28,6 +28,7 @@ from ..sampling.streams import Stream
 from ..scene import Scene
 from ..transport.radiosity import Radiosity
 from ..transport.solve_patches import divided, solve_radiosity, without_reflection
+from ..workers.parallel import Helpers
 from .correction import (
     Correction,
     biased_elements,
@@ -253,10 +254,11 @@ class Replicate:
 
 
 def build_replicate(
-    scene: Scene, receivers: Receivers, settings: SolverSettings, threads: int
+    scene: Scene, receivers: Receivers, settings: SolverSettings, threads: int,
+    helpers: Helpers | None = None,
 ) -> Replicate:
     """The second replicate, from what ``sequence.solve`` is given."""
-    context = build_context(scene, settings.seed, threads, silent)
+    context = build_context(scene, settings.seed, threads, silent, helpers=helpers)
     requirements = requirements_of(context, settings.passes)
     if requirements.reflected:
         context.find_crossings()  # now: the first replicate counts the rays for both

@@ -14,6 +14,7 @@ from ..sampling.guide import Guide, Learning
 from ..scene import Scene
 from ..transport.radiosity import Radiosity
 from .plan import Plan
+from .processes import OpenHelpers
 from .replicate import Replicate, build_replicate
 from .requirements import SolverSettings
 from .round_result import RoundResult, SolveFigures
@@ -30,17 +31,21 @@ class Request(Protocol[Answer_co]):
 
 @dataclass(frozen=True)
 class OpenScene:
-    """The first request to another process: make the second replicate, of what ``sequence.solve``
-    is given. It is answered by None."""
+    """An Opening: make the second replicate, of what ``sequence.solve`` is given."""
 
     scene: Scene
     receivers: Receivers
     settings: SolverSettings
     threads: int
 
-    def replicate(self) -> Replicate:
-        """A new one."""
-        return build_replicate(self.scene, self.receivers, self.settings, self.threads)
+    def opened(self, helpers: OpenHelpers | None) -> Replicate:
+        """A new one, with ``helpers`` of its own."""
+        replicate = build_replicate(
+            self.scene, self.receivers, self.settings, self.threads, helpers
+        )
+        if helpers is not None:
+            helpers.open(replicate.split, self.threads - 1)
+        return replicate
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from typing import Any, Protocol
 
 from ..receivers import Receivers
 from ..scene import Scene
+from .processes import OpenHelpers
 from .replicate import Replicate
 from .requests import Request
 from .requirements import SolverSettings
@@ -31,20 +32,18 @@ class SecondReplicate(Protocol):
 
     def answers(self) -> list[Any]:
         """What came of all that was asked for since the last answers, in that order. Raises what
-        one of them raised, ReplicateLost if its process has ended."""
+        one of them raised, ProcessLost if its process has ended."""
 
 
 class RemoteReplicate(SecondReplicate, Protocol):
     """One in another process, which makes the replicate itself (``replicate_process``)."""
 
+    helpers: OpenHelpers | None  # of the first replicate, in this process
+
     def open(
         self, scene: Scene, receivers: Receivers, settings: SolverSettings, threads: int
     ) -> None:
         """Ask for a new replicate, with so many threads; the answer is None."""
-
-
-class ReplicateLost(RuntimeError):
-    """The process of the second replicate has ended; the message says how and what to do."""
 
 
 class LocalReplicate:

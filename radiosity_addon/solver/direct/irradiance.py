@@ -9,6 +9,8 @@ noise. Of many lights every point looks at a few (``many_lights``).
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..lights.context import Context
@@ -17,6 +19,7 @@ from ..sampling.points import (
     Middles,
     Points,
     PointSampler,
+    PointsGiven,
     grouped_chunks,
     light_coordinates,
     masked,
@@ -25,7 +28,6 @@ from ..sampling.points import (
 from ..sampling.shade import Shade
 from ..sampling.sobol import GROUPS
 from ..tracing.blockers import Blockers
-from ..workers.parallel import map_chunks
 from .many_lights import sampled_light
 from .transmission import visibility, visible_samples
 
@@ -41,24 +43,31 @@ def direct_light(
     irradiance, variance = np.zeros((count, context.channels)), np.zeros(count)
     if count == 0 or not (context.sources.always or context.sources.samplers):
         return irradiance, variance
-
-    def work(chunk: tuple[int, slice]):
-        group, some = chunk
-        return some, *_light_points(context, sample_points(some, group), (*key, group))
-
     groups = 1 if per == 1 else GROUPS  # single points are independent as they are
     chunks = grouped_chunks(count, max(1, POINTS_PER_CHUNK // per), groups)
-    for some, light, spread in map_chunks(work, chunks, context.threads, context.tick(stage)):
+    work = _LightChunk(context, sample_points, key)
+    for some, light, spread in context.map_chunks(work, chunks, stage):
         irradiance[some], variance[some] = light, spread
     return irradiance, variance
 
 
+@dataclass(frozen=True)
+class _LightChunk:
+    """Lights the points of a (group, slice) of owners."""
+
+    context: Context
+    sample_points: PointSampler
+    key: tuple[int, ...]
+
+    def __call__(self, chunk: tuple[int, slice]) -> tuple[slice, np.ndarray, np.ndarray]:
+        group, some = chunk
+        points = self.sample_points(some, group)
+        return some, *_light_points(self.context, points, (*self.key, group))
+
+
 def direct_at(context: Context, points: Points, key: tuple[int, ...], stage: str):
     """The same at each of points (1, n), owners of their own: their numbers are independent."""
-    numbers = np.arange(points.shape[1])  # Embree wants copies, not views by slices
-    return direct_light(
-        context, len(numbers), 1, lambda some, _: points.take(numbers[some]), key, stage
-    )
+    return direct_light(context, points.shape[1], 1, PointsGiven(points), key, stage)
 
 
 def _light_points(context: Context, points: Points, key: tuple[int, ...]):

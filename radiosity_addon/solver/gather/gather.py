@@ -6,7 +6,7 @@ whatever the geometry.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,7 +27,6 @@ from ..transport.rays import (
     shoot_guided,
     sums_of,
 )
-from ..workers.parallel import map_chunks
 
 
 @dataclass(frozen=True)
@@ -85,21 +84,34 @@ def gather(
     """Light that a ``bundle`` of rays brings, with lessons for a guide where ``learns``."""
     count = len(bundle.owners)
     totals, unknown, lessons = np.zeros((2, count, context.channels)), [], []
-    emitted = first_hand_table(context, radiosity)
-
-    def work(chunk: tuple[int, slice]):
-        shot = _shoot(context, bundle, *chunk)
-        found = _brought_by(context, radiosity, emitted, shot, learns)
-        return chunk[1], found, _lesson(bundle, shot, found.light) if learns else None
-
+    work = _GatherChunk(
+        context, radiosity.table(), bundle, first_hand_table(context, radiosity), learns
+    )
     chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // bundle.rays))
-    for chosen, found, lesson in map_chunks(work, chunks, context.threads, context.tick(stage)):
+    for chosen, found, lesson in context.map_chunks(work, chunks, stage):
         totals[0, chosen] = found.bounced
         totals[1, chosen] = found.first
         unknown += found.unknown
         if learns:
             lessons.append(lesson)
     return Gathered(*totals, join_ends(unknown, context.channels), lessons)
+
+
+@dataclass(frozen=True)
+class _GatherChunk:
+    """Gathers for a (group, slice) of a bundle's owners. ``emitted``: see ``first_hand_table``."""
+
+    context: Context
+    radiosity: Radiosity
+    bundle: Bundle
+    emitted: np.ndarray | None
+    learns: bool
+
+    def __call__(self, chunk: tuple[int, slice]) -> tuple[slice, _Brought, Lesson | None]:
+        shot = _shoot(self.context, self.bundle, *chunk)
+        found = _brought_by(self.context, self.radiosity, self.emitted, shot, self.learns)
+        lesson = _lesson(self.bundle, shot, found.light) if self.learns else None
+        return chunk[1], replace(found, light=None), lesson
 
 
 def _shoot(context: Context, bundle: Bundle, group: int, chosen: slice) -> _Shot:

@@ -11,7 +11,7 @@ from ..direct.beams import Split
 from ..direct.irradiance import direct_light
 from ..geometry.footprints import Footprints
 from ..sampling.guide import Guide, Lesson
-from ..sampling.points import Points, PointSampler, footprint_points
+from ..sampling.points import PointSampler, PointsOnFootprints
 from ..sampling.sobol import uniform
 from ..sampling.streams import Stream
 from ..transport.onward import Ends, join_ends
@@ -72,13 +72,8 @@ def no_light(count: int, channels: int) -> Lighting:
 def points_on_footprints(
     footprints: Footprints, owners: np.ndarray, per: int, *key: int
 ) -> PointSampler:
-    """``sample_points(chosen, group)``: ``per`` points on ``owners[chosen]``."""
-    shift = uniform((len(owners), 3), *key)
-
-    def sample_points(chosen: np.ndarray | slice, group: int) -> Points:
-        return footprint_points(footprints, owners[chosen], shift[chosen], per, *key, group)
-
-    return sample_points
+    """``per`` points on the footprints of ``owners`` (n,) int."""
+    return PointsOnFootprints(footprints, owners, uniform((len(owners), 3), *key), per, key)
 
 
 def _simple_first(footprints: Footprints, owners: np.ndarray) -> np.ndarray:

@@ -24,7 +24,7 @@ from ..transport.onward import Ends, ends_of, join_ends
 from ..transport.places import Places, no_places
 from ..transport.radiosity import Radiosity
 from ..transport.rays import Met, find_lost, mean_of_rays, shoot_shifted, sums_of
-from ..workers.parallel import map_chunks, ranges
+from ..workers.parallel import ranges
 from .gather import first_hand, first_hand_table, follow_onward, light_at
 
 NEXT_RAYS = 16  # number [rays] at each place of a path: they find K (T + F) there
@@ -63,13 +63,24 @@ def follow_residual(
     ends = footprints.cumulative[footprints.start[1:]]
     owners = np.minimum(np.searchsorted(ends, level, "right"), footprints.count - 1)
     table = first_hand_table(context, radiosity)
+    work = _ResidualChunk(context, footprints, radiosity.table(), table, owners, key)
+    return join_residuals(context.map_chunks(work, ranges(paths, PATHS_PER_CHUNK), STAGE))
 
-    def work(chunk: slice) -> Residuals:
-        return _follow(context, footprints, radiosity, table, owners[chunk],
-                       (*key, chunk.start))  # fmt: skip
 
-    chunks = ranges(paths, PATHS_PER_CHUNK)
-    return join_residuals(map_chunks(work, chunks, context.threads, context.tick(STAGE)))
+@dataclass(frozen=True)
+class _ResidualChunk:
+    """Follows the paths of a slice of ``owners`` (n,). ``table``: see ``first_hand_table``."""
+
+    context: Context
+    footprints: Footprints
+    radiosity: Radiosity
+    table: np.ndarray | None
+    owners: np.ndarray
+    key: tuple[int, ...]
+
+    def __call__(self, chunk: slice) -> Residuals:
+        return _follow(self.context, self.footprints, self.radiosity, self.table,
+                       self.owners[chunk], (*self.key, chunk.start))  # fmt: skip
 
 
 def join_residuals(parts: list[Residuals]) -> Residuals:

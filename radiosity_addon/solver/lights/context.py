@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 
@@ -18,7 +18,14 @@ from ..scene import Scene, sides, used_sides
 from ..tracing.blockers import Blockers, build_blockers, trace_visible
 from ..tracing.crossings import Crossings, find_crossings
 from ..tracing.embree import Tracer
-from ..workers.parallel import Tick
+from ..workers.parallel import (
+    Chunk_contra,
+    Helpers,
+    Result_co,
+    Tick,
+    Work,
+    map_chunks,
+)
 from .sky import Skylight, split_sky
 from .sky_spots import sky_spots
 from .sources import Sources, build_sources
@@ -42,6 +49,7 @@ class Context:
     threads: int
     progress: Progress
     find_crossings: Callable[[], Crossings]  # found once, for all contexts of this scene
+    helpers: Helpers | None = None  # that know this context, too
 
     @cached_property
     def glows(self) -> bool:
@@ -52,12 +60,14 @@ class Context:
     @property
     def rays(self) -> int:
         """Traced so far."""
-        return sum(tracer.rays for tracer in self._distinct())
+        mine = sum(tracer.rays for tracer in self._distinct())
+        return mine if self.helpers is None else mine + self.helpers.rays
 
     @property
     def embree_seconds(self) -> float:
-        """Spent inside Embree so far, summed over threads."""
-        return sum(tracer.seconds for tracer in self._distinct())
+        """Spent inside Embree so far, summed over threads and processes."""
+        mine = sum(tracer.seconds for tracer in self._distinct())
+        return mine if self.helpers is None else mine + self.helpers.embree_seconds
 
     @property
     def crossings(self) -> Crossings:
@@ -75,6 +85,13 @@ class Context:
     def tick(self, stage: str) -> Tick:
         """A function of the fraction done that reports it for ``stage``."""
         return partial(self.progress, stage)
+
+    def map_chunks(
+        self, work: Work[Chunk_contra, Result_co], chunks: Iterable[Chunk_contra], stage: str
+    ) -> list[Result_co]:
+        """``[work(chunk) for chunk in chunks]``, on all cores, with progress of ``stage``. The work is
+        data: it can be pickled, with contexts of this scene in it."""
+        return map_chunks(work, chunks, self.threads, self.tick(stage), self.helpers)
 
     def reflectance(
         self, triangle: np.ndarray, uv: np.ndarray, front: np.ndarray | None = None
@@ -121,10 +138,11 @@ class Context:
 
 
 def build_context(
-    scene: Scene, seed: int, threads: int, progress: Progress, channels: int | None = None
+    scene: Scene, seed: int, threads: int, progress: Progress, channels: int | None = None,
+    helpers: Helpers | None = None,
 ) -> Context:
     """Normalize the scene, build Embree's tree, list the lights. ``channels``: 3, or None for as few as the
-    scene's colors need.
+    scene's colors need. ``helpers`` do some of what is asked of ``Context.map_chunks``.
 
     Raises ValueError where vertices are not finite or indices out of range.
     """
@@ -145,7 +163,7 @@ def build_context(
     find = cache(lambda: find_crossings(geometry, shadow, threads, tick))
     return Context(
         scene, geometry, tracer, blockers, transmits, sources, explicit, sky, unit, channels, seed,
-        threads, progress, find,
+        threads, progress, find, helpers,
     )
 
 

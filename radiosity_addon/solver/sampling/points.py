@@ -28,6 +28,11 @@ class Points:
     shift: np.ndarray  # (R, 3) float32: the owners' random shifts
     shade: Shade | None = None  # where ``normal`` is not the triangles'
 
+    def __reduce__(self) -> tuple:
+        """For another process: with barycentric coordinates, not with what makes them."""
+        parts = self.position, self.normal, self.triangle, self.uv, self.shift, self.shade
+        return type(self), parts
+
     @property
     def shape(self) -> tuple[int, int]:
         """(per, R)."""
@@ -88,6 +93,34 @@ class PointSampler(Protocol):
     each ``group`` of owners has Sobol sets of its own."""
 
     def __call__(self, chosen: np.ndarray | slice, group: int, /) -> Points: ...
+
+
+@dataclass(frozen=True)
+class PointsGiven:
+    """A PointSampler of ``points`` that are there, all of one owner each."""
+
+    points: Points
+
+    def __call__(self, chosen: np.ndarray | slice, group: int) -> Points:
+        numbers = np.arange(self.points.shape[1])  # Embree wants copies, not views by slices
+        return self.points.take(numbers[chosen])
+
+
+@dataclass(frozen=True)
+class PointsOnFootprints:
+    """A PointSampler of ``per`` points on ``footprints`` of ``owners`` (n,) int, shifted by ``shift``
+    (n, 3)."""
+
+    footprints: Footprints
+    owners: np.ndarray
+    shift: np.ndarray
+    per: int
+    key: tuple[int, ...]
+
+    def __call__(self, chosen: np.ndarray | slice, group: int) -> Points:
+        return footprint_points(
+            self.footprints, self.owners[chosen], self.shift[chosen], self.per, *self.key, group
+        )
 
 
 @dataclass(frozen=True)

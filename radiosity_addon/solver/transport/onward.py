@@ -15,6 +15,7 @@ from ..geometry.triangles import OFFSET
 from ..lights.context import Context
 from ..sampling.points import Points
 from ..sampling.sobol import uniform
+from ..workers.parallel import ranges
 from .patches import Patches
 from .places import Places, no_places, places_at
 from .rays import Met, shoot_shifted, sums_of
@@ -22,6 +23,7 @@ from .rays import Met, shoot_shifted, sums_of
 MOST_BOUNCES = 64  # number [bounces] of one ray: chance ends nearly all long before
 FULL_BOUNCES = 6  # number [bounces] after which chance ends rays, and their weights stay
 BACK = 4 * OFFSET  # distance [unit box] before its end from which a ray goes on, or half of its way
+FOLLOWED_PER_CHUNK = 1 << 15  # number [rays] that are followed together
 STAGE = "transport"
 
 
@@ -102,10 +104,59 @@ class Onward:
         return light, sums_of(owner[:first], glow[:first], count)
 
 
+    def of(self, owners: np.ndarray) -> Onward:
+        """The same of rays whose owners number the ``owners`` (n,) int."""
+        passed, lit, ends = (
+            replace(each, owner=owners[each.owner]) for each in (self.passed, self.lit, self.ends)
+        )
+        return replace(self, passed=passed, lit=lit, ends=ends)
+
+    def divided(self) -> tuple[Ends, Ends]:
+        """``passed``: those that no surface has reflected before, and the others."""
+        everything = np.arange(len(self.passed.owner))
+        return tuple(self.passed.take(some) for some in np.split(everything, [self.first_ones]))
+
+
 def go_on(
     context: Context, patches: Patches, rays: Ends, count: int, key: tuple[int, ...]
 ) -> Onward:
     """Follow ``rays`` that ended on no patch; their owners are below ``count``."""
+    chunks = ranges(len(rays.owner), FOLLOWED_PER_CHUNK)
+    if len(chunks) < 2:
+        return _go_on(context, patches, rays, count, key)
+    found = context.map_chunks(_OnwardChunk(context, patches, rays, key), chunks, STAGE)
+    sky = np.zeros((count, context.channels))
+    for owners, part in found:
+        sky[owners] += part.sky
+    parts = [part for _, part in found]
+    first, later = zip(*(part.divided() for part in parts))
+    passed, lit, ends = (
+        join_ends(some, context.channels)
+        for some in ([*first, *later], [p.lit for p in parts], [p.ends for p in parts])
+    )
+    return Onward(passed, lit, ends, sky, len(rays.owner))
+
+
+@dataclass(frozen=True)
+class _OnwardChunk:
+    """Follows a slice of ``rays``: their owners (n,) int, and what came of them, its sky by these."""
+
+    context: Context
+    patches: Patches
+    rays: Ends
+    key: tuple[int, ...]
+
+    def __call__(self, chunk: slice) -> tuple[np.ndarray, Onward]:
+        rays = self.rays.take(chunk)
+        owners, number = np.unique(rays.owner, return_inverse=True)
+        key = (*self.key, *([chunk.start] if chunk.start else []))
+        rays = replace(rays, owner=number.reshape(-1))
+        return owners, _go_on(self.context, self.patches, rays, len(owners), key).of(owners)
+
+
+def _go_on(
+    context: Context, patches: Patches, rays: Ends, count: int, key: tuple[int, ...]
+) -> Onward:
     sky, passed, lit, ended, first = np.zeros((count, context.channels)), [], [], [], len(rays.owner)
     for bounce in range(MOST_BOUNCES):
         if len(rays.owner) == 0:

@@ -32,6 +32,10 @@ class Radiosity:
     seconds: float  # of the linear solve
     tolerance: float  # relative error of the bake that it is solved for
 
+    def table(self) -> Radiosity:
+        """What rays look up, without how it was found."""
+        return replace(self, transport=None, solution=self.solution[:0])
+
     def share_of_elements(self) -> float:
         """Of what the rays of rows met, what are elements."""
         hits = [block.hits for block in self.transport.blocks]

@@ -18,8 +18,7 @@ from scipy.sparse import csr_matrix
 
 from ..array_struct import ArrayStruct
 from ..lights.context import Context
-from ..sampling.points import grouped_chunks
-from ..workers.parallel import map_chunks
+from ..sampling.points import Points, grouped_chunks
 from .lit_patches import LitPatches, light_patches
 from .onward import Ends, Onward, ends_of, go_on, join_ends
 from .patches import Patches
@@ -158,16 +157,10 @@ def _trace_rows(
     nothing = np.zeros(0, np.int32)
     places = [no_places()]
     later = [Later(nothing, nothing, np.zeros((0, context.channels), np.float32))]
-
-    def work(chunk: tuple[int, slice]) -> tuple[slice, _RowChunk]:
-        group, chosen = chunk
-        owners = np.arange(count)[chosen]
-        met, directions = shoot(context, lit.points.take(chosen), rays, *key, group, 3)
-        return chosen, _row_chunk(context, patches, met, directions, owners, row)
-
+    work = _TraceChunk(context, patches, lit.points, row.copy(), rays, key)
     chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // rays))
     onward = []
-    for chosen, found in map_chunks(work, chunks, context.threads, context.tick(STAGE)):
+    for chosen, found in context.map_chunks(work, chunks, STAGE):
         hits[chosen] = found.hits
         light[chosen] = found.sky
         places += found.places
@@ -180,6 +173,25 @@ def _trace_rows(
     found = sum(onward.light(context, (*key, 5))) / rays
     light += onward.sky / rays
     return Rows(lit, hits, Later.join(later), light, found, onward), Places.join(places)
+
+
+@dataclass(frozen=True)
+class _TraceChunk:
+    """Traces ``rays`` of each row of a (group, slice) of those that start at ``points`` (per, n)."""
+
+    context: Context
+    patches: Patches
+    points: Points
+    row: np.ndarray
+    rays: int
+    key: tuple[int, ...]
+
+    def __call__(self, chunk: tuple[int, slice]) -> tuple[slice, _RowChunk]:
+        group, chosen = chunk
+        owners = np.arange(self.points.shape[1])[chosen]
+        points = self.points.take(chosen)
+        met, directions = shoot(self.context, points, self.rays, *self.key, group, 3)
+        return chosen, _row_chunk(self.context, self.patches, met, directions, owners, self.row)
 
 
 @dataclass(frozen=True)

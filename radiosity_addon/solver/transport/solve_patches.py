@@ -6,7 +6,7 @@ matters, where it matters.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -17,7 +17,7 @@ from ..geometry.clusters import labels
 from ..lights.context import Context
 from ..sampling.points import PointSampler
 from ..scene import Scene
-from ..workers.parallel import map_chunks, ranges
+from ..workers.parallel import ranges
 from .emission import emission_to_find
 from .lit_patches import LitPatches, light_patches, light_receivers
 from .patches import Patches, ReceiverPatches
@@ -27,6 +27,7 @@ from .rays import shoot
 from .rows import RowSamples, light_patches_met, trace_transport
 
 SEEDS_PER_ELEMENT = 40  # number [rays of receivers for each element] that look for elements
+SEEDS_PER_CHUNK = 2048  # number [receivers] whose rays are shot together
 SEED_RAYS = 16  # number [rays] of each receiver that takes part in that
 MAX_REFINEMENTS = 6  # number [rounds] of dividing elements on which direct light varies
 VARIED = 100.0  # deviation [errors asked for, of the mean light] above which a patch has no one value
@@ -166,15 +167,28 @@ def _seeds(
     """Where rays from a sample of the receivers meet elements, and how many met the surface."""
     wanted = int(np.ceil(SEEDS_PER_ELEMENT * target / SEED_RAYS))
     some = np.unique((np.arange(wanted) * (receivers / wanted)).astype(int))
-
-    def work(part: slice):
-        points = sample_points(some[part], 0)
-        met, _ = shoot(context, points, SEED_RAYS, *key, 10, part.start)
-        return Places.join([places_hit(patches.hit(m.hits), m.hits, patches) for m in met])
-
-    parts = map_chunks(work, ranges(len(some), 2048), context.threads, context.tick("elements"))
+    work = _SeedChunk(context, patches, sample_points, some, key)
+    parts = context.map_chunks(work, ranges(len(some), SEEDS_PER_CHUNK), "elements")
     places = Places.join(parts or [no_places()])
     return places.take(places.entry >= patches.cells), len(places.entry)
+
+
+@dataclass(frozen=True)
+class _SeedChunk:
+    """Places that rays of a slice of receivers, ``some`` (n,) int, meet."""
+
+    context: Context
+    patches: Patches
+    sample_points: PointSampler
+    some: np.ndarray
+    key: tuple[int, ...]
+
+    def __call__(self, chunk: slice) -> Places:
+        points = self.sample_points(self.some[chunk], 0)
+        met, _ = shoot(self.context, points, SEED_RAYS, *self.key, 10, chunk.start)
+        return Places.join(
+            [places_hit(self.patches.hit(m.hits), m.hits, self.patches) for m in met]
+        )
 
 
 def _refined(

@@ -1,14 +1,17 @@
-"""Run a function over chunks on several threads. Results do not depend on how many there are.
+"""Run a function over chunks, on several threads or processes. Results do not depend on how many there are.
 
-NumPy and Embree hold no lock during bulk work.
+NumPy and Embree hold no lock during bulk work, but between two calls of theirs Python does: threads of
+one process gain a half, processes (``Helpers``) all that the machine has.
 """
 
 from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
+from queue import SimpleQueue
+from threading import local
 from typing import Protocol, TypeVar
 
 # To be set before NumPy is imported: BLAS's own threads would spin beside the ones here, and the
@@ -45,24 +48,54 @@ def unwatched(fraction: float) -> None:
     """A Tick of work that nobody watches."""
 
 
+class Helpers(Protocol):
+    """Processes beside this one that work on chunks."""
+
+    @property
+    def rays(self) -> int:
+        """Traced by them so far, since they were opened."""
+
+    @property
+    def embree_seconds(self) -> float:
+        """The same of the seconds spent inside Embree."""
+
+    def hands(self, function: Work[Chunk_contra, Result_co]) -> list[Work[Chunk_contra, Result_co]]:
+        """``function``, which can be pickled, as each of them does it: one chunk at a time. A hand whose
+        process is lost does its chunks in this one."""
+
+
 def map_chunks(
     function: Work[Chunk_contra, Result_co], chunks: Iterable[Chunk_contra], threads: int,
-    tick: Tick = unwatched,
+    tick: Tick = unwatched, helpers: Helpers | None = None,
 ) -> list[Result_co]:
     """``[function(chunk) for chunk in chunks]``; ``tick(fraction)`` after each, may raise to stop.
 
-    At most two chunks a thread are in flight, so that stopping is quick.
+    At most two chunks a thread are in flight, so that stopping is quick. With ``helpers`` one thread
+    works here and each of them beside it. What a chunk's work itself spreads is done where it is.
     """
-    chunks = list(chunks)
-    count = thread_count(threads)
-    if count == 1 or len(chunks) < 2:
+    chunks, count = list(chunks), thread_count(threads)
+    if len(chunks) < 2 or getattr(_AT_WORK, "here", False):
+        count, helpers = 1, None
+    hands = [function] * count if helpers is None else [function, *helpers.hands(function)]
+    if len(hands) == 1:
         return [_ticked(function(chunk), tick, i, len(chunks)) for i, chunk in enumerate(chunks)]
+    return _spread(hands, chunks, tick)
+
+
+_AT_WORK = local()  # ``here`` is true of a thread that works on a chunk
+
+
+def _spread(
+    hands: list[Work[Chunk_contra, Result_co]], chunks: list[Chunk_contra], tick: Tick
+) -> list[Result_co]:
+    """What the ``hands`` make of chunks, in the chunks' order."""
     results, pending = [], deque()
-    with ThreadPoolExecutor(count) as pool:
+    with ThreadPoolExecutor(len(hands)) as pool:
         try:
+            work = _shared_work(hands)
             for chunk in chunks:
-                pending.append(pool.submit(function, chunk))
-                if len(pending) >= 2 * count:
+                pending.append(pool.submit(work, chunk))
+                if len(pending) >= 2 * len(hands):
                     results.append(
                         _ticked(pending.popleft().result(), tick, len(results), len(chunks))
                     )
@@ -74,6 +107,24 @@ def map_chunks(
             for future in pending:
                 future.cancel()
     return results
+
+
+def _shared_work(
+    hands: list[Work[Chunk_contra, Result_co]]
+) -> Callable[[Chunk_contra], Result_co]:
+    """Work on a chunk by the hand that is free."""
+    free: SimpleQueue = SimpleQueue()
+    for hand in hands:
+        free.put(hand)
+
+    def work(chunk: Chunk_contra) -> Result_co:
+        hand, _AT_WORK.here = free.get(), True
+        try:
+            return hand(chunk)
+        finally:
+            free.put(hand)
+
+    return work
 
 
 def _ticked(result: Result_co, tick: Tick, index: int, total: int) -> Result_co:
