@@ -18,7 +18,7 @@ from .child_process import ChildProcess
 from .pickled import PACKAGE
 
 if TYPE_CHECKING:  # these import NumPy, which takes its time
-    from .shared_arrays import SharedArrays
+    from .shared_arrays import Packed, SharedArrays
     from .solver.direct.beams import Split
     from .solver.workers.parallel import Chunk_contra, Result_co, Work
 
@@ -106,7 +106,7 @@ class HelperProcesses:
         ]
 
     def _done(
-        self, process: ChildProcess, number: int, packed: bytes, function: Work[Chunk_contra, Result_co],
+        self, process: ChildProcess, number: int, packed: Packed, function: Work[Chunk_contra, Result_co],
         chunk: Chunk_contra,
     ) -> Result_co:
         """What the ``process`` makes of a chunk, or this one where it is lost."""
@@ -117,7 +117,7 @@ class HelperProcesses:
             return function(chunk)
         fresh = self._given.get(process) != number
         self._given[process] = number
-        process.ask(WorkOn(packed if fresh else None, chunk))
+        process.ask(WorkOn(packed.content if fresh else None, chunk))
         try:
             return process.answers()[-1]
         except (ProcessLost, MemoryError):

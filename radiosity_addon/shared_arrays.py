@@ -11,6 +11,7 @@ import pickle
 import weakref
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -66,18 +67,28 @@ def remove(path: Path) -> None:
         path.unlink()
 
 
-def pack(work: Any, arrays: SharedArrays, names: Mapping[int, str]) -> bytes:
+@dataclass(frozen=True)
+class Packed:
+    """Work that was pickled, and the large arrays in it, which others can map as long as this is there."""
+
+    content: bytes
+    arrays: tuple[np.ndarray, ...]
+
+
+def pack(work: Any, arrays: SharedArrays, names: Mapping[int, str]) -> Packed:
     """The work pickled, with its large arrays among ``arrays``. Of what the other process has
     itself, whose id is in ``names``, the name only. Raises OSError where there is no room."""
     buffer = io.BytesIO()
-    _Packer(buffer, arrays, names).dump(work)
-    return buffer.getvalue()
+    packer = _Packer(buffer, arrays, names)
+    packer.dump(work)
+    return Packed(buffer.getvalue(), tuple(packer.placed))
 
 
 class _Packer(pickle.Pickler):
     def __init__(self, handle: io.BytesIO, arrays: SharedArrays, names: Mapping[int, str]) -> None:
         super().__init__(handle, PROTOCOL)
         self._arrays, self._names = arrays, names
+        self.placed: list[np.ndarray] = []
 
     def persistent_id(self, thing: Any) -> tuple | None:
         name = self._names.get(id(thing))
@@ -85,9 +96,11 @@ class _Packer(pickle.Pickler):
             return "named", name
         if type(thing) is not np.ndarray or thing.dtype.hasobject or thing.nbytes < LEAST:
             return None
-        if 0 in thing.strides:  # repeated along an axis: once is enough
-            once = thing[tuple(slice(0, 1) if step == 0 else slice(None) for step in thing.strides)]
+        repeated = [step == 0 and length > 1 for step, length in zip(thing.strides, thing.shape)]
+        if any(repeated):  # along an axis: once is enough
+            once = thing[tuple(slice(0, 1) if each else slice(None) for each in repeated)]
             return "repeated", once, thing.shape
+        self.placed.append(thing)
         turned = thing.flags.f_contiguous and not thing.flags.c_contiguous
         return "array", self._arrays.place(thing, turned), thing.dtype, thing.shape, turned
 
