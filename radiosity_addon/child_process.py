@@ -15,6 +15,7 @@ import subprocess
 import sys
 import threading
 import traceback
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -24,9 +25,9 @@ from .libraries import environment
 from .pickled import PACKAGE, PROTOCOL, PickleReader
 
 if TYPE_CHECKING:  # these import NumPy, which takes its time
+    from .helper_processes import HelperProcesses
     from .solver.adaptive.processes import Opening
     from .solver.adaptive.requests import Request
-    from .solver.workers.parallel import Helpers
 
 PIPE_SIZE = 1 << 20  # size [bytes] of a pipe: light is megabytes
 ANSWER, FAILURE = "answer", "failure"
@@ -36,16 +37,15 @@ SHORT = Path(__file__).resolve().parent.name  # what a child process calls this 
 class ChildProcess:
     """A process that answers requests. ``close()`` ends it, and what it is doing."""
 
-    def __init__(self, helpers: int = 0, folders: tuple[Path, ...] = ()) -> None:
-        """Start it, with so many ``helpers`` of its own; returns at once. It removes the ``folders`` when its
-        input ends. Raises OSError or ImportError when it cannot be started."""
+    def __init__(self, program: str, *words: str) -> None:
+        """Start a ``program``, a module of this package that calls ``serve``, with ``words`` after the package's
+        name; returns at once. Raises OSError or ImportError when it cannot be started."""
         options = {"start_new_session": True}  # Ctrl-C is for us; we end it
         if os.name == "nt":
             flags = subprocess.CREATE_NO_WINDOW | subprocess.CREATE_NEW_PROCESS_GROUP
             options = {"creationflags": flags}
-        words = [f"{SHORT}.{Path(__file__).stem}", PACKAGE, str(helpers), *map(str, folders)]
         self._process = subprocess.Popen(
-            [sys.executable, "-s", "-P", "-m", *words],
+            [sys.executable, "-s", "-P", "-m", f"{SHORT}.{program}", PACKAGE, *words],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             pipesize=PIPE_SIZE,
@@ -106,12 +106,13 @@ class ChildProcess:
         return ProcessLost(f"the solver's second process ended (status {status}); {cause}")
 
 
-def serve(helpers: Helpers | None) -> None:
-    """Answer what is asked until the input ends; a child process' own program."""
+def serve(helpers: HelperProcesses | None = None, folders: Sequence[str] = ()) -> None:
+    """Answer what is asked until the input ends, then remove ``folders``; a child process' own program, which
+    may have ``helpers``."""
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever libraries print must not get among the answers
     asked: queue.SimpleQueue = queue.SimpleQueue()
-    threading.Thread(target=_listen, args=(asked,), daemon=True).start()
+    threading.Thread(target=_listen, args=(asked, folders), daemon=True).start()
     from .solver import sequence  # noqa: F401  all a bake needs, before it is asked for
     from .solver.adaptive.processes import Opening
 
@@ -135,7 +136,7 @@ def serve(helpers: Helpers | None) -> None:
         del value, request
 
 
-def _peak_memory(helpers: Helpers | None) -> int:
+def _peak_memory(helpers: HelperProcesses | None) -> int:
     return memory.peak_memory() + (helpers.peak_memory if helpers is not None else 0)
 
 
@@ -148,24 +149,14 @@ def _portable(error: Exception) -> Exception:
         return RuntimeError(f"{type(error).__name__}: {error}")
 
 
-def _listen(asked: queue.SimpleQueue) -> None:
-    """Pass on what is asked; at the end of the input end this process, whatever it is doing."""
+def _listen(asked: queue.SimpleQueue, folders: Sequence[str]) -> None:
+    """Pass on what is asked; at the end of the input remove ``folders`` and end this process, whatever it
+    is doing."""
     source = os.fdopen(0, "rb", closefd=False)
     while True:
         try:
             asked.put(PickleReader(source, sys.argv[1]).load())
         except Exception:  # noqa: BLE001  whoever asks is gone, in the midst of a word perhaps
-            for folder in sys.argv[3:]:
+            for folder in folders:
                 shutil.rmtree(folder, ignore_errors=True)
             os._exit(0)
-
-
-def main() -> None:
-    """The program of a child process."""
-    from .helper_processes import start_helpers
-
-    serve(start_helpers(int(sys.argv[2])))
-
-
-if __name__ == "__main__":
-    main()

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import os
 import shutil
+import sys
 import tempfile
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import memory
-from .child_process import ChildProcess
+from .child_process import ChildProcess, serve
 from .pickled import PACKAGE
 
 if TYPE_CHECKING:  # these import NumPy, which takes its time
@@ -45,7 +46,8 @@ class HelperProcesses:
         """Start them; returns at once. Raises OSError or ImportError when they cannot be started."""
         self._folders = make_folders()
         self._arrays: SharedArrays | None = None
-        self._processes = [ChildProcess(folders=self._folders) for _ in range(count)]
+        words = Path(__file__).stem, *map(str, self._folders)
+        self._processes = [ChildProcess(*words) for _ in range(count)]
         self._used: list[ChildProcess] = []
         self._given: dict[ChildProcess, int] = {}
         self._names: dict[int, str] = {}
@@ -137,3 +139,7 @@ def make_folders() -> tuple[Path, ...]:
     Raises OSError where none can be made."""
     places = [MEMORY, None] if os.access(MEMORY, os.W_OK) else [None]
     return tuple(Path(tempfile.mkdtemp(prefix="radiosity-", dir=place)) for place in places)
+
+
+if __name__ == "__main__":
+    serve(folders=sys.argv[2:])

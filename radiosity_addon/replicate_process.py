@@ -7,10 +7,12 @@ With more than two cores each of the two has helpers besides (``helper_processes
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import memory
-from .child_process import ChildProcess
+from .child_process import ChildProcess, serve
 from .helper_processes import start_helpers
 from .solver.workers.parallel import thread_count
 
@@ -28,7 +30,7 @@ class ReplicateProcess(ChildProcess):
     def __init__(self, threads: int = 2) -> None:
         """Start it, and for more than two ``threads`` helpers of both replicates; returns at once. Raises OSError
         or ImportError when it cannot be started."""
-        super().__init__(helpers=threads // 2 - 1)
+        super().__init__(Path(__file__).stem, str(threads // 2 - 1))
         self.helpers = start_helpers((threads + 1) // 2 - 1)
 
     def open(
@@ -64,3 +66,7 @@ def peak_memory(second: ReplicateProcess | None) -> int:
         return own
     helpers = 0 if second.helpers is None else second.helpers.peak_memory
     return own + second.peak_memory + helpers
+
+
+if __name__ == "__main__":
+    serve(start_helpers(int(sys.argv[2])))
