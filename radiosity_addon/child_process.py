@@ -73,18 +73,18 @@ class ChildProcess:
         what one of them raised, ProcessLost if the process has ended."""
         asked, self._asked = self._asked, 0
         found = [self._answer() for _ in range(asked)]
-        for outcome, value in found:
-            if outcome == FAILURE:
+        for status, value in found:
+            if status == FAILURE:
                 raise value
         return [value for _, value in found]
 
     def _answer(self) -> tuple:
         try:
-            outcome, value, *figures = PickleReader(self._process.stdout, SHORT).load()
+            status, value, *figures = PickleReader(self._process.stdout, SHORT).load()
         except (EOFError, OSError, pickle.UnpicklingError) as error:
             raise self._ended() from error
         self.rays, self.embree_seconds, self.peak_memory = figures
-        return outcome, value
+        return status, value
 
     def close(self) -> None:
         """End the process."""
@@ -126,12 +126,12 @@ def serve(helpers: HelperProcesses | None = None, folders: Sequence[str] = ()) -
                 before = held.context.rays, held.context.embree_seconds  # as many as the first took
             else:
                 value = request.answer(held)
-            outcome = ANSWER
+            status = ANSWER
         except Exception as error:  # noqa: BLE001  raised again where it was asked
-            outcome, value = FAILURE, _portable(error)
+            status, value = FAILURE, _portable(error)
         now = (held.context.rays, held.context.embree_seconds) if held else before
         figures = (now[0] - before[0], now[1] - before[1], _peak_memory(helpers))
-        pickle.dump((outcome, value, *figures), answers, PROTOCOL)
+        pickle.dump((status, value, *figures), answers, PROTOCOL)
         answers.flush()
         del value, request
 

@@ -19,7 +19,7 @@ from .child_process import ChildProcess, serve
 from .pickled import PACKAGE
 
 if TYPE_CHECKING:  # these import NumPy, which takes its time
-    from .shared_arrays import Packed, SharedArrays
+    from .shared_arrays import PackedWork, SharedArrays
     from .solver.direct.beams import Split
     from .solver.workers.parallel import Chunk_contra, Result_co, Work
 
@@ -48,7 +48,8 @@ class HelperProcesses:
         self._arrays: SharedArrays | None = None
         words = Path(__file__).stem, *map(str, self._folders)
         self._processes = [ChildProcess(*words) for _ in range(count)]
-        self._used: list[ChildProcess] = []
+        self._opened: list[ChildProcess] = []
+        self._used: list[ChildProcess] = []  # those that are not lost
         self._given: dict[ChildProcess, int] = {}
         self._names: dict[int, str] = {}
         self._split: Split | None = None
@@ -64,7 +65,8 @@ class HelperProcesses:
         if free is not None:
             each = ALWAYS + PER_TRIANGLE * len(context.scene.triangles)
             count = min(count, int(SPARED * free / each))
-        self._used, self._given = self._processes[: max(count, 0)], {}
+        self._opened = self._used = self._processes[: max(count, 0)]
+        self._given = {}
         self._split = split  # whose contexts' ids are names as long as they are there
         self._names = {id(each): name for name, each in vars(split).items() if each is not None}
         if self._arrays is None:
@@ -75,17 +77,18 @@ class HelperProcesses:
 
     def leave(self) -> None:
         """Help with nothing until the next scene is opened."""
-        self._used, self._split, self._names = [], None, {}
+        self._opened = self._used = []
+        self._split, self._names = None, {}
 
     @property
     def rays(self) -> int:
         """Traced by them so far, since they were opened."""
-        return sum(process.rays for process in self._used)
+        return sum(process.rays for process in self._opened)
 
     @property
     def embree_seconds(self) -> float:
         """The same of the seconds spent inside Embree."""
-        return sum(process.embree_seconds for process in self._used)
+        return sum(process.embree_seconds for process in self._opened)
 
     @property
     def peak_memory(self) -> int:
@@ -108,7 +111,7 @@ class HelperProcesses:
         ]
 
     def _done(
-        self, process: ChildProcess, number: int, packed: Packed, function: Work[Chunk_contra, Result_co],
+        self, process: ChildProcess, number: int, packed: PackedWork, function: Work[Chunk_contra, Result_co],
         chunk: Chunk_contra,
     ) -> Result_co:
         """What the ``process`` makes of a chunk, or this one where it is lost."""
@@ -137,8 +140,8 @@ class HelperProcesses:
 def make_folders() -> tuple[Path, ...]:
     """Where arrays are shared: in memory where there is a file system for that, and a temporary folder.
     Raises OSError where none can be made."""
-    places = [MEMORY, None] if os.access(MEMORY, os.W_OK) else [None]
-    return tuple(Path(tempfile.mkdtemp(prefix="radiosity-", dir=place)) for place in places)
+    parents = [MEMORY, None] if os.access(MEMORY, os.W_OK) else [None]
+    return tuple(Path(tempfile.mkdtemp(prefix="radiosity-", dir=parent)) for parent in parents)
 
 
 if __name__ == "__main__":

@@ -29,19 +29,19 @@ class SharedArrays:
     def __init__(self, folders: Sequence[Path]) -> None:
         """In the first of ``folders`` that has room."""
         self._folders = folders
-        self._placed: dict[int, Path] = {}
+        self._shared: dict[int, Path] = {}
         self._number = 0
 
-    def place(self, array: np.ndarray, turned: bool) -> str:
+    def shared(self, array: np.ndarray, turned: bool) -> str:
         """The path of the file that holds the array, its transpose where it is ``turned``, which is written
         when it is asked for first. Raises OSError where there is no room for it."""
         key = id(array)
-        if key not in self._placed:
+        if key not in self._shared:
             array.flags.writeable = False
             path = self._written(np.ascontiguousarray(array.T if turned else array))
-            self._placed[key] = path
+            self._shared[key] = path
             weakref.finalize(array, self._drop, key, path)
-        return str(self._placed[key])
+        return str(self._shared[key])
 
     def _written(self, array: np.ndarray) -> Path:
         """Its file, in the first folder that has room."""
@@ -57,7 +57,7 @@ class SharedArrays:
         raise full
 
     def _drop(self, key: int, path: Path) -> None:
-        self._placed.pop(key, None)
+        self._shared.pop(key, None)
         remove(path)
 
 
@@ -68,27 +68,27 @@ def remove(path: Path) -> None:
 
 
 @dataclass(frozen=True)
-class Packed:
+class PackedWork:
     """Work that was pickled, and the large arrays in it, which others can map as long as this is there."""
 
     content: bytes
     arrays: tuple[np.ndarray, ...]
 
 
-def pack(work: Any, arrays: SharedArrays, names: Mapping[int, str]) -> Packed:
+def pack(work: Any, arrays: SharedArrays, names: Mapping[int, str]) -> PackedWork:
     """The work pickled, with its large arrays among ``arrays``. Of what the other process has
     itself, whose id is in ``names``, the name only. Raises OSError where there is no room."""
     buffer = io.BytesIO()
     packer = _Packer(buffer, arrays, names)
     packer.dump(work)
-    return Packed(buffer.getvalue(), tuple(packer.placed))
+    return PackedWork(buffer.getvalue(), tuple(packer.shared))
 
 
 class _Packer(pickle.Pickler):
     def __init__(self, handle: io.BytesIO, arrays: SharedArrays, names: Mapping[int, str]) -> None:
         super().__init__(handle, PROTOCOL)
         self._arrays, self._names = arrays, names
-        self.placed: list[np.ndarray] = []
+        self.shared: list[np.ndarray] = []
 
     def persistent_id(self, thing: Any) -> tuple | None:
         name = self._names.get(id(thing))
@@ -100,9 +100,9 @@ class _Packer(pickle.Pickler):
         if any(repeated):  # along an axis: once is enough
             once = thing[tuple(slice(0, 1) if each else slice(None) for each in repeated)]
             return "repeated", once, thing.shape
-        self.placed.append(thing)
+        self.shared.append(thing)
         turned = thing.flags.f_contiguous and not thing.flags.c_contiguous
-        return "array", self._arrays.place(thing, turned), thing.dtype, thing.shape, turned
+        return "array", self._arrays.shared(thing, turned), thing.dtype, thing.shape, turned
 
 
 class MappedArrays:
@@ -134,8 +134,8 @@ class _Unpacker(PickleReader):
         super().__init__(io.BytesIO(packed), writer)
         self._arrays, self._held = arrays, held
 
-    def persistent_load(self, told: tuple) -> Any:
-        what, *rest = told
+    def persistent_load(self, identity: tuple) -> Any:
+        what, *rest = identity
         if what == "named":
             return self._held[rest[0]]
         if what == "repeated":
