@@ -38,10 +38,13 @@ class Ends(ArrayStruct):
     back: np.ndarray
 
     def points(self, context: Context, shift: np.ndarray) -> Points:
-        """A point of its own at each end, a little back on the ray's way: a hit close to a wall that
-        stands there may else be rounded to its other side."""
+        """A point of its own at each end, a little back on the ray's way: nothing stands there. Points drawn
+        in from the triangle's edges, or a hit as it is rounded, may lie behind a wall that stands close by."""
         points = self.places.points(context.geometry, shift)
-        return replace(points, position=points.position + self.back)
+        position = context.geometry.at(self.places.triangle, self.places.uv) + self.back
+        height = (self.back * points.normal[0]).sum(axis=1, keepdims=True)
+        position += np.maximum(OFFSET - height, 0) * points.normal[0]
+        return replace(points, position=position[None].astype(np.float32))
 
     def surviving(self, chance: np.ndarray, xi: np.ndarray) -> Ends:
         """Russian roulette: those whose number ``xi`` (k,) lies below their ``chance`` (k,), with the
@@ -147,11 +150,20 @@ class _OnwardChunk:
     key: tuple[int, ...]
 
     def __call__(self, chunk: slice) -> tuple[np.ndarray, Onward]:
-        rays = self.rays.take(chunk)
-        owners, number = np.unique(rays.owner, return_inverse=True)
-        key = (*self.key, *([chunk.start] if chunk.start else []))
-        rays = replace(rays, owner=number.reshape(-1))
+        owners, rays = own_numbers(self.rays.take(chunk))
+        key = chunk_key(self.key, chunk)
         return owners, _go_on(self.context, self.patches, rays, len(owners), key).of(owners)
+
+
+def own_numbers(rays: Ends) -> tuple[np.ndarray, Ends]:
+    """The owners (k,) int of rays, and these with their owners' numbers among them."""
+    owners, number = np.unique(rays.owner, return_inverse=True)
+    return owners, replace(rays, owner=number.reshape(-1))
+
+
+def chunk_key(key: tuple[int, ...], chunk: slice) -> tuple[int, ...]:
+    """That of a chunk of what has this key: its own, but for the first."""
+    return (*key, *([chunk.start] if chunk.start else []))
 
 
 def _go_on(
