@@ -25,8 +25,7 @@ from .libraries import environment
 from .pickled import PACKAGE, PROTOCOL, PickleReader
 
 if TYPE_CHECKING:  # these import NumPy, which takes its time
-    from .helper_processes import HelperProcesses
-    from .solver.adaptive.processes import Opening
+    from .solver.adaptive.processes import OpenHelpers, Opening
     from .solver.adaptive.requests import Request
 
 PIPE_SIZE = 1 << 20  # size [bytes] of a pipe: light is megabytes
@@ -106,7 +105,7 @@ class ChildProcess:
         return ProcessLost(f"the solver's second process ended (status {status}); {cause}")
 
 
-def serve(helpers: HelperProcesses | None = None, folders: Sequence[str] = ()) -> None:
+def serve(helpers: OpenHelpers | None = None, folders: Sequence[str] = ()) -> None:
     """Answer what is asked until the input ends, then remove ``folders``; a child process' own program, which
     may have ``helpers``."""
     answers = os.fdopen(os.dup(1), "wb")
@@ -136,7 +135,7 @@ def serve(helpers: HelperProcesses | None = None, folders: Sequence[str] = ()) -
         del value, request
 
 
-def _peak_memory(helpers: HelperProcesses | None) -> int:
+def _peak_memory(helpers: OpenHelpers | None) -> int:
     return memory.peak_memory() + (helpers.peak_memory if helpers is not None else 0)
 
 

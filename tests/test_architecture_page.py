@@ -18,7 +18,7 @@ PLACES = ("radiosity_addon", "tests", "verification", "benchmarks", "tools", "do
 ORDER = (
     "__version__", "figures", "components", "steps", "memory", "overall_progress", "pickled", "interrupt",
     "terminal", "cleanup_process", "temporary_folders", "files", "solver", "settings", "libraries",
-    "replicate_process", "bake", "export", "stages", "bake_job", "report", "gltf", "options", "arguments",
+    "shared_arrays", "child_process", "helper_requests", "helper_processes", "replicate_process", "bake", "export", "stages", "bake_job", "report", "gltf", "options", "arguments",
     "request_files", "ui", "command", "__main__", "__init__",
 )
 PACKAGES = sorted(

@@ -5,13 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from radiosity_addon.solver.adaptive.rounds import _floor
 from radiosity_addon.solver.gather.lighting import MOST_RAYS, batches_of
 from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.progress import silent
-from radiosity_addon.solver.transport.onward import Ends, go_on
+from radiosity_addon.solver.transport.onward import Ends, ends_of, go_on
 from radiosity_addon.solver.transport.places import Places
-from radiosity_addon.solver.transport.rays import find_lost
+from radiosity_addon.solver.transport.rays import Met, find_lost
 from verification import meshes
 from verification.stability_scenes import radiosity, worst
 
@@ -41,6 +40,35 @@ def test_what_lies_on_a_cut_counts_as_what_the_next_ray_met():
     assert entries.tolist() == [5, 8, 7, 8, 5, 6]
 
 
+def test_rays_go_on_from_where_nothing_stands():
+    """Rays to within 1e-7 of a wall that stands on the floor, from all directions on its one side: they go
+    on from that side. Points drawn in from the edges of the floor's triangles are on the other, too."""
+    wall = np.array([[0.3, 0, -1], [0.3, 1, -1], [0.3, 1, 1], [0.3, 0, 1]], float)
+    floor = np.array([[-1, 0, 0], [1, 0, 0], [1, 1, 0], [-1, 1, 0]], float)
+    scene = meshes.scene([meshes.grid(floor, 1), meshes.grid(wall, 1)], 0.5)
+    context = build_context(scene, 0, 1, silent)
+    count = 4000
+    random = np.random.default_rng(1)
+    edge = context.geometry.normalized(wall[0])[0]
+    target = context.geometry.normalized(np.column_stack(
+        [np.full(count, 0.3), random.uniform(0.1, 0.9, count), np.zeros(count)]))  # fmt: skip
+    target[:, 0] -= random.uniform(0, 1e-7, count)
+    way = np.column_stack([random.uniform(0.2, 1, count), random.uniform(-1, 1, count),
+                           random.uniform(-1, -0.05, count)])  # fmt: skip
+    way = (way / np.linalg.norm(way, axis=1)[:, None]).astype(np.float32)
+    hits = context.tracer.intersect((target - 0.2 * way).astype(np.float32), way)
+    some = np.flatnonzero(np.isin(hits.triangle, (0, 1)))
+    assert len(some) > count / 3
+    met, nobody = Met(hits), np.zeros(len(some), np.int64)
+    entry = np.zeros(count, np.int32)
+    ends = ends_of(met, way[None], entry, some, nobody, np.ones((len(some), 1)))
+    points = ends.points(context, np.zeros((len(some), 3), np.float32))
+    drawn_in = ends.places.points(context.geometry, np.zeros((len(some), 3), np.float32))
+    assert (points.position[0, :, 0] < edge).all()
+    assert (points.position[0, :, 2] > context.geometry.normalized(floor[0])[2]).all()
+    assert (drawn_in.position[0, :, 0] >= edge).any()
+
+
 class NoPatches:
     """As ``Patches``, of a surface without any."""
 
@@ -67,29 +95,6 @@ def test_rays_that_end_on_no_patch_find_their_light_themselves():
     found = go_on(context, NoPatches(), rays, 1, (0,))
     assert len(found.ends.owner) == 0
     assert sum(found.light(context, (1,)))[0] / count * context.unit == pytest.approx(1.0, abs=5e-4)
-
-
-@pytest.mark.parametrize(
-    ("rays", "floor", "expected"),
-    [
-        ((8, 16, 64), 0.01, 0.01),
-        ((8, 16, 64), 0.0049, 0.0049),  # nearly all that is enough: rays would take for ever
-        ((8, 16, 64), 0.004, 0.0),  # less than enough
-        ((16, 64), 0.01, 0.0),  # the first round's rays are aimed otherwise
-        ((8, 16, 19), 0.01, 0.0),  # too few more
-        ((), 0.01, 0.0),
-    ],
-)
-def test_error_that_more_rays_would_not_lower(rays, floor, expected):
-    told = [(number, floor**2 + 1e-3 / number) for number in rays]
-    assert _floor(told, 0.0, 0.005) == pytest.approx(expected)
-
-
-def test_error_that_more_rays_would_not_lower_has_the_shadows_in_it():
-    """0.004 is below what is enough, 0.005; with shadows of 0.004 it is not."""
-    told = [(number, 0.004**2 + 1e-3 / number) for number in (10, 100, 200)]
-    assert _floor(told, 0.0, 0.005) == 0
-    assert _floor(told, 0.004**2, 0.005) == pytest.approx(0.004 * np.sqrt(2))
 
 
 def test_rays_are_gathered_in_batches_of_bounded_size():

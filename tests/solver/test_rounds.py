@@ -64,3 +64,26 @@ def test_elements_have_a_limit():
     plan = make_plan(0.01, 16, False)
     assert plan.refined(100.0).elements == 16 * plan.elements < MOST_ELEMENTS
     assert plan.refined(100.0).refined(100.0).elements == MOST_ELEMENTS
+
+
+@pytest.mark.parametrize(
+    ("rays", "floor", "expected"),
+    [
+        ((8, 16, 64), 0.01, 0.01),
+        ((8, 16, 64), 0.0049, 0.0049),  # nearly all that is enough: rays would take for ever
+        ((8, 16, 64), 0.004, 0.0),  # less than enough
+        ((16, 64), 0.01, 0.0),  # the first round's rays are aimed otherwise
+        ((8, 16, 19), 0.01, 0.0),  # too few more
+        ((), 0.01, 0.0),
+    ],
+)
+def test_error_that_more_rays_would_not_lower(rays, floor, expected):
+    past = [Past(number, floor**2 + 1e-3 / number, 0.0) for number in rays]
+    assert least_error_of(past, 0.0, 0.005) == pytest.approx(expected)
+
+
+def test_error_that_more_rays_would_not_lower_has_the_shadows_in_it():
+    """0.004 is below what is enough, 0.005; with shadows of 0.004 it is not."""
+    past = [Past(number, 0.004**2 + 1e-3 / number, 0.0) for number in (10, 100, 200)]
+    assert least_error_of(past, 0.0, 0.005) == 0
+    assert least_error_of(past, 0.004**2, 0.005) == pytest.approx(0.004 * np.sqrt(2))

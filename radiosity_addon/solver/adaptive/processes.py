@@ -14,6 +14,10 @@ class OpenHelpers(Helpers, Protocol):
     def open(self, split: Split, count: int) -> None:
         """Let at most ``count`` of them help in the scene of ``split``, as memory allows; returns at once."""
 
+    @property
+    def peak_memory(self) -> int:
+        """The sum of their largest resident sizes [bytes]."""
+
     def leave(self) -> None:
         """Help with nothing until the next scene is opened."""
 
