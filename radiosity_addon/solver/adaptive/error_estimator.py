@@ -1,4 +1,4 @@
-"""Error estimator: from two independent replicates to a result, its error, what to add.
+"""Error estimator: from two independent replicates to a result and its error.
 
 The error is the local relative RMS error of ``relative_error``, over the surface: a receiver counts
 by the area of its footprint, a color by that of the faces it is fitted to.
@@ -14,7 +14,7 @@ from itertools import product
 import numpy as np
 
 from ..filtering.neighborhood import Neighborhood, Sees
-from ..filtering.smooth import dilate, smooth, smooth_map, widest
+from ..filtering.smooth import smooth, smooth_map, widest
 from ..gather.lighting import Lighting
 from ..geometry.vectors import row_squares
 from ..passes import Pass
@@ -27,9 +27,6 @@ from .relative_error import MOST, area_shares, bounds_of, level_of, mean_over
 DOUBTFUL = 4.0  # ratio [of the replicates' brightness]: above it one of them may be all wrong
 LEAST = 1e-20  # irradiance [of the brightest emission]: the least that is taken as typical
 SIGN_DRAWS = 4  # number [draws of signs] that tell what neighborhoods share from noise
-LEAST_MORE = 1.25  # factor [samples of a receiver]: it gets none where fewer would do
-# Share [of the squared error] allowed to direct light; the rest is for gathered light.
-DIRECT_SHARE = 0.4
 PARTS = (np.arange(64) + 0.5) / 64  # shares [of the surface] whose bounds of the error are reported
 
 Means = tuple[np.ndarray, np.ndarray, np.ndarray]  # see ``Lighting.means``
@@ -128,40 +125,6 @@ class ErrorEstimator:
             share, sample = self._projected(radiance, raw)
             square = mean_over(share, sample**2)
         return square, bounds_of(share, sample, np.append(MOST, PARTS))
-
-    def lacking(self, estimate: Estimate, goal: float, light: Lighting):
-        """How many points and rays receivers lack for a relative error ``goal``: (count,) float64
-        each.
-
-        With variances v and areas A, the error A v / n summed over receivers is least for a number
-        of rays when n is in proportion to sqrt(A v).
-        """
-        points, rays = (
-            self._more(local, square / (share * goal**2), number[:, 0], estimate.share)
-            for local, square, share, number in zip(
-                (estimate.direct_square, estimate.gather_square),
-                estimate.squares(),
-                (DIRECT_SHARE, 1 - DIRECT_SHARE),
-                (light.points, light.rays),
-            )
-        )
-        # Shadow rays that agree may have missed what shows next to them.
-        beside = dilate(self.lattices, points > 0) & (points == 0)
-        points[beside] = light.points[beside, 0]
-        return points, rays
-
-    @staticmethod
-    def _more(
-        local: np.ndarray, excess: float, number: np.ndarray, share: np.ndarray
-    ) -> np.ndarray:
-        """(count,) samples to add to ``number`` (count,), where the squared error (count,) is
-        ``excess`` times what it may be."""
-        if excess <= 1:
-            return np.zeros(len(number))
-        part = np.maximum(share * local, 0).astype(float)
-        root = np.sqrt(part * number)
-        best = root * (root.sum() * excess / part.sum())
-        return np.where(best > LEAST_MORE * number, best - number, 0.0)
 
     def _neighbors(self, *light: np.ndarray) -> Sequence[Neighborhood]:
         """The neighborhoods, given all light (count, c) so far: receivers without any, as in a sealed room

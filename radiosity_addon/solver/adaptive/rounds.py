@@ -13,7 +13,8 @@ import numpy as np
 
 from ..gather.lighting import Lighting, Samples
 from ..sampling.guide import USEFUL, Guide, joined, make_guide
-from .error_estimator import DIRECT_SHARE, ErrorEstimator
+from .allocation import DIRECT_SHARE, Lacking, lacking_at_worst, lacking_in_mean
+from .error_estimator import ErrorEstimator
 from .estimate import Estimate
 from .plan import MOST_ELEMENTS, Plan, round_up
 from .replicate import FEW_ON_ELEMENTS, MOST_PATHS, Replicate
@@ -44,6 +45,7 @@ MOST_MORE_PATHS = 8  # factor [paths along the residual]: the most in one round
 CLOSE = 0.95  # error [of what is enough] that rays do not lower: above it elements get finer
 NEAR = 1.1  # factor [of the error that rays do not lower]: below it no more rays are traced
 SURE = 2.0  # uncertainty [standard deviations] of an error that rays do not lower, before it counts
+UNEVEN = 0.01  # share [of the surface] of places worse than they may be: fewer are worth no round of their own
 TELLING = 1.25  # factor [rays of the round before]: from it on, two rounds tell what rays do not lower
 
 
@@ -106,9 +108,12 @@ class Rounds:
         for step in range(MAX_ROUNDS):
             began, work = time.perf_counter(), _samples(direct, gathered)
             request = AddLight(direct, gathered, step, guide, learns)
-            replicates, estimate = self._gathered(request, plan.enough)
-            light = replicates[0].light
+            replicates, light, estimate = self._gathered(request, plan.enough)
+            pace = (time.perf_counter() - began) / max(work, 1)
             if estimate.error <= plan.enough:
+                direct, gathered = ([], []) if step else self._at_worst(estimate, plan, light)
+                if self._pays(_samples(direct, gathered), pace):
+                    continue
                 break
             if learns:
                 learning = joined(learning, *self._both(Learn()))
@@ -116,8 +121,7 @@ class Rounds:
                 learns = guide is not None  # the first rays tell well enough whether one pays
             floor = _least_error(history, estimate, light, plan)
             excess = max(_of_elements(replicates, estimate), floor) / (ELEMENTS_SHARE * plan.goal)
-            coarse = excess > 1 and plan.elements < MOST_ELEMENTS
-            if coarse and step < LAST_RESTART and not self.radiosity_given:
+            if excess > 1 and self._may_restart(step, plan):
                 plan, history = plan.refined(excess), []
                 if not self._time_for(self._seconds_of_restart()):
                     break
@@ -128,18 +132,15 @@ class Rounds:
             followed = self._followed_more_paths(estimate, plan)
             if not followed and (estimate.error < NEAR * floor or estimate.sampled <= plan.enough):
                 break
-            direct, gathered = self._more(estimate, plan, light, guide)
-            ahead = _samples(direct, gathered)
-            if ahead == 0 and not followed:
-                break
-            if not self._time_for((time.perf_counter() - began) * ahead / max(work, 1)):
+            direct, gathered = _bundled(self._lacking(estimate, plan, light), light, guide)
+            if not self._pays(_samples(direct, gathered), pace, followed):
                 break
         return estimate, [replicate.figures for replicate in replicates]
 
     def _gathered(
         self, request: AddLight, enough: float
-    ) -> tuple[tuple[RoundResult, RoundResult], Estimate]:
-        """What both replicates have after one more round, and the estimate by it. What neighbors have in
+    ) -> tuple[tuple[RoundResult, RoundResult], Lighting, Estimate]:
+        """What both replicates have after one more round, the first one's light, and the estimate. What neighbors have in
         common is left out where it is not asked for: no elements, and the error is ``enough``."""
         replicates = self._both(request)
         light = [replicate.light for replicate in replicates]
@@ -148,7 +149,30 @@ class Rounds:
         if estimate.error > enough or share > FEW_ON_ELEMENTS:
             estimate = estimate.with_common(self.estimator.common(estimate), share)
         self.clock.lap("gather")
-        return replicates, estimate
+        return replicates, light[0], estimate
+
+    def _lacking(self, estimate: Estimate, plan: Plan, light: Lighting) -> Lacking:
+        """What receivers lack. Colors that are fitted to many are good where single ones are not."""
+        lacking = lacking_in_mean(estimate, plan.goal, light, self.estimator.lattices)
+        if self.estimator.project is not None:
+            return lacking
+        points, rays = map(np.maximum, lacking, lacking_at_worst(estimate, plan.goal, light))
+        return points, rays
+
+    def _at_worst(self, estimate: Estimate, plan: Plan, light: Lighting) -> tuple[Samples, Samples]:
+        """What those lack that are worse than they may be, where they are so many that a round pays."""
+        points, rays = lacking_at_worst(estimate, plan.goal, light)
+        few = estimate.share[(points > 0) | (rays > 0)].sum() <= UNEVEN
+        if few or self.estimator.project is not None:
+            return [], []
+        return _bundled((points, rays), light, None)
+
+    def _pays(self, samples: int, pace: float, followed: bool = False) -> bool:
+        """There is something to add, at a ``pace`` [s] of each sample, and time for it."""
+        return (samples > 0 or followed) and self._time_for(pace * samples)
+
+    def _may_restart(self, step: int, plan: Plan) -> bool:
+        return plan.elements < MOST_ELEMENTS and step < LAST_RESTART and not self.radiosity_given
 
     def _seconds_of_restart(self) -> float:
         """About what it takes to solve with finer elements, and to gather anew."""
@@ -198,15 +222,15 @@ class Rounds:
         self.clock.lap("transport")
         return True
 
-    def _more(self, estimate: Estimate, plan: Plan, light: Lighting, guide: Guide | None):
-        """[(owners, samples of each)] to add, of points for direct light and of rays."""
-        points, rays = self.estimator.lacking(estimate, plan.goal, light)
-        points = _bounded(points, light.points[:, 0], GROWTH)
-        large = GROWTH * light.rays.sum() > LARGE_ROUND
-        rays = _bounded(rays, light.rays[:, 0], LARGE_GROWTH if large else GROWTH)
-        if guide is not None:
-            rays /= guide.worth[guide.cluster]
-        return _alike(points, 4), _alike(rays, 8)
+
+def _bundled(lacking: Lacking, light: Lighting, guide: Guide | None) -> tuple[Samples, Samples]:
+    """[(owners, samples of each)] to add to ``light``, of points for direct light and of rays."""
+    points = _bounded(lacking[0], light.points[:, 0], GROWTH)
+    large = GROWTH * light.rays.sum() > LARGE_ROUND
+    rays = _bounded(lacking[1], light.rays[:, 0], LARGE_GROWTH if large else GROWTH)
+    if guide is not None:
+        rays = rays / guide.worth[guide.cluster]
+    return _alike(points, 4), _alike(rays, 8)
 
 
 def _bounded(more: np.ndarray, number: np.ndarray, growth: float) -> np.ndarray:

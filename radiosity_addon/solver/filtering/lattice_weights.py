@@ -21,6 +21,7 @@ LEVELS = 5  # number [levels]: kernels reach 1, 3, 7, 15, 31 texels
 FLAT = 0.1  # distance [of the pair's] of a pair's middle from the texel: further, it does not count
 ROUND = 0.3  # distance [of the pair's]: the same where faces are shaded smooth: edges up to 33° are
 STRETCH = 2.0  # width [of what texels nearby have] of a pair: wider, it does not count
+MOST = 2.0  # factor [of a pair's weight] where others are missing, at most
 
 
 def build_lattices(
@@ -47,6 +48,7 @@ def build_lattices(
         weights = _weights(lattice, position, normal, flat, levels, threads)
         blocked = _blocked(lattice, walls, levels)
         _cut_pairs(lattice, weights, blocked)
+        _share_out(weights)
         lattice = replace(lattice, weights=weights)
         lattices.append(replace(lattice, borders=_borders(lattice, position, normal, blocked)))
     return lattices
@@ -82,6 +84,17 @@ def _cut_pairs(lattice: Lattice, weights: tuple, blocked: list[list] | None) -> 
         for weight, found, (dy, dx, _) in zip(weights[level], blocked[level], DIRECTIONS):
             either = found | np.roll(found, dy * lattice.shape[1] + dx << level)
             weight[lattice.inner(either.reshape(lattice.shape), 0, 0)] = 0
+
+
+def _share_out(weights: tuple) -> None:
+    """Let the pairs that there are take the weight of those that are missing: along an island's straight
+    edge the kernel becomes (1, 2, 1) / 4, that of a line, where it were (1, 6, 1) / 8."""
+    total = np.float32(sum(weight for *_, weight in DIRECTIONS))
+    for level in weights:
+        found = np.sum(level, axis=0)
+        factor = np.minimum(total / np.maximum(found, np.float32(1e-6)), np.float32(MOST))
+        for weight in level:
+            weight *= factor
 
 
 def _borders(
