@@ -69,14 +69,14 @@ def test_file_that_cannot_grow(place):
 
 def test_blend_cut_short_is_noticed(blender, tmp_path):
     """Blender reports success when a compressed file cannot grow."""
-    from radiosity_addon.command import _is_whole
+    from radiosity_addon.command import _is_complete
 
     for compress in (False, True):
         path = tmp_path / "whole.blend"
         blender.ops.wm.save_as_mainfile(filepath=str(path), compress=compress)
-        assert _is_whole(path)
+        assert _is_complete(path)
         path.write_bytes(path.read_bytes()[:-1000])
-        assert not _is_whole(path)
+        assert not _is_complete(path)
 
 
 def test_blend_that_cannot_grow(place):

@@ -61,18 +61,23 @@ def filled_in_place(tree: ast.AST):
                 yield from (source for name, source in changed(node) if name == "self")
 
 
+def own_names(function: ast.AST) -> set[str]:
+    """Parameters and variables of a function, with those of functions in it."""
+    parameters = {node.arg for node in ast.walk(function) if isinstance(node, ast.arg)}
+    return parameters | {node.id for node in ast.walk(function)
+                         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}  # fmt: skip
+
+
 def held_by_closures(tree: ast.AST):
-    """What functions within functions change of what is around them."""
+    """What functions within functions change of the outer one's variables."""
     for outer in ast.walk(tree):
         if not isinstance(outer, FUNCTION):
             continue
         for inner in ast.walk(outer):
             if inner is outer or not isinstance(inner, (*FUNCTION, ast.Lambda)):
                 continue
-            own = {word.arg for word in inner.args.args}
-            own |= {node.id for node in ast.walk(inner)
-                    if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}  # fmt: skip
-            yield from (source for name, source in changed(inner) if name and name not in own)
+            held = own_names(outer) - own_names(inner)
+            yield from (source for name, source in changed(inner) if name in held)
             yield from (ast.unparse(node) for node in ast.walk(inner) if isinstance(node, ast.Nonlocal))
 
 
@@ -98,7 +103,7 @@ BREACHES = {
         ["self.a[0]", "object.__setattr__(self, 'a', b)"],
     ),
     held_by_closures: (
-        "def f():\n a = []\n def g(b):\n  c = []\n  a.append(b)\n  c.append(b)\n a.append(1)\n return g",
+        "def f():\n a = []\n def g(b):\n  c = []\n  a.append(b)\n  c.append(b)\n  D.d = 1\n a.append(1)\n return g",
         ["a.append(b)"],
     ),
 }
