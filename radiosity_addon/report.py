@@ -64,7 +64,7 @@ def summarize(report: dict, output: str) -> str:
         [
             f"Baked {_count(baked, 'object')} into {output}"
             + (f", {_count(len(left_out), 'object')} left out:" if left_out else ""),
-            *_shown(_by_reason(left_out)),
+            *_shown(by_reason(left_out)),
             f"Work: {_count(report['triangles'], 'triangle')}, "
             f"{_count(report['elements'], 'element')}, "
             f"{_count(report['receivers'], 'receiver')}, {_count(report['rays'], 'ray')}",
@@ -123,14 +123,16 @@ def _warnings(warnings: list[str]) -> str:
     return "\n".join([str(len(warnings)), *_shown(warnings)])
 
 
-def _by_reason(objects: list[dict]) -> list[str]:
-    """A line for each reason, with the names of the first objects that it holds for."""
+def by_reason(objects: list[dict]) -> list[str]:
+    """A line for each reason why ``objects`` of a report are left out, with the names of the first that
+    it holds for."""
     names: dict[str, list[str]] = {}
     for each in objects:
         names.setdefault(each["reason"], []).append(repr(each["name"]))
     return [
         ", ".join(found[:NAMED])
-        + (f" and {len(found) - NAMED} more" if len(found) > NAMED else "") + f": {reason}"
+        + (f" and {len(found) - NAMED} more" if len(found) > NAMED else "")
+        + (f", each: {reason}" if len(found) > 1 else f": {reason}")
         for reason, found in names.items()
     ]  # fmt: skip
 

@@ -82,7 +82,7 @@ def test_summary_is_five_lines_and_one_for_each_warning_and_object_left_out(repo
     report["objects"] += [{"name": f"Box {n}", "baked": False, "reason": "why"} for n in range(5)]
     lines = summarize(report, "room_baked.blend").splitlines()
     assert lines[0].endswith("6 objects left out:")
-    assert lines[1:3] == ["  'Lamp': is not a mesh", "  'Box 0', 'Box 1', 'Box 2' and 2 more: why"]
+    assert lines[1:3] == ["  'Lamp': is not a mesh", "  'Box 0', 'Box 1', 'Box 2' and 2 more, each: why"]
     report["warnings"], report["objects"] = [f"number {n}" for n in range(9)], []
     lines = summarize(report, "room_baked.blend").splitlines()[4:]
     assert lines[0] == "Warnings: 9" and lines[5:] == ["  number 4", "  and 4 more (--report has all)"]

@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..figures import percent
-from ..solver.geometry.planar import cell_areas, doubled_areas
+from ..solver.geometry.planar import doubled_areas
 from ..solver.receivers import Receivers
 
 FLAT = 1e-12  # area [of the tile]: a triangle with less UV area has none
 NOTABLE = 1e-3  # share [of the surface]: what lacks more is warned of
 
 
-def missed_shares(
-    receivers: Receivers, uv: np.ndarray, start: int, area: np.ndarray
-) -> tuple[float, float]:
-    """Shares of the surface that get no texel: (UVs outside the 0-1 tile, no UV area at all).
+@dataclass(frozen=True)
+class Missed:
+    """Shares of a surface that get no texel: with UVs outside the 0-1 tile, with UVs that are
+    infinite or not a number, and without area in the UV map."""
+
+    outside: float = 0.0
+    unreal: float = 0.0
+    flat: float = 0.0
+
+
+def missed_shares(receivers: Receivers, uv: np.ndarray, start: int, area: np.ndarray) -> Missed:
+    """What gets no texel.
 
     ``uv`` (n, 3, 2) and ``area`` (n,) [m²] of the scene triangles from ``start`` on. A receiver's
     cells are given in a triangle's own coordinates, so that their areas, doubled, add up to the
@@ -23,27 +33,33 @@ def missed_shares(
     """
     total = float(area.sum())
     if total == 0:
-        return 0.0, 0.0
-    cells = cell_areas(receivers.corners, receivers.square)
-    inside = np.bincount(receivers.triangle - start, cells, len(uv))
-    extent = np.abs(doubled_areas(np.asarray(uv, float))) / 2
-    flat = ~(extent > FLAT)  # NaN too
-    outside = np.where(flat, 0.0, np.clip(1 - inside, 0, 1))
-    return float((outside * area).sum() / total), float(area[flat].sum() / total)
+        return Missed()
+    cells = np.abs(doubled_areas(receivers.corners)) * np.where(receivers.square, 2.0, 1.0) / 2
+    inside = np.bincount(receivers.triangle - start, 2 * cells, len(uv))
+    real = np.isfinite(uv).all(axis=(1, 2))
+    extent = np.abs(doubled_areas(np.where(real[:, None, None], uv, 0.0))) / 2
+    flat = real & (extent <= FLAT)
+    outside = np.where(real & ~flat, np.clip(1 - inside, 0, 1), 0.0)
+    return Missed(*(float((share * area).sum() / total) for share in (outside, ~real, flat)))
 
 
-def missed_warning(name: str, outside: float, flat: float, modifiers: tuple[str, ...]) -> str:
+def missed_warning(name: str, missed: Missed, modifiers: tuple[str, ...]) -> str:
     """One sentence on what the image of ``name`` lacks; "" when it lacks next to nothing."""
-    reasons = []
-    if outside > NOTABLE:
-        reasons.append(
-            f"{percent(outside)} of its surface has UVs outside the tile from 0 to 1 (or on other "
+    told = []
+    if missed.outside > NOTABLE:
+        told.append(
+            f"{percent(missed.outside)} of its surface has UVs outside the tile from 0 to 1 (or on other "
             "UDIM tiles) and gets no texel: move them inside, or bake to a map made for it"
         )
-    if flat > NOTABLE:
-        cause = f" that its modifiers make ({', '.join(modifiers)})" if modifiers else ""
-        reasons.append(
-            f"{percent(flat)} of its surface are faces without area in the UV map{cause} and get "
+    cause = f" that its modifiers make ({', '.join(modifiers)})" if modifiers else ""
+    if missed.unreal > NOTABLE:
+        told.append(
+            f"{percent(missed.unreal)} of its surface are faces with UVs{cause} that are infinite or not a "
+            "number, and get no texel: unwrap them, or bake to a map made for it"
+        )
+    if missed.flat > NOTABLE:
+        told.append(
+            f"{percent(missed.flat)} of its surface are faces without area in the UV map{cause} and get "
             "no texel: give them UVs, apply the modifiers and bake again, or bake vertex colors"
         )
-    return f"{name!r}: " + "; ".join(reasons) if reasons else ""
+    return f"{name!r}: " + "; ".join(told) if told else ""

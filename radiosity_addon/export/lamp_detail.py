@@ -15,7 +15,7 @@ from ..figures import percent
 
 # Error [relative, weighted by power] of interpolation: more is refined, or warned of.
 TOLERANCE = 0.01
-DOUBLINGS = 3  # number [doublings], at most: half a degree becomes a sixteenth
+FINEST = 5760  # width [pixels] of a picture, at most: a sixteenth of a degree each
 BLOCK = 15  # side of the parts that are looked at [pixels]: it divides a picture's edges
 # Numbers [parts, pixels] that are rendered anew in one doubling: some seconds.
 MOST_PARTS, MOST_PIXELS = 32, 400_000
@@ -29,7 +29,7 @@ def refined(picture: np.ndarray, render: Callable[[int, Box], np.ndarray]) -> tu
 
     ``render(width, box)`` gives a part of the picture of that many columns.
     """
-    for _ in range(DOUBLINGS):
+    while picture.shape[1] < FINEST:
         boxes = _rough_parts(bends(picture))
         if not boxes:
             break

@@ -7,14 +7,18 @@ every direction and whatever nodes it has. Call inside ``traceless()``.
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from .lamp_detail import Box, refined
 from .panorama import as_diffuse_ray, panorama, set_up_cycles
+from .photometry import NOTABLE, narrow_share, read_photometry
 from .remarks import nodes_of
 from .traceless import temporary_camera
 
-WIDTH = 720  # of the picture [pixels]: half a degree each
+# Widths [pixels] of the first picture: half a degree each, finer where an IES text has narrow beams.
+WIDTH, WIDTHS = 720, (720, 1440, 2880)
 GLANCE = 16  # width of a picture that only tells whether anything varies [pixels]
 # Numbers [rings, slices] of the sphere: its facets cancel out in the quotient.
 RINGS, SLICES = 32, 64
@@ -61,9 +65,11 @@ class ShapeStage:
 
     def fine_factor(self, data, matrix: np.ndarray) -> tuple[np.ndarray, float]:
         """``factor`` of ``matrix`` (4, 4), as fine as narrow beams need it, and the relative error that
-        interpolation leaves."""
-        coarse = self.factor(data, matrix, WIDTH)
-        return refined(coarse, lambda width, box: self.factor(data, matrix, width, box))
+        interpolation leaves, or beams that no picture meets."""
+        width, missed = start_width(data.node_tree)
+        coarse = self.factor(data, matrix, width)
+        picture, error = refined(coarse, lambda width, box: self.factor(data, matrix, width, box))
+        return picture, max(error, missed)
 
     def _render(self, data, matrix: np.ndarray, width: int, box: Box | None) -> np.ndarray:
         from mathutils import Matrix
@@ -152,12 +158,45 @@ def tree_varies(tree) -> list[str]:
     return found
 
 
+def start_width(tree) -> tuple[int, float]:
+    """The width of a first picture that meets every beam of the tree's IES texts: a square grid meets
+    what is as wide as its diagonal. And the share of a text's power in beams too narrow for any."""
+    tables = [table for node in _ies_nodes(tree) if (table := read_photometry(_ies_text(node)))]
+    missed = 0.0
+    for width in WIDTHS:
+        diagonal = np.sqrt(2.0) * 360.0 / width
+        missed = max((narrow_share(table, diagonal) for table in tables), default=0.0)
+        if missed < NOTABLE:
+            break
+    return width, missed
+
+
+def _ies_nodes(tree) -> list:
+    """The IES nodes that have a say."""
+    nodes = (node for node in nodes_of(tree) if node.bl_idname == IES and not node.mute)
+    return [node for node in nodes if node.outputs[0].is_linked]
+
+
+def _ies_text(node) -> str:
+    """What it holds; empty where there is none."""
+    if node.mode == "INTERNAL":
+        return node.ies.as_string() if node.ies else ""
+    try:
+        return Path(_ies_path(node)).read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""
+
+
+def _ies_path(node) -> str:
+    import bpy
+
+    return bpy.path.abspath(node.filepath, library=node.id_data.library)
+
+
 def unreadable(stage: ShapeStage, tree) -> list[str]:
     """The IES files and texts of a lamp's node tree that Cycles cannot read."""
     found = []
-    for node in nodes_of(tree):
-        if node.bl_idname != IES or node.mute or not node.outputs[0].is_linked:
-            continue
+    for node in _ies_nodes(tree):
         glance = stage.factor(_ies_alone(node), np.eye(4), GLANCE)
         if np.allclose(glance, UNREADABLE, rtol=1e-5):
             found.append(_ies_name(node))
@@ -177,7 +216,7 @@ def _ies_alone(node):
         tree.nodes.new(name) for name in ("ShaderNodeEmission", "ShaderNodeOutputLight", IES)
     )
     copy.mode, copy.ies = node.mode, node.ies
-    copy.filepath = bpy.path.abspath(node.filepath, library=node.id_data.library)
+    copy.filepath = _ies_path(node)
     tree.links.new(copy.outputs[0], emission.inputs["Strength"])
     tree.links.new(emission.outputs[0], output.inputs["Surface"])
     return data

@@ -120,8 +120,8 @@ def _lightmaps(baked: Baked, warnings: list[str]) -> dict[str, Lightmap]:
     if worst[0] > NOTABLE:
         warnings.append(
             f"8 bits in the exported lightmap of {worst[1]!r} are off by {percent(worst[0])} "
-            "before filtering, as its brightest texel is far above the rest; bake without the "
-            "emission pass, or to vertex colors, which are exported as floats"
+            "before filtering, as its brightest texel is far above the rest; where that is a glowing face, "
+            "bake without the emission pass; vertex colors are exported as floats"
         )
     return made
 

@@ -105,7 +105,7 @@ def _texels(job: Job):
         shared = overlapping_texels(part, target.uv, target.start, size)
         missed = missed_shares(part, target.uv, target.start, areas[target.start : target.stop])
         warnings = [_overlap(target, shared)] if shared else []
-        warnings += filter(None, [missed_warning(target.name, *missed, target.modifiers)])
+        warnings += filter(None, [missed_warning(target.name, missed, target.modifiers)])
         return part, warnings
 
     return make

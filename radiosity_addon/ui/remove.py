@@ -3,7 +3,7 @@
 import bpy
 
 from ..bake.image import MARK
-from ..bake.made import COLOR, OWNER, SLOT, UV_MAP, forget, names_made, read_made
+from ..bake.made import COLOR, OWNER, SCALE, SLOT, UV_MAP, forget, names_made, read_made
 from ..bake.own_materials import BEFORE, PREVIEW, behind, is_preview, own_material
 from ..bake.windows import owners
 from . import session
@@ -62,8 +62,24 @@ class RADIOSITY_OT_remove_bake(bpy.types.Operator):
         if not found:
             self.report({"WARNING"}, "Nothing of a bake was found to remove")
             return {"CANCELLED"}
+        if not _bakes_left():
+            _forget_reports()
         self.report({"INFO"}, f"Removed {found}")
         return {"FINISHED"}
+
+
+def _bakes_left() -> bool:
+    """Whether the file holds colors or images of a bake."""
+    if any(MARK in image for image in bpy.data.images):
+        return True
+    return any("passes" in entry for mesh in bpy.data.meshes for entry in read_made(mesh).values())
+
+
+def _forget_reports() -> None:
+    """There is no bake any more that they tell of."""
+    for scene in bpy.data.scenes:
+        if scene.library is None and scene.radiosity.report:
+            scene.radiosity.report = ""
 
 
 class RADIOSITY_MT_remove(bpy.types.Menu):
@@ -135,6 +151,8 @@ def _remove_made(mesh, entry_type: str) -> int:
     for name in names:
         layers.remove(layers[name])
         forget(mesh, name)
+        if entry_type == COLOR and SCALE.format(name) in mesh:
+            del mesh[SCALE.format(name)]
     return len(names)
 
 

@@ -4,6 +4,7 @@ import bpy
 from bpy.app.translations import pgettext_iface as iface_
 
 from ..figures import figure
+from ..report import by_reason
 from . import words
 from .bake import noteworthy
 from .lines import draw_note, pair
@@ -89,8 +90,7 @@ def draw_time(layout, report: dict) -> None:
 
 def draw_warnings(layout, report: dict) -> None:
     """Warnings in full, broken into lines; and the objects that were left out."""
-    left_out = [f"{item['name']}: {item['reason']}" for item in report["objects"]
-                if not item["baked"]]  # fmt: skip
+    left_out = by_reason([item for item in report["objects"] if not item["baked"]])
     for text in (*report["warnings"], *left_out):
         draw_note(layout.column(align=True), text, "ERROR")
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from scipy.integrate import trapezoid
@@ -170,6 +172,32 @@ def test_a_hot_spot_of_one_degree_has_all_its_light(blender, export):
 
     near, fine = down < 5, np.linspace(0, 5, 10001)
     assert flux(down[near], found[near]) == pytest.approx(flux(fine, candela(fine)), rel=0.01)
+
+
+def needle(width):
+    """IES text: (1 + cos(pi a / w)) / 2 cd at an angle a < w from straight down, w the width [degrees] at
+    half maximum, and 1e-8 cd elsewhere; pictures of half a degree have their first middles at 0.25."""
+    polar = [*(width * np.arange(7) / 6), 90, 180]
+    return photometry(range(1), polar, lambda v, h: max((1 + np.cos(np.pi * min(v / width, 1))) / 2, 1e-8))
+
+
+@pytest.mark.parametrize(("width", "met"), [(0.24, True), (0.04, False)])
+def test_a_beam_between_two_steps_of_half_a_degree_is_met_or_told(blender, export, width, met):
+    """The integral over the beam is 2 pi w² (1/4 - 1/pi²) cd, of w = 0.24 degrees 130 times the rest's."""
+    lamp, even = (add_lamp(blender, "POINT", energy=1.0, shadow_soft_size=0.0) for _ in range(2))
+    add_ies(blender, lamp, needle(width))
+    add_ies(blender, even, photometry(range(1), (0, 90, 180), lambda v, h: 1.0))
+    add_plane(blender)
+    exported = export()
+    told = [float(found[1]) for text in exported.warnings
+            if (found := re.search('"Lamp".*narrow beams light may be off by ([0-9.]+) %', text))]
+    assert max(told, default=0.0) < 10 if met else max(told) > 90, told
+    if met:
+        ours, plain = exported.scene.lamps
+        rows = ours.distribution.mean(axis=1)
+        solid = np.cos((np.arange(len(rows)) + 0.5 - len(rows) / 2) * np.pi / len(rows))
+        power = ours.intensity[0] / plain.intensity[0] * (solid @ rows) * 2 * np.pi**2 / len(rows)
+        assert power == pytest.approx(2 * np.pi * np.radians(width) ** 2 * (1 / 4 - 1 / np.pi**2), rel=0.1)
 
 
 @pytest.mark.parametrize("text, words", [

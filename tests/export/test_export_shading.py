@@ -149,3 +149,23 @@ def test_shading_outlasts_what_is_buried(blender):
     shading = shaded_layout(job, opened).receivers.shading
     assert len(shading.normal) == len(opened.receivers.triangle)
     np.testing.assert_allclose(np.linalg.norm(shading.normal, axis=1), 1, atol=1e-5)
+
+
+def test_weighted_normals_are_read(blender, export):
+    """A modifier that lets faces count by their area: at the edge of a large, level face and a small one,
+    45 degrees down from it, the normals are the large one's."""
+    mesh = blender.data.meshes.new("Edge")
+    mesh.from_pydata([(0, 0, 0), (9, 0, 0), (9, 9, 0), (0, 9, 0), (-1, 0, -1), (-1, 9, -1)], [],
+                     [(0, 1, 2, 3), (0, 3, 5, 4)])  # fmt: skip
+    mesh.shade_smooth()
+    mesh.materials.append(diffuse(blender))
+    thing = add_object(blender, "Edge", mesh)
+    plain = corners_and_normals(export())
+    modifier = thing.modifiers.new("Weighted", "WEIGHTED_NORMAL")
+    modifier.weight = 100  # the largest face alone
+    weighted = corners_and_normals(export())
+    np.testing.assert_array_equal(plain[0], weighted[0])
+    edge = weighted[0][:, 0] == 0
+    slanted = (-np.sin(np.pi / 8), 0, np.cos(np.pi / 8))
+    np.testing.assert_allclose(plain[1][edge], [slanted] * edge.sum(), atol=1e-3)
+    np.testing.assert_allclose(weighted[1][edge], [(0, 0, 1)] * edge.sum(), atol=2e-3)

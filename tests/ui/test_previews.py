@@ -184,6 +184,20 @@ def test_remove_takes_back_all_that_was_made(file, linked):
     assert file.ops.radiosity.remove_bake() == {"CANCELLED"}
 
 
+def test_what_a_bake_tells_goes_with_it(file):
+    """The scale of byte colors, and the report with the last of all that it tells of."""
+    scene, mesh = file.context.scene, file.data.objects["Box"].data
+    scene.radiosity.byte_colors = scene.radiosity.auto_scale = True
+    bake(file)
+    assert "Radiosity_scale" in mesh
+    scene.radiosity.target = "IMAGE"
+    bake(file)
+    file.ops.radiosity.remove_bake(kinds={"COLORS"})
+    assert "Radiosity_scale" not in mesh and scene.radiosity.report
+    file.ops.radiosity.remove_bake(kinds={"IMAGES"})
+    assert not scene.radiosity.report
+
+
 def test_remove_one_kind_and_of_the_selected_only(file):
     twin = file.data.objects.new("Twin", file.data.objects["Box"].data.copy())
     file.context.scene.collection.objects.link(twin)
