@@ -51,7 +51,8 @@ def bends(picture: np.ndarray) -> np.ndarray:
     """(h, 2 h) squares of the relative error of interpolation about each pixel of ``picture``
     (h, 2 h, 3), weighted by power: they add up to the mean square.
 
-    Directions darker than the mean are judged against the mean.
+    Directions are judged against the brightest beside them, which interpolation mixes in, or the mean
+    where that is darker.
     """
     light = picture.sum(axis=2, dtype=np.float32)  # a fine picture has 16 million pixels
     height, width = light.shape
@@ -59,11 +60,13 @@ def bends(picture: np.ndarray) -> np.ndarray:
     mean = float((solid[:, 0] * light.mean(axis=1, dtype=np.float64)).sum() / solid.sum())
     if mean <= 0:
         return np.zeros_like(light)
-    above, below = _beside(light)
-    bend = np.abs(above - 2 * light + below)
-    bend += np.abs(np.roll(light, 1, axis=1) - 2 * light + np.roll(light, -1, axis=1))
+    bend, level = np.zeros_like(light), np.maximum(light, np.float32(mean))
+    for pair in (_beside(light), [np.roll(light, step, axis=1) for step in (1, -1)]):
+        bend += np.abs(pair[0] - 2 * light + pair[1])
+        for beside in pair:
+            np.maximum(level, beside, out=level)
     bend *= bend
-    bend /= np.maximum(light, np.float32(mean))
+    bend /= level
     bend *= (solid / (64 * mean * solid.sum() * width)).astype(np.float32)
     return bend
 
