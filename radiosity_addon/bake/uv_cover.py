@@ -45,21 +45,21 @@ def missed_shares(receivers: Receivers, uv: np.ndarray, start: int, area: np.nda
 
 def missed_warning(name: str, missed: Missed, modifiers: tuple[str, ...]) -> str:
     """One sentence on what the image of ``name`` lacks; "" when it lacks next to nothing."""
-    told = []
+    sentences = []
     if missed.outside > NOTABLE:
-        told.append(
+        sentences.append(
             f"{percent(missed.outside)} of its surface has UVs outside the tile from 0 to 1 (or on other "
             "UDIM tiles) and gets no texel: move them inside, or bake to a map made for it"
         )
     cause = f" that its modifiers make ({', '.join(modifiers)})" if modifiers else ""
     if missed.unreal > NOTABLE:
-        told.append(
+        sentences.append(
             f"{percent(missed.unreal)} of its surface are faces with UVs{cause} that are infinite or not a "
             "number, and get no texel: unwrap them, or bake to a map made for it"
         )
     if missed.flat > NOTABLE:
-        told.append(
+        sentences.append(
             f"{percent(missed.flat)} of its surface are faces without area in the UV map{cause} and get "
             "no texel: give them UVs, apply the modifiers and bake again, or bake vertex colors"
         )
-    return f"{name!r}: " + "; ".join(told) if told else ""
+    return f"{name!r}: " + "; ".join(sentences) if sentences else ""

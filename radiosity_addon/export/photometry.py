@@ -25,17 +25,17 @@ class Photometry:
 def read_photometry(text: str) -> Photometry | None:
     """What an IES text holds; None where it is no such text."""
     _, mark, rest = text.partition(TILT)
-    kind, _, rest = rest.partition("\n")
+    tilt, _, rest = rest.partition("\n")
     try:
         numbers = np.array(rest.replace(",", " ").split(), np.float64)
-        if kind.strip() == "INCLUDE":
+        if tilt.strip() == "INCLUDE":
             numbers = numbers[2 + 2 * int(numbers[1]):]
-        tall, planes = int(numbers[3]), int(numbers[4])
-        values = numbers[HEADER + tall + planes:][: tall * planes].reshape(planes, tall)
+        rows, planes = int(numbers[3]), int(numbers[4])
+        values = numbers[HEADER + rows + planes:][: rows * planes].reshape(planes, rows)
     except (ValueError, IndexError):
         return None
-    angles = numbers[HEADER:][:tall]
-    sound = mark and tall > 1 and planes > 0 and np.all(np.diff(angles) > 0)
+    angles = numbers[HEADER:][:rows]
+    sound = mark and rows > 1 and planes > 0 and np.all(np.diff(angles) > 0)
     return Photometry(angles, values) if sound else None
 
 
@@ -66,15 +66,15 @@ def _middles(values: np.ndarray) -> np.ndarray:
 
 
 def _dips(plane: np.ndarray) -> list[int]:
-    """Places from which the plane rises on; both ends are among them."""
+    """Indices from which the plane rises on; both ends are among them."""
     inner = np.flatnonzero((plane[1:-1] <= plane[:-2]) & (plane[1:-1] < plane[2:])) + 1
     return [0, *inner.tolist(), len(plane) - 1]
 
 
-def _floor(plane: np.ndarray, place: int) -> float:
+def _floor(plane: np.ndarray, index: int) -> float:
     """What a beam that ends there stands on: nothing at an end of the plane, where it goes on over
     the axis, or stops at once."""
-    return float(plane[place]) if 0 < place < len(plane) - 1 else 0.0
+    return float(plane[index]) if 0 < index < len(plane) - 1 else 0.0
 
 
 def _width(angles: np.ndarray, above: np.ndarray) -> float:
