@@ -62,6 +62,14 @@ def same_field(a: Field, b: Field) -> bool:
     return a is b or (constant and np.array_equal(a.value, b.value))
 
 
+def is_rescaled(a: Field, b: Field) -> bool:
+    """Whether both are known to be one picture, times other factors, those of ``a`` above 0, plus offsets."""
+    if not (isinstance(a, Texture) and isinstance(b, Texture) and np.all(np.asarray(a.factor) > 0)):
+        return False
+    same = (a.extension, a.interpolation, a.encoded) == (b.extension, b.interpolation, b.encoded)
+    return same and a.pixels is b.pixels and a.uv is b.uv
+
+
 def srgb_to_linear(values: np.ndarray) -> np.ndarray:
     """IEC 61966-2-1 decoding, in the values' own precision, float32 at least."""
     values = np.asarray(values)

@@ -6,9 +6,16 @@ import numpy as np
 import pytest
 
 from radiosity_addon.settings import Settings
-from radiosity_addon.solver.fields import Constant, Texture
+from radiosity_addon.solver.fields import Constant, Texture, is_rescaled
 from radiosity_addon.solver.materials.evaluate import evaluate_field
-from radiosity_addon.solver.materials.region_means import FieldMeans, Regions
+from radiosity_addon.solver.materials.region_means import (
+    FieldMeans,
+    Regions,
+    material_means,
+    reflectance_means,
+    triangle_regions,
+)
+from radiosity_addon.solver.scene import Material
 from radiosity_addon.solver.sequence import solve
 from radiosity_addon.solver.solution import compose
 from verification import meshes
@@ -51,3 +58,22 @@ def test_an_offset_is_added_to_a_picture_everywhere(extension, interpolation):
     (one, spread), (other, same) = (FieldMeans(field)(regions) for field in (plain, raised))
     np.testing.assert_allclose(other, one + raised.offset, rtol=1e-6)
     np.testing.assert_allclose(spread, same, rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("shared", [True, False])
+def test_one_pictures_means_are_looked_for_once(shared):
+    """Base · 0.9 is shown and base · 0.7 + 0.2 is sent on: both exact means of a receiver, of one picture
+    or of equal ones."""
+    pixels = np.random.default_rng(2).random((6, 5, 3)).astype(np.float32)
+    uv = np.tile(np.array([[[0, 0], [1, 0], [0, 1]]], np.float32), (12, 1, 1))
+    shown = Texture(pixels, uv, "EXTEND", "Closest", np.full(3, 0.9))
+    own = pixels if shared else pixels.copy()
+    sent = Texture(own, uv, "EXTEND", "Closest", np.full(3, 0.7), offset=np.full(3, 0.2))
+    assert is_rescaled(shown, sent) == shared
+    material = Material("Coated", sent, diffuse=shown)
+    scene = replace(meshes.box_scene(), materials=(material,), material=np.zeros(12, np.int32))
+    regions = triangle_regions(np.zeros(1, int), np.array([[[0.1, 0.2], [0.7, 0.1], [0.2, 0.7]]]))
+    base, _ = FieldMeans(replace(shown, factor=1.0))(regions)
+    diffuse, _ = material_means(scene, "shown", regions)
+    np.testing.assert_allclose(diffuse, 0.9 * base, rtol=1e-12)
+    np.testing.assert_allclose(reflectance_means(scene, regions, diffuse), 0.7 * base + 0.2, rtol=1e-7)

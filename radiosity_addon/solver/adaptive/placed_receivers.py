@@ -41,17 +41,19 @@ class PlacedReceivers:
         """(count,) of receivers that learn together."""
         return clusters_of(*self.footprints.middle(), self.footprints.area)
 
-    @cached_property
+    @property
     def reflectance(self) -> np.ndarray:
         """(count, channels) mean over each receiver."""
-        return footprint_means(self.context.mean_reflectance, self.footprints)
+        return self._reflectances[:, : self.context.channels]
 
-    @cached_property
+    @property
     def diffuse(self) -> np.ndarray:
         """(count, channels) mean of the diffuse reflectance over each receiver."""
-        if all(material.diffuse is None for material in self.context.scene.materials):
-            return self.reflectance
-        return footprint_means(self.context.mean_diffuse, self.footprints)
+        return self._reflectances[:, self.context.channels :]
+
+    @cached_property
+    def _reflectances(self) -> np.ndarray:
+        return footprint_means(self.context.mean_reflectances, self.footprints)
 
     def patches(self, elements: int) -> ReceiverPatches | None:
         """Receivers no larger than so many elements would be, as patches."""

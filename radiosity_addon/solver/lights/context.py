@@ -12,7 +12,7 @@ from ..fields import is_black
 from ..geometry.triangles import Geometry, build_geometry
 from ..materials.channels import channels_of
 from ..materials.evaluate import evaluate_material
-from ..materials.region_means import Regions, material_means
+from ..materials.region_means import Regions, material_means, reflectance_means
 from ..progress import Progress
 from ..scene import Scene, sides, used_sides
 from ..tracing.blockers import Blockers, build_blockers, trace_visible
@@ -118,17 +118,12 @@ class Context:
         mean, spread = material_means(self.scene, "emission", regions, front)
         return mean[:, : self.channels] / self.unit, spread / self.unit
 
-    def mean_reflectance(self, regions: Regions) -> np.ndarray:
-        """(n, channels) float64 exact mean over regions of fronts."""
-        return self._mean_share("reflectance", regions)
-
-    def mean_diffuse(self, regions: Regions) -> np.ndarray:
-        """(n, channels) float64 exact mean of the diffuse reflectance over regions of fronts."""
-        return self._mean_share("shown", regions)
-
-    def _mean_share(self, quantity: str, regions: Regions) -> np.ndarray:
-        mean, _ = material_means(self.scene, quantity, regions)
-        return np.clip(mean[:, : self.channels], 0, 1)
+    def mean_reflectances(self, regions: Regions) -> np.ndarray:
+        """(n, 2 · channels) float64 exact means of the reflectance, and of the diffuse one behind it, over
+        regions of fronts."""
+        diffuse, _ = material_means(self.scene, "shown", regions)
+        both = reflectance_means(self.scene, regions, diffuse), diffuse
+        return np.clip(np.concatenate([mean[:, : self.channels] for mean in both], axis=1), 0, 1)
 
     def _evaluate(
         self, quantity: str, triangle: np.ndarray, uv: np.ndarray, front: np.ndarray | None = None

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..fields import Constant, CornerColors, Field
+from ..fields import Constant, CornerColors, Field, is_rescaled
 from ..geometry.footprints import Footprints
 from ..scene import Scene
 from .evaluate import evaluate_field
@@ -138,3 +138,18 @@ def material_means(scene: Scene, quantity: str, regions: Regions, front: bool = 
         some = np.flatnonzero(material == number)
         mean[some], spread[some] = FieldMeans(fields[number])(regions.take(some))
     return mean, spread
+
+
+def reflectance_means(scene: Scene, regions: Regions, diffuse: np.ndarray) -> np.ndarray:
+    """(n, 3) means of the reflectance over regions of fronts, where those of the ``diffuse`` one (n, 3) are
+    known: one picture's are looked for once."""
+    mean, material = diffuse.copy(), scene.material[regions.triangle]
+    glossy = [number for number, m in enumerate(scene.materials) if m.diffuse is not None]
+    for number in np.intersect1d(glossy, np.unique(material)) if glossy else ():
+        some = np.flatnonzero(material == number)
+        shown, sent = scene.materials[number].diffuse, scene.materials[number].reflectance
+        if is_rescaled(shown, sent):
+            mean[some] = (diffuse[some] - shown.offset) / shown.factor * sent.factor + sent.offset
+        else:
+            mean[some], _ = FieldMeans(sent)(regions.take(some))
+    return mean
