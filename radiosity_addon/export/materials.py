@@ -96,12 +96,17 @@ def _used(parts) -> list:
 def checked(surface: SurfaceShader, name: str, warnings: list[str]) -> SurfaceShader:
     """Reflectances and transmittance clamped to [0, 1], emission to [0, inf); with warnings, which the
     diffuse reflectance has for all that is sent on."""
+    diffuse = _clamped(surface.diffuse, 1.0, name, "reflectance", warnings)
+    sent = surface.reflectance
+    of_one = diffuse is surface.diffuse and diffuse.pixels is not None
+    if sent is not None and not (of_one and sent.pixels is diffuse.pixels):
+        sent = _clamped(sent, 1.0, name, "reflectance", [])  # else it is a share of what is sound
     return replace(
         surface,
-        diffuse=_clamped(surface.diffuse, 1.0, name, "reflectance", warnings),
+        diffuse=diffuse,
         emission=_clamped(surface.emission, np.inf, name, "emission", warnings),
         transmittance=_clamped(surface.transmittance, 1.0, name, "transmittance", warnings),
-        reflectance=surface.reflectance and _clamped(surface.reflectance, 1.0, name, "reflectance", []),
+        reflectance=sent,
     )
 
 

@@ -9,7 +9,7 @@ after further reflections where a shader says so (Multiscatter GGX: Kulla and Co
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -103,9 +103,9 @@ def dielectric(index: float) -> Fresnel:
     return reflectance
 
 
-def metal(color: np.ndarray, edge: np.ndarray | float = 1.0) -> Fresnel:
-    """Schlick's (1994) reflectance of metals of ``color`` (c,) along the normal; ``edge`` (c,) tints it
-    at 82° (Hoffman 2019)."""
+def metal(color: np.ndarray, edge: float = 1.0) -> Fresnel:
+    """Schlick's (1994) reflectance of metals of ``color`` (c,) along the normal; ``edge`` is the share of it that
+    is left at 82° (Hoffman 2019)."""
     color = np.clip(color, 0, 1)
     at_82 = color + (1 - color) * (6 / 7) ** 5
     dip = at_82 * (1 - np.clip(edge, 0, 1)) * 7 / (6 / 7) ** 6
@@ -122,8 +122,13 @@ def even(color: np.ndarray) -> Fresnel:
     return lambda cosine: np.broadcast_to(color, (*cosine.shape, len(color)))
 
 
-def albedo_of(values: np.ndarray, fresnel: Callable[[np.ndarray], Fresnel], roughness: float,
-              compensated: bool) -> np.ndarray:  # fmt: skip
-    """Hemispherical albedos of mirrors ``fresnel(value)``, for values (..., c) in [0, 1]."""
-    known, _ = albedos(fresnel(NODES), roughness, compensated)
-    return np.interp(values, NODES, known).astype(values.dtype)
+def albedo_of(
+    values: np.ndarray, fresnels: Sequence[Callable[[np.ndarray], Fresnel]], roughness: float, compensated: bool
+) -> np.ndarray:
+    """Hemispherical albedos (k, c) of mirrors of colors ``values`` (k, c) in [0, 1], of which each channel has a
+    function that gives the reflectance of colors (n,)."""
+    found = np.empty_like(values)
+    for channel, fresnel in enumerate(fresnels):
+        known, _ = albedos(fresnel(NODES), roughness, compensated)
+        found[:, channel] = np.interp(values[:, channel], NODES, known)
+    return found

@@ -7,6 +7,7 @@ Cycles (see ``evaluated``).
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -138,23 +139,23 @@ def _through(node, reader: Reader, depth: int) -> SurfaceShader:
 
 
 def _glossy(node, reader: Reader, depth: int) -> SurfaceShader:
-    return _mirror(node, reader, reader.color(node.inputs["Color"]), lambda color: even(color))
+    return _mirror(node, reader, "Color", [even] * 3)
 
 
 def _metallic(node, reader: Reader, depth: int) -> SurfaceShader:
     edge = node.inputs["Edge Tint"]
     if reader.gloss and (node.fresnel_type != "F82" or edge.is_linked):
         raise NotSimple(f"metal of type {node.fresnel_type}, or its edge")
-    tint = np.array(edge.default_value[:3])
-    return _mirror(node, reader, reader.color(node.inputs["Base Color"]), lambda color: metal(color, tint))
+    fresnels = [functools.partial(metal, edge=share) for share in edge.default_value[:3]]
+    return _mirror(node, reader, "Base Color", fresnels)
 
 
-def _mirror(node, reader: Reader, color: Color, fresnel) -> SurfaceShader:
-    """A mirror of facets that reflect ``fresnel(color)``."""
+def _mirror(node, reader: Reader, color: str, fresnels) -> SurfaceShader:
+    """A mirror of a ``color``, an input's, and facets of whose reflectance each channel has a function."""
     if not reader.gloss:
         return SurfaceShader(glossy=1.0)
     rough, compensated = reader.number(node.inputs["Roughness"]), node.distribution == "MULTI_GGX"
-    sent = mapped(color, lambda values: albedo_of(values, fresnel, rough, compensated))
+    sent = mapped(reader.color(node.inputs[color]), lambda values: albedo_of(values, fresnels, rough, compensated))
     share = _share(sent)
     return SurfaceShader(reflectance=sent, glossy=share, sharp=share)
 
@@ -207,7 +208,7 @@ def _principled_gloss(node, reader: Reader, base: Color, plain: Color):
     if not reader.gloss or (metallic.is_black and below == 0):
         return None, _share(metallic) + below, 0.0
     mirrors = metallic if metallic.is_black else multiply(metallic, mapped(
-        base, lambda values: albedo_of(values, metal, rough, compensated)
+        base, lambda values: albedo_of(values, [metal] * 3, rough, compensated)
     ))  # fmt: skip
     metals = _share(mirrors)
     sent = multiply(plain, shifted(base, np.full(3, 1 - dimmed), np.full(3, coating)))
