@@ -35,26 +35,29 @@ class Correction:
     """What receivers' gathered light lacks, by region, for n regions and R receivers.
 
     ``lack`` (n, channels) float64 irradiance; ``uncorrected`` (n,) its expected square, relative, that
-    noise kept from being found.
+    noise kept from being found; ``scale`` (n,) the irradiance that this is relative to.
     """
 
     region: np.ndarray  # (R,) int
     lack: np.ndarray
     uncorrected: np.ndarray
+    scale: np.ndarray
     found: float  # root mean square over the surface of what is lacked, relative, noise taken off
 
-    def share(self, gathered: np.ndarray, area: np.ndarray) -> np.ndarray:
+    def share(self, gathered: np.ndarray, area: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(R, channels) float32: what to add to each receiver's ``gathered`` (R, channels) mean
-        irradiance, in proportion to it: what is dark stays dark."""
+        irradiance, in proportion to it: what is dark stays dark. And (R,) float32: the squared relative
+        bias that is not corrected, with what would have to be added where too little is gathered."""
         count = len(self.lack)
         weight = area if area.sum() > 0 else np.ones(len(area))
-        share = np.zeros_like(self.lack)
-        total = np.bincount(self.region, weight, count)
-        for channel in range(self.lack.shape[1]):
-            mean = np.bincount(self.region, weight * gathered[:, channel], count)
-            np.divide(self.lack[:, channel] * total, mean, out=share[:, channel], where=mean > 0)
+        total = np.maximum(np.bincount(self.region, weight, count), 1e-300)
+        light = np.stack([np.bincount(self.region, weight * each, count) for each in gathered.T], 1)
+        light /= total[:, None]
+        share = np.divide(self.lack, light, out=np.zeros_like(self.lack), where=light > 0)
         np.clip(share, -1, LARGEST, out=share)
-        return (gathered * share[self.region]).astype(np.float32)
+        left = (self.lack - share * light).mean(axis=1) / self.scale
+        square = (self.uncorrected + left**2).astype(np.float32)
+        return (gathered * share[self.region]).astype(np.float32), square[self.region]
 
 
 def regions_of(footprints: Footprints, paths: int) -> list[np.ndarray]:
@@ -77,7 +80,8 @@ def regions_of(footprints: Footprints, paths: int) -> list[np.ndarray]:
 def find_correction(residuals: Residuals, levels: list[np.ndarray]) -> Correction:
     """The correction that paths tell of, for receivers in regions (R,), coarse to fine."""
     lack = residuals.lack.astype(float)
-    scale = irradiance_scale(residuals, levels)
+    of_region = irradiance_of_regions(residuals, levels)
+    scale = of_region[levels[-1][residuals.owner]]
     relative = lack.mean(axis=1) / scale
     parent = np.zeros((1, lack.shape[1]))  # what all regions are drawn toward first: nothing
     outer = np.zeros(len(levels[0]), np.int64)
@@ -97,19 +101,24 @@ def find_correction(residuals: Residuals, levels: list[np.ndarray]) -> Correctio
         unfound = np.maximum(spread, error) if region is levels[0] else spread
         found, uncorrected = found + spread, uncorrected[inside] + unfound * (1 - shrink) ** 2
         outer = region
-    return Correction(outer, parent, uncorrected, float(np.sqrt(found)))
+    return Correction(outer, parent, uncorrected, of_region, float(np.sqrt(found)))
 
 
 def irradiance_scale(residuals: Residuals, levels: list[np.ndarray]) -> np.ndarray:
-    """(n,) what lacks of paths are relative to: the mean irradiance of the receiver's region, or a
-    quarter of that of all."""
-    level = residuals.irradiance.mean(axis=1, dtype=float)
-    region = levels[-1]
-    mine = region[residuals.owner]
-    number = np.bincount(mine, minlength=1)
-    mean = np.bincount(mine, level) / np.maximum(number, 1)
-    floor = FLOOR * level.mean() if len(level) else 0.0
-    return np.maximum(np.maximum(mean[mine], floor), 1e-300)
+    """(n,) what lacks of paths are relative to: ``irradiance_of_regions``."""
+    return irradiance_of_regions(residuals, levels)[levels[-1][residuals.owner]]
+
+
+def irradiance_of_regions(residuals: Residuals, levels: list[np.ndarray]) -> np.ndarray:
+    """(n,) the mean irradiance of each of the finest regions, with what it lacks where that makes more
+    of it, or a quarter of that of all, where that is more; above 0."""
+    known = residuals.irradiance.mean(axis=1, dtype=float)
+    level = np.stack([known, known + residuals.lack.mean(axis=1, dtype=float)], 1)
+    mine, count = levels[-1][residuals.owner], int(levels[-1].max(initial=0)) + 1
+    number = np.maximum(np.bincount(mine, minlength=count), 1)
+    mean = np.stack([np.bincount(mine, each, count) / number for each in level.T], 1)
+    floor = FLOOR * level.mean(axis=0).max() if len(level) else 0.0
+    return np.maximum(np.maximum(mean.max(axis=1), floor), 1e-300)
 
 
 def _level(

@@ -235,8 +235,8 @@ class Replicate:
         uncorrected = None
         if self.correction is not None:
             gathered = self.light.bounced / np.maximum(self.light.rays, 1)
-            self.light.correction[:] = self.correction.share(gathered, self.placed.footprints.area)
-            uncorrected = self.correction.uncorrected[self.correction.region].astype(np.float32)
+            area = self.placed.footprints.area
+            self.light.correction[:], uncorrected = self.correction.share(gathered, area)
         return RoundResult(
             self.light, self._figures(), uncorrected, self.found_on_elements, self.share_of_elements
         )
