@@ -131,13 +131,13 @@ class Bake:
         self._process.send_signal(number)
         return time.monotonic()
 
-    def kill_second(self) -> float:
-        """Kill the second process of the bake; returns when, in seconds."""
+    def kill_beside(self, program: str) -> float:
+        """Kill a process beside the bake's own that runs this program; returns when, in seconds."""
         number = self._process.pid
         children = Path(f"/proc/{number}/task/{number}/children").read_text().split()
         words = {int(child): Path(f"/proc/{child}/cmdline").read_bytes() for child in children}
-        [second] = [child for child, line in words.items() if b"radiosity_addon.replicate_process" in line]
-        os.kill(second, signal.SIGKILL)
+        found = [child for child, line in words.items() if f"radiosity_addon.{program}".encode() in line]
+        os.kill(found[0], signal.SIGKILL)
         return time.monotonic()
 
     def end(self) -> tuple[int, str, float]:
@@ -198,7 +198,14 @@ def second_killed(place: Place, stage: str) -> Outcome:
     """The second process is killed when a stage has begun."""
     before, bake = place.contents(), Bake(place, place.words())
     bake.wait_for(stage)
-    return outcome(bake, before, bake.kill_second())
+    return outcome(bake, before, bake.kill_beside("replicate_process"))
+
+
+def helper_killed(place: Place, stage: str) -> Outcome:
+    """One of four helpers is killed when a stage has begun."""
+    before, bake = place.contents(), Bake(place, [*place.words(), "--threads", "6"])
+    bake.wait_for(stage)
+    return outcome(bake, before, bake.kill_beside("helper_processes"))
 
 
 def solver_killed(place: Place, seconds: float) -> Outcome:

@@ -108,6 +108,12 @@ def test_killed_solver_is_a_message_and_changes_nothing(place):
     assert found.message.startswith("radiosity: the solver's process stopped (signal 9)")
 
 
+def test_killed_helper_is_no_loss(place):
+    found = faults.helper_killed(place, "gather")
+    assert (found.status, found.message) == (0, "")
+    assert set(found.strange) == set(faults.RESULTS)
+
+
 def test_killed_second_process_is_a_message_and_changes_nothing(place):
     found = faults.second_killed(place, "transport")  # two stages before the end
     assert (found.status, found.strange) == (1, ())
