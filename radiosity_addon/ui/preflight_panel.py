@@ -5,7 +5,7 @@ from .lines import draw_more, draw_note, pair
 from .preflight import MOST_SHOWN, preflight_to_draw
 
 FITS, FITS_NOT = "radiosity_fits", "radiosity_fits_not"  # each is opened and closed for itself
-NARROW = 34  # length [characters] of a line beside the indent of a closed list
+INDENT = 2  # width [characters] of the indent of a list
 
 
 def draw_preflight(layout, context) -> None:
@@ -19,7 +19,7 @@ def draw_preflight(layout, context) -> None:
     red = layout.column(align=True) if body is None else body.column(align=True)
     red.alert = True
     for text in problems:
-        draw_note(red, text, "BLANK1", NARROW)
+        draw_note(red, text, "BLANK1", INDENT)
     if body is not None:
         _draw_list(body.column(align=True), plan)
 

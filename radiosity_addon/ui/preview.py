@@ -45,7 +45,8 @@ class RADIOSITY_OT_build_material(CarriesBake, bpy.types.Operator):
         for text in warnings:
             self.report({"WARNING"}, text)
         if not warnings:
-            self.report({"INFO"}, ", ".join(made))
+            first, *others = made
+            self.report({"INFO"}, f"Built {first}" + (f" and {len(others)} more" if others else ""))
         return {"FINISHED"}
 
 

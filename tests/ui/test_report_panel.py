@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from types import SimpleNamespace
 
 import pytest
 
@@ -253,8 +254,6 @@ def test_the_error_of_most_of_the_surface_is_shown(blender):
     [(0, 0, []), (0, 1, ["1 warning"]), (2, 3, ["2 left out, 3 warnings"])],
 )
 def test_the_closed_report_says_that_there_are_warnings(file, left_out, warnings, told):
-    from types import SimpleNamespace
-
     from radiosity_addon.ui.report_panel import RADIOSITY_PT_report
 
     objects = [{"name": str(n), "baked": n >= left_out, "reason": "why"} for n in range(4)]
