@@ -1,18 +1,20 @@
 """FLIP of baked views: our bakes and Cycles' beside a path-traced view of the same matte scene.
 
     python -m benchmarks.flip [--scenes room living_room] [--errors 0.03 0.01] [--size 512]
-                              [--samples 64] [--truth 256] [--width 512]
+                              [--samples 64] [--truth 256] [--width 512] [--folder pictures]
 
 FLIP (Andersson et al. 2020) tells how far two pictures look apart, from 0 to 1, when one flips between
 them. The view is path-traced twice: the line of the second one is the noise that is in every line. Where
 faces are doubled, of which Cycles leaves one black, nothing is compared. Needs bpy and the
-package ``flip-evaluator``; denoises where ``pyoidn`` is installed.
+package ``flip-evaluator``; denoises where ``pyoidn`` is installed. All views are kept in the folder, where path-traced
+ones of the same samples and width are not made again.
 """
 
 from __future__ import annotations
 
 import argparse
 import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -67,26 +69,26 @@ def _extended(pixels: np.ndarray, mask: np.ndarray) -> np.ndarray:
     return extend_islands(pixels.astype(np.float32), mask, MARGIN)[..., :3]
 
 
-def measure(name: str, errors, size: int, samples: int, truth: int, width: int) -> list[Row]:
+def measure(name: str, chosen: argparse.Namespace) -> Iterator[Row]:
     """Bake the scene in every way and look at it from its view."""
-    folder = Path(tempfile.mkdtemp(prefix="radiosity_flip_"))
-    obj = build(SCENES[name])
+    chosen.folder.mkdir(parents=True, exist_ok=True)
+    obj, size, truth = build(SCENES[name]), chosen.size, chosen.truth
 
     def look(file: str, **options) -> Path:
-        path = folder / f"{file}.png"
-        picture(name, path, width, EXPOSURE.get(name, 0.0), **options)
+        path = chosen.folder / f"{name}_{chosen.width}_{file}.png"
+        if "seed" not in options or not path.exists():
+            picture(name, path, chosen.width, EXPOSURE.get(name, 0.0), **options)
         return path
 
-    traced = [look(f"traced{seed}", samples=truth, bounces=BOUNCES, seed=seed) for seed in (1, 2)]
-    found = list(bakes(obj, size, errors, samples))
+    traced = [look(f"traced_{truth}_{seed}", samples=truth, bounces=BOUNCES, seed=seed) for seed in (1, 2)]
+    found = list(bakes(obj, size, chosen.errors, chosen.samples))
     doubled = doubled_texels(obj, size) if SCENES[name].doubled else np.zeros((size, size), bool)
     show(obj, np.repeat(doubled[..., None], 3, axis=2).astype(float))
     counts = _pixels(look("doubled")) == 0
-    rows = [Row("path-traced again", *flip(*traced, counts), 0.0)]
+    yield Row("path-traced again", *flip(*traced, counts), 0.0)
     for number, (way, pixels, seconds) in enumerate(found):
         show(obj, pixels)
-        rows.append(Row(way, *flip(traced[0], look(f"bake{number}"), counts), seconds))
-    return rows
+        yield Row(way, *flip(traced[0], look(f"bake{number}"), counts), seconds)
 
 
 def _pixels(path: Path) -> np.ndarray:
@@ -110,11 +112,13 @@ def main(arguments=None) -> None:
     parser.add_argument("--samples", type=int, default=64, help="of Cycles' bake")
     parser.add_argument("--truth", type=int, default=256, help="samples of the path-traced view")
     parser.add_argument("--width", type=int, default=512, help="pixels of the view")
+    parser.add_argument("--folder", type=Path, default=Path(tempfile.gettempdir()) / "radiosity_flip",
+                        help="of the pictures")  # fmt: skip
     chosen = parser.parse_args(arguments)
     warm_up()
     print("| scene | bake | FLIP, mean | 95th percentile | seconds |\n|---|---|---|---|---|")
     for name in chosen.scenes:
-        for row in measure(name, chosen.errors, chosen.size, chosen.samples, chosen.truth, chosen.width):
+        for row in measure(name, chosen):
             print(f"| {name} | {row.name} | {row.mean:.4f} | {row.most:.4f} | {row.seconds:.1f} |", flush=True)
 
 

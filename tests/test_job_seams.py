@@ -12,6 +12,7 @@ from radiosity_addon.bake.shown import Sheets
 from radiosity_addon.bake_job import Job, run
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.scene import PointLamp
+from radiosity_addon.stages.tiling import Tiling, tiles_of
 from verification import meshes
 
 QUAD = np.array([(0, 1, 2), (0, 2, 3)])
@@ -44,9 +45,9 @@ def slab_job(parts=(), reflectances=(0.5, 0.5), low=LOW, edge=EDGE, **options):
     return Job(settings, replace(scene, lamps=(lamp,)), tuple(targets), (), (), ())
 
 
-def along_the_edge(*args, low=LOW, edge=EDGE, inside=0.0, **options):
+def along_the_edge(*args, low=LOW, edge=EDGE, inside=0.0, tiling=None, **options):
     """What both slabs show at places (50,) on their common edge, or ``inside`` texels before it."""
-    images = slab_images(*args, low=low, edge=edge, **options)
+    images = run(slab_job(*args, low=low, edge=edge, **options), tiling=tiling).colors
     y, before = np.linspace(0.02, 0.98, 50), inside / SIZE / edge
     return [shown(images[0], low + edge * np.c_[np.full(50, 1 - before), y]),
             shown(images[1], low + edge * np.c_[np.full(50, before), y])]  # fmt: skip
@@ -70,6 +71,22 @@ def test_slabs_side_by_side_show_the_same():
     jumps = [np.abs(a - b)[inner] / ((a + b) / 2)[inner] for a, b in (plain, fitted)]
     assert jumps[0].max() > 0.05
     assert jumps[1].max() < 0.005
+
+
+def test_slabs_in_tiles_show_the_same():
+    """Each image in two tiles, which overlap by four texels: whatever is known of texels near the seam comes in four
+    parts. The jumps are as small as those of one piece, and so is what is shown but for the error of both, 2 %."""
+    tiling = Tiling(undivided=100, tile=60, survey=64, overlap=4)
+    assert [len(tile) for tile in tiles_of(slab_job(), tiling)] == [1, 1, 1, 1]
+    inner = slice(8, 42)
+    plain, tiled, one = (
+        np.array(along_the_edge(**options))[:, inner]
+        for options in ({"margin": 0, "tiling": tiling}, {"tiling": tiling}, {})
+    )
+    jumps = [np.abs(a - b) / ((a + b) / 2) for a, b in (plain, tiled)]
+    assert jumps[0].max() > 0.05
+    assert jumps[1].max() < 0.005
+    assert np.sqrt(((tiled / one - 1) ** 2).mean()) < 0.03
 
 
 def test_jumps_are_smaller_than_steps_between_two_texels_inside():

@@ -185,7 +185,7 @@ def test_texels_of_several_objects_are_their_mean():
     level = one.colors[0][row, :, :3]
     assert np.abs(tiles.colors[0][row, :, :3] / level - 1).mean() < 0.2
     assert tiles.warnings == ()
-    assert all("beside seams" in text for text in one.warnings)  # tiles are not fitted there
+    assert all("beside seams" in text for text in one.warnings)  # tiles do not tell of them
 
 
 def test_spooled_images_are_what_they_were(tmp_path):

@@ -27,28 +27,47 @@ class Stencils(ArrayStruct):
 
 @dataclass(frozen=True)
 class Sheets:
-    """The images' sizes. Texels are numbered image after image, row by row."""
+    """The images' sizes. Texels are numbered image after image, row by row: all, or some alone."""
 
     width: np.ndarray  # (s,) int
     height: np.ndarray  # (s,) int
+    some: np.ndarray | None = None  # (n,) int64 ascending: of all texels those that have numbers; None: all
 
     @property
-    def first(self) -> np.ndarray:
-        """(s + 1,) number of each image's first texel, and how many there are."""
-        return np.concatenate([[0], np.cumsum(self.width * self.height)])
+    def count(self) -> int:
+        """How many texels have numbers."""
+        return int(self._first[-1]) if self.some is None else len(self.some)
+
+    @property
+    def _first(self) -> np.ndarray:
+        """(s + 1,) number among all of each image's first texel, and how many there are."""
+        return np.concatenate([[0], np.cumsum(self.width.astype(np.int64) * self.height)])
 
     def texel(self, sheet: np.ndarray, row: np.ndarray, column: np.ndarray) -> np.ndarray:
-        """Numbers of the texels at ``row`` and ``column`` of images ``sheet``, int of one shape; -1 outside of
-        the image."""
+        """Numbers of texels; -1 outside of the image, and of those without."""
         inside = (row >= 0) & (column >= 0)
         inside &= (row < self.height[sheet]) & (column < self.width[sheet])
-        return np.where(inside, self.first[sheet] + row * self.width[sheet] + column, -1)
+        texel = np.where(inside, self._first[sheet] + row * self.width[sheet] + column, -1)
+        if self.some is None or not len(self.some):
+            return texel if self.some is None else np.full_like(texel, -1)
+        at = np.minimum(np.searchsorted(self.some, texel), len(self.some) - 1)
+        return np.where(self.some[at] == texel, at, -1)
 
     def locate(self, texel: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(sheet, row, column), int of the shape of ``texel``: where the texels with these numbers lie."""
-        sheet = np.searchsorted(self.first, texel, "right") - 1
-        row, column = np.divmod(texel - self.first[sheet], self.width[sheet])
+        """(sheet, row, column) of texels' numbers."""
+        texel, first = (texel if self.some is None else self.some[texel]), self._first
+        sheet = np.searchsorted(first, texel, "right") - 1
+        row, column = np.divmod(texel - first[sheet], self.width[sheet])
         return sheet, row, column
+
+    def around(self, texel: np.ndarray, steps: int) -> np.ndarray:
+        """Numbers, ascending, of ``texel`` (n,) and of those up to ``steps`` rows and columns away."""
+        for _ in range(steps):
+            sheet, row, column = self.locate(texel)
+            near = [self.texel(sheet, row + dy, column + dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1)]
+            texel = np.unique(np.concatenate(near))
+            texel = texel[texel >= 0]
+        return texel
 
     def stencils(self, sheet: np.ndarray, at: np.ndarray) -> Stencils:
         """Of points ``at`` (k, 2) [texels from the lower left corner] in images ``sheet`` (k,) int."""

@@ -57,7 +57,7 @@ def anchored_texels(
     ``cell_texel`` and ``island`` (c,) int are the texel and the island of each cell.
     """
     owner = _owners(sheets, cell_texel, island)
-    inside = np.full(int(sheets.first[-1]), NONE)
+    inside = np.full(sheets.count, NONE)
     inside[texel[covered]] = owner[texel[covered]]
     own = owner[texel]
     beside, alone = np.zeros(len(texel), bool), own != SEVERAL
@@ -73,7 +73,7 @@ def anchored_texels(
 
 def _owners(sheets: Sheets, texel: np.ndarray, island: np.ndarray) -> np.ndarray:
     """(n,) the island of each texel of the images, from those of cells (c,); or NONE, or SEVERAL."""
-    owner = np.full(int(sheets.first[-1]), NONE)
+    owner = np.full(sheets.count, NONE)
     owner[texel] = island
     owner[texel[owner[texel] != island]] = SEVERAL
     return owner

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..bake.dilate import extend_islands
+from ..bake.dilate import extended
 from ..bake.texels import OVERLAP, coverage
 from .draw_sheets import buried_texels, keep_others, overlap_warning, texels_of
 from .job import Job
 from .layout import Layout
+from .seam_fit import Drawn
 from .sheets import Sheet, rect_of
 from .tiling import Window
 
@@ -53,18 +54,18 @@ class Canvas:
         """How many have light."""
         return int((self._share > 0).sum())
 
-    def finish(self, job: Job) -> tuple[np.ndarray, list[str]]:
-        """(height, width, 4) float32 as ``draw_sheets`` gives it, but for the fit, and warnings."""
+    def finish(self, job: Job) -> tuple[Drawn, list[str]]:
+        """The sheet before the fit, and warnings."""
         covered = self._share > 0
         np.divide(self._light, self._share[:, None], out=self._light, where=covered[:, None])
         warnings = self._overlaps(job)
         keep_others(self._sheet, self._light, covered, self._buried)
         width, height = self._sheet.size
-        image = extend_islands(
+        image, filled = extended(
             self._light.reshape(height, width, 3), covered.reshape(height, width), job.settings.margin
         )
         image[self._buried.reshape(height, width), 3] = 1
-        return image, warnings
+        return Drawn(image, filled.ravel() & ~covered), warnings
 
     def _overlaps(self, job: Job) -> list[str]:
         if not self._several:

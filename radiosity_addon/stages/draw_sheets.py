@@ -9,9 +9,10 @@ from ..bake.texels import OVERLAP, coverage
 from ..bake.windows import TexelRect
 from ..solver.lights.context import Context
 from ..solver.solution import Solution
-from .fit_sheets import Drawn, fit_sheets
+from .fit_sheets import fit_sheets
 from .job import Job
 from .layout import Layout
+from .seam_fit import Drawn
 from .sheets import Sheet, rect_of, sheets_of
 
 

@@ -7,9 +7,12 @@ from collections import Counter
 
 import numpy as np
 
+from ..solver.lights.context import Context
+from ..solver.solution import Solution, compose
 from .canvas import Canvas
 from .job import Job
 from .layout import Layout
+from .seam_fit import SeamFit
 from .sheets import sheets_of
 from .spool import Spool
 from .tiling import Window
@@ -31,15 +34,20 @@ class Drawing:
         self._spool = Spool(PIXEL * total, IN_MEMORY)
         self._open: dict[int, Canvas] = {}
         self._done: dict[int, np.ndarray] = {}
+        self._fit = SeamFit(job, self._sheets) if job.settings.margin else None
         self.warnings: list[str] = []
         self.seconds, self.texels = 0.0, 0
 
     def add(
-        self, part: Job, layout: Layout, windows: list[Window], light: np.ndarray | None
+        self, part: Job, layout: Layout, windows: list[Window], solution: Solution | None
     ) -> None:
-        """Draw the ``light`` (count, 3) of a part's receivers, or None where it has none, into the
+        """Draw the light that a part's receivers have by the ``solution``, None where there are none, into the
         images; those that get no more are finished."""
         began = time.perf_counter()
+        light = None if solution is None else compose(solution, self._job.settings.passes)
+        if self._fit is not None and solution is not None:
+            charts = self._fit.charts(part, layout, [window.target for window in windows])
+            self._fit.add(charts, layout, solution, _owned(layout, windows))
         for index, window in enumerate(windows):
             sheet = self._of[window.target]
             canvas = self._open.get(sheet) or Canvas(self._sheets[sheet])
@@ -50,11 +58,26 @@ class Drawing:
             if not self._left[sheet]:
                 self._open.pop(sheet)
                 self.texels += canvas.texels
-                image, warnings = canvas.finish(self._job)
-                self._done[sheet] = self._spool.keep(image)
+                drawn, warnings = canvas.finish(self._job)
+                if self._fit is not None:
+                    self._fit.draw(sheet, drawn)
+                self._done[sheet] = self._spool.keep(drawn.image)
                 self.warnings += warnings
         self.seconds += time.perf_counter() - began
 
-    def images(self) -> tuple[np.ndarray, ...]:
-        """(height, width, 4) float32 each, in the order of the sheets."""
-        return tuple(self._done[sheet] for sheet in range(len(self._sheets)))
+    def images(self, context: Context) -> tuple[np.ndarray, ...]:
+        """(height, width, 4) float32 each, in the order of the sheets, fitted beside seams."""
+        began = time.perf_counter()
+        images = tuple(self._done[sheet] for sheet in range(len(self._sheets)))
+        if self._fit is not None and self.texels:
+            self._fit.fit(images, context)
+        self.seconds += time.perf_counter() - began
+        return images
+
+
+def _owned(layout: Layout, windows: list[Window]) -> np.ndarray:
+    """(count,) bool: receivers that no other part knows better."""
+    grid = layout.receivers.grid
+    spans = zip(layout.spans, layout.spans[1:])
+    own = [window.owns(*grid[low:high, 1:].T) for window, (low, high) in zip(windows, spans)]
+    return np.concatenate(own)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from ..overall_progress import OverallProgress
 from ..solver.lights.context import Context
 from ..solver.progress import Progress
-from ..solver.solution import compose
 from ..solver.tracing.buried import Surroundings
 from .bury import open_part, surroundings_of
 from .drawing import Drawing
@@ -60,18 +59,17 @@ def run_tiles(
         part = part_of(job, windows)
         layout = lay_out_part(part, portions)
         layout = shaded_layout(part, open_part(layout, context, ground))
-        light, share = None, texels[number] / sum(texels[number:])
+        solution, share = None, texels[number] / sum(texels[number:])
         if layout.receivers.count:
             most = receivers.count * factor**2
             solution = solve.light_of(layout.receivers, share, most)
-            light = compose(solution, job.settings.passes)
             lit |= has_light(solution)
-            del solution
-        drawing.add(part, layout, windows, light)
+        drawing.add(part, layout, windows, solution)
+        del solution
         solve.skip()
     dark, figures = [] if lit else warn_of_darkness(job.settings.passes), solve.statistics()
     return Result(
-        colors=drawing.images(),
+        colors=drawing.images(context),
         statistics=figures,
         warnings=(*survey.warnings, *drawing.warnings, *dark, *figures.warnings),
         seconds={"fit": drawing.seconds},

@@ -28,7 +28,7 @@ class Spool:
                 f"{tempfile.gettempdir()} takes no image of {image.nbytes / 2**20:.0f} MB "
                 f"({error.strerror or error}); free some space there, or set TMPDIR to another disk"
             ) from error
-        return np.memmap(self._file, image.dtype, "r", start, image.shape)
+        return np.memmap(self._file, image.dtype, "r+", start, image.shape)
 
 
 def drop_pages(array: np.ndarray) -> None:

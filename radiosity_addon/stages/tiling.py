@@ -51,6 +51,13 @@ class Window:
         result = _ramp(column, left) * _ramp(self.width - 1 - column, right)
         return result * _ramp(row, lower) * _ramp(self.height - 1 - row, upper)
 
+    def owns(self, row: np.ndarray, column: np.ndarray) -> np.ndarray:
+        """(n,) bool: of the window's texels at ``row`` and ``column`` (n,) int those of which it has no smaller share
+        than any other part: each texel is of one window."""
+        left, right, lower, upper = (width // 2 for width in self.fade)
+        inside = (column >= left) & (column < self.width - right)
+        return inside & (row >= lower) & (row < self.height - upper)
+
 
 def _ramp(position: np.ndarray, width: int) -> np.ndarray:
     """(n,) float32: from nearly 0 at position 0 to nearly 1 at ``width`` - 1, and 1 from there on."""
