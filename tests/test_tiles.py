@@ -195,6 +195,8 @@ def test_spooled_images_are_what_they_were(tmp_path):
         for kept, image in zip([spool.keep(image) for image in images], images):
             assert np.array_equal(kept, image)
             assert isinstance(kept, np.memmap) == (most == 1)
+            kept[2, 3] = 7  # the fit writes to it
+            assert (kept[2, 3] == 7).all()
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads Linux' tables")
