@@ -29,9 +29,16 @@ def alone():
     return solve(*lit_box(), SETTINGS)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def processes():
     with ReplicateProcess(6) as beside:
+        yield beside
+
+
+@pytest.fixture
+def few():
+    """One helper of each replicate."""
+    with ReplicateProcess(4) as beside:
         yield beside
 
 
@@ -45,21 +52,23 @@ def test_the_light_is_that_of_one_process_bit_for_bit(processes, alone):
     assert_same(solve(*lit_box(), replace(SETTINGS, threads=1), beside=processes), alone)
 
 
-def test_one_that_is_lost_at_work_is_no_loss(processes, alone):
+def test_one_that_is_lost_at_work_is_no_loss(few, alone):
     lost = []
 
     def kill_one(stage: str, fraction: float):
         if stage == "gather" and not lost:
-            lost.append(processes.helpers._processes[0])
+            lost.append(few.helpers._processes[0])
             lost[0]._process.kill()
 
-    assert_same(solve(*lit_box(), SETTINGS, kill_one, beside=processes), alone)
+    assert_same(solve(*lit_box(), SETTINGS, kill_one, beside=few), alone)
     assert len(lost) == 1
 
 
-def test_where_arrays_have_no_room_all_is_done_here(processes, alone):
-    processes.helpers._folders = (processes.helpers._folders[0] / "gone",)
-    assert_same(solve(*lit_box(), SETTINGS, beside=processes), alone)
+def test_where_arrays_have_no_room_all_is_done_here(few, alone):
+    for folder in few.helpers._folders:
+        folder.rmdir()
+    assert_same(solve(*lit_box(), SETTINGS, beside=few), alone)
+    assert few.helpers.rays == 0
 
 
 def test_a_fault_at_work_is_raised_here(processes):
