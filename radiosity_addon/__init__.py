@@ -28,6 +28,13 @@ def unregister() -> None:
     ui.unregister()
 
 
+def glTF2_pre_export_callback(export_settings: dict) -> None:
+    """Blender's glTF exporter calls this, by its name, before it exports."""
+    from .gltf.blender_export import warn_of_plain_export
+
+    warn_of_plain_export(export_settings["log"])
+
+
 def _run_command(argv: list[str]) -> int:
     from .command import main
 

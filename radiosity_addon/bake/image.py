@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from .encodings import BITS, SRGB, encode
-from .made import ATLAS
+from .made import ATLAS, read_made
 from .png import png_bytes
 from .windows import owners
 
@@ -184,3 +184,12 @@ def _set_up(scene, file_format: str) -> None:
 
 def _explain(path: Path, cause: str) -> str:
     return f"{path.parent} takes no image ({cause}); is the folder writable and the disk not full?"
+
+
+def holds_bake() -> bool:
+    """Whether the file has colors or images of a bake."""
+    import bpy
+
+    if any(MARK in image for image in bpy.data.images):
+        return True
+    return any("passes" in entry for mesh in bpy.data.meshes for entry in read_made(mesh).values())

@@ -6,6 +6,7 @@ import sys
 from contextlib import contextmanager
 from pathlib import Path
 
+from ..bake.image import holds_bake
 from ..settings import Target
 from .dress import COLOR, TAG, UV
 
@@ -46,6 +47,16 @@ def export_glb(path: str | Path, objects: set[str], names: dict[str, str]) -> No
         raise RuntimeError(f"Blender's glTF exporter failed: {failures[0]}")
     if not Path(path).is_file():
         raise RuntimeError("Blender's glTF exporter wrote nothing; is there a mesh to export?")
+
+
+def warn_of_plain_export(log) -> None:
+    """Have the exporter say what it makes of a bake that it was not asked for through us; ``log`` is
+    its own, whose warnings it reports."""
+    if not hasattr(sys.modules[PACKAGE], HOOK) and holds_bake():
+        log.warning(
+            "Radiosity: this export cuts baked colors at 1, and leaves a bake out where no material shows "
+            "it; Export glTF in the Radiosity tab puts it where engines look"
+        )
 
 
 def _hook_class(objects: set[str], names: dict[str, str]):

@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..bake.image import MARK
+from ..bake.image import MARK, holds_bake
 from ..bake.made import COLOR, OWNER, SCALE, SLOT, UV_MAP, forget, names_made, read_made
 from ..bake.own_materials import BEFORE, PREVIEW, behind, is_preview, own_material
 from ..bake.windows import owners
@@ -62,17 +62,10 @@ class RADIOSITY_OT_remove_bake(bpy.types.Operator):
         if not found:
             self.report({"WARNING"}, "Nothing of a bake was found to remove")
             return {"CANCELLED"}
-        if not _bakes_left():
+        if not holds_bake():
             _forget_reports()
         self.report({"INFO"}, f"Removed {found}")
         return {"FINISHED"}
-
-
-def _bakes_left() -> bool:
-    """Whether the file holds colors or images of a bake."""
-    if any(MARK in image for image in bpy.data.images):
-        return True
-    return any("passes" in entry for mesh in bpy.data.meshes for entry in read_made(mesh).values())
 
 
 def _forget_reports() -> None:

@@ -101,3 +101,23 @@ def test_a_scale_of_byte_colors_is_told(room, tmp_path, capfd):
     assert "the exported colors are the light divided by" in capfd.readouterr().out
     assert bake(room, tmp_path) == 0
     assert "divided by" not in capfd.readouterr().out
+
+
+@pytest.mark.parametrize("baked", [False, True])
+def test_a_plain_export_says_that_it_knows_nothing_of_the_bake(blender, room, tmp_path, capfd, baked):
+    """Blender's own, while the add-on is enabled; our export says nothing of the kind."""
+    file = str(room)
+    if baked:
+        assert bake(room, tmp_path) == 0
+        file = str(tmp_path / "o.blend")
+    blender.ops.wm.open_mainfile(filepath=file)
+    entry = blender.context.preferences.addons.new()
+    entry.module = "radiosity_addon"
+    try:
+        capfd.readouterr()
+        blender.ops.export_scene.gltf(filepath=str(tmp_path / "plain.glb"))
+        assert ("Export glTF in the Radiosity tab" in "".join(capfd.readouterr())) == baked
+        blender_export.export_glb(tmp_path / "ours.glb", set(), {})
+        assert "Radiosity tab" not in "".join(capfd.readouterr())
+    finally:
+        blender.context.preferences.addons.remove(entry)
