@@ -4,8 +4,9 @@
                               [--samples 64] [--truth 256] [--width 512] [--folder pictures]
 
 FLIP (Andersson et al. 2020) tells how far two pictures look apart, from 0 to 1, when one flips between
-them. The view is path-traced twice: the line of the second one is the noise that is in every line. Where
-faces are doubled, of which Cycles leaves one black, nothing is compared. Needs bpy and the
+them. The view is path-traced twice, and the mean of both is what bakes are compared with: the line of the second beside
+the first tells the noise, of which about 0.7 is in every line. Where faces are doubled, nearly or exactly, Cycles leaves one black, in views and
+in its bakes: where faces lie on one another, and where its bake is exactly black, nothing is compared. Needs bpy and the
 package ``flip-evaluator``; denoises where ``pyoidn`` is installed. All views are kept in the folder, where path-traced
 ones of the same samples and width are not made again.
 """
@@ -19,6 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.ndimage import binary_dilation
 
 from radiosity_addon.bake.dilate import extend_islands
 from verification.texels import doubled_texels
@@ -82,17 +84,35 @@ def measure(name: str, chosen: argparse.Namespace) -> Iterator[Row]:
 
     traced = [look(f"traced_{truth}_{seed}", samples=truth, bounces=BOUNCES, seed=seed) for seed in (1, 2)]
     found = list(bakes(obj, size, chosen.errors, chosen.samples))
-    doubled = doubled_texels(obj, size) if SCENES[name].doubled else np.zeros((size, size), bool)
-    show(obj, np.repeat(doubled[..., None], 3, axis=2).astype(float))
-    counts = _pixels(look("doubled")) == 0
+    uncounted = np.zeros((size, size), bool)
+    if SCENES[name].doubled:
+        cycles = next(pixels for way, pixels, _ in found if way.startswith("Cycles"))
+        uncounted = doubled_texels(obj, size) | binary_dilation(cycles.max(axis=2) <= 0, iterations=2)
+    show(obj, np.repeat(uncounted[..., None], 3, axis=2).astype(float))
+    counts = _pixels(look("doubled")).max(axis=2) == 0
     yield Row("path-traced again", *flip(*traced, counts), 0.0)
+    both = _mean(traced, chosen.folder / f"{name}_{chosen.width}_traced_{truth}.png")
     for number, (way, pixels, seconds) in enumerate(found):
         show(obj, pixels)
-        yield Row(way, *flip(traced[0], look(f"bake{number}"), counts), seconds)
+        yield Row(way, *flip(both, look(f"bake{number}"), counts), seconds)
+
+
+def _mean(paths: list[Path], path: Path) -> Path:
+    """The mean of pictures, as their files have it, in a picture of its own."""
+    import bpy
+
+    values = np.mean([_pixels(each) for each in paths], axis=0)[::-1]
+    height, width = values.shape[:2]
+    image = bpy.data.images.new(path.stem, width, height)
+    image.pixels.foreach_set(np.dstack([values, np.ones((height, width))]).astype(np.float32).ravel())
+    image.filepath_raw, image.file_format = str(path), "PNG"
+    image.save()
+    bpy.data.images.remove(image)
+    return path
 
 
 def _pixels(path: Path) -> np.ndarray:
-    """(h, w) the largest channel of a picture, row 0 on top."""
+    """(h, w, 3) a picture as its file has it, row 0 on top."""
     import bpy
 
     image = bpy.data.images.load(str(path))
@@ -100,7 +120,7 @@ def _pixels(path: Path) -> np.ndarray:
     values = np.empty(4 * width * height, np.float32)
     image.pixels.foreach_get(values)
     bpy.data.images.remove(image)
-    return values.reshape(height, width, 4)[::-1, :, :3].max(axis=2)
+    return values.reshape(height, width, 4)[::-1, :, :3]
 
 
 def main(arguments=None) -> None:

@@ -1,5 +1,7 @@
 """The benchmarks' own arithmetic, and tiny runs of them, so that they cannot rot."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -192,7 +194,8 @@ def test_flip_of_pictures(blender, tmp_path):
     mean, most = flip.flip(paths["black"], paths["half"], every)
     assert mean == pytest.approx(0.967 / 2, abs=0.1) and most == pytest.approx(0.967, abs=0.04)
     assert flip.flip(paths["black"], paths["half"], left)[0] == pytest.approx(1, abs=0.1)
-    rows = flip.measure("cornell", (0.3,), 16, 1, 1, 32)
+    options = {"errors": (0.3,), "size": 16, "samples": 1, "truth": 1, "width": 32, "folder": tmp_path / "views"}
+    rows = list(flip.measure("cornell", SimpleNamespace(**options)))
     assert [row.name.split(",")[0] for row in rows[:3]] == ["path-traced again", "ours", "Cycles"]
     assert all(0 < row.mean <= row.most <= 1 for row in rows)
 
