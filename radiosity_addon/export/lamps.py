@@ -1,6 +1,6 @@
 """Lamps: Blender's lights in the solver's units.
 
-Blender's own conventions (measured against Cycles in tests/export/test_lamps.py): a point or spot
+Blender's own conventions (measured against Cycles in tests/export/test_export_lamps.py): a point or spot
 of P watts has intensity P/4π, an area lamp of P watts and area A has radiance P/(πA),
 a sun's strength is the irradiance of a surface that faces it.
 """

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..solver.scene import Lamp, PointLamp
+from ..solver.scene import Lamp
 from .colors import NotSimple, multiply, sound
 from .images import working_space_is_rec709
 from .lamp_detail import beam_warning
@@ -87,7 +87,7 @@ def _tree_light(light: Light, data, reader: Reader, shapes: Shapes, warnings: li
     try:
         color = _emission(origin[0], reader)
     except NotSimple as reason:
-        if isinstance(light.lamp, PointLamp):
+        if light.lamp.takes_distribution:
             return shapes.of(light, data, warnings)
         warnings.append(
             f'lamp "{name}": its node tree is more than constants ({reason}), which only point and '
@@ -125,7 +125,7 @@ class Shapes:
                 f"{owner}: its light changes with distance in another way than the inverse square "
                 f"({what}); in the bake it falls with that"
             )
-        if light.lamp.sphere and light.lamp.radius > 0.0 and bpy.app.version < BY_DIRECTION:
+        if _is_sphere(data) and bpy.app.version < BY_DIRECTION:
             warnings.append(
                 f"{owner}: without soft falloff Cycles of this Blender shapes its light by the place "
                 "on the sphere, the bake by direction; turn Soft Falloff on, or the radius to 0"
@@ -138,6 +138,11 @@ class Shapes:
         if not self.known[key]:
             warnings.append(f"{owner}: its node tree is black in all directions; it gives no light")
         return self.known[key]
+
+
+def _is_sphere(data) -> bool:
+    """Whether the light is a sphere with an extent, by its own settings."""
+    return not getattr(data, "use_soft_falloff", True) and data.shadow_soft_size > 0.0
 
 
 def _emission(node, reader: Reader) -> np.ndarray:

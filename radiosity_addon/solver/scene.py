@@ -51,9 +51,12 @@ class Lamp(Protocol):
     """A lamp: a frozen dataclass, whose numbers are checked, with a ``name``.
 
     ``color_field`` names the field (3,) that tells how bright it is, in the lamp's own unit.
+    ``takes_distribution``: whether it has a field ``distribution`` by which it may shine as a node
+    tree shapes it, see ``PointLamp``.
     """
 
     color_field: ClassVar[str]
+    takes_distribution: ClassVar[bool]
 
     @property
     def name(self) -> str: ...
@@ -77,6 +80,7 @@ class PointLamp:
     """
 
     color_field: ClassVar[str] = "intensity"
+    takes_distribution: ClassVar[bool] = True
 
     name: str
     position: np.ndarray  # (3,)
@@ -100,6 +104,7 @@ class SunLamp:
     on a surface that faces it; ``angle`` its full angular diameter [rad]."""
 
     color_field: ClassVar[str] = "irradiance"
+    takes_distribution: ClassVar[bool] = False
 
     name: str
     direction: np.ndarray
@@ -122,6 +127,7 @@ class AreaLamp:
     """
 
     color_field: ClassVar[str] = "radiance"
+    takes_distribution: ClassVar[bool] = False
 
     name: str
     center: np.ndarray

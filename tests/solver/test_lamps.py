@@ -5,6 +5,8 @@ from __future__ import annotations
 import ast
 import inspect
 import re
+import sys
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +14,7 @@ import pytest
 
 from radiosity_addon.solver import scene
 from radiosity_addon.solver.geometry.triangles import build_geometry
+from radiosity_addon.solver.lights.light_batch import LightBatch
 from radiosity_addon.solver.lights.sources import BATCHES
 from radiosity_addon.solver.scene import AreaLamp, PointLamp, SunLamp
 
@@ -26,18 +29,53 @@ EXAMPLES = (
 )  # fmt: skip
 
 
-def test_lamps_are_found():
-    assert {lamp.__name__ for lamp in LAMPS} == {"PointLamp", "SunLamp", "AreaLamp"}
+def test_there_is_an_example_of_each_type():
+    assert {type(lamp) for lamp in EXAMPLES} == set(LAMPS)
+
+
+def test_each_type_has_the_fields_that_it_says_it_has():
+    """What multiplies its light, and shapes it."""
+    for lamp in LAMPS:
+        names = {field.name for field in fields(lamp)}
+        assert lamp.color_field in names
+        assert lamp.takes_distribution == ("distribution" in names)
+
+
+def asked_for(names: set[str], text: str) -> list[str]:
+    """Code that asks for a type of these ``names``: by ``isinstance``, or comparing, but for what
+    says what types are there."""
+    found = []
+    for node in ast.walk(ast.parse(text)):
+        called = isinstance(node, ast.Call) and ast.unparse(node.func) == "isinstance"
+        if called or isinstance(node, (ast.Compare, ast.Match)):
+            if names & {name.id for name in ast.walk(node) if isinstance(name, ast.Name)}:
+                found.append(ast.unparse(node))
+    return found
+
+
+def asking(names: set[str]) -> list[str]:
+    """Files of the add-on that ask for a type of these."""
+    return [path.relative_to(PACKAGE).as_posix() for path in sorted(PACKAGE.rglob("*.py"))
+            if asked_for(names, path.read_text(encoding="utf-8"))]  # fmt: skip
+
+
+def test_types_of_lamps_are_asked_for_in_their_registry_only():
+    assert asking({lamp.__name__ for lamp in LAMPS}) == ["solver/lights/sources.py"]
+
+
+def test_types_that_are_asked_for_are_found():
+    text = "a = isinstance(b, (A, B))\nc = type(b) == A\nd = isinstance(b, C)\ne = A(b)\n"
+    assert asked_for({"A", "B"}, text) == ["isinstance(b, (A, B))", "type(b) == A"]
 
 
 @pytest.mark.parametrize("lamp", LAMPS)
 def test_a_lamp_is_named_where_it_is_made_and_in_its_batch_only(lamp):
-    """The exporter, the scene, the batches of lights and their registry."""
+    """The four steps, and the reader of the sky, whose disk is a sun."""
+    steps = ("solver/scene.py", "export/lamps.py", "solver/lights/")
     named = [path.relative_to(PACKAGE).as_posix() for path in PACKAGE.rglob("*.py")
              if re.search(rf"\b{lamp.__name__}\b", path.read_text(encoding="utf-8"))]  # fmt: skip
-    outside = [name for name in named if not name.startswith(("export/", "solver/lights/"))]
-    assert outside == ["solver/scene.py"]
-    assert "solver/lights/sources.py" in named
+    assert set(name for name in named if not name.startswith(steps)) <= {"export/world.py"}
+    assert {"solver/scene.py", "export/lamps.py", "solver/lights/sources.py"} <= set(named)
 
 
 @pytest.mark.parametrize("lamp", EXAMPLES, ids=lambda lamp: lamp.name)
@@ -53,10 +91,13 @@ def test_each_lamp_has_one_line_of_the_registry(lamp):
 
 def test_nobody_asks_for_the_type_of_a_batch():
     """What batches differ in they tell by what ``LightBatch`` asks for."""
-    batches = {"Polygons", "FacingDisks", "SphereLights", "Suns", "SkySpots"}
-    asked = []
-    for path in (PACKAGE / "solver").rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "isinstance":
-                asked += batches & {name.id for name in ast.walk(node) if isinstance(name, ast.Name)}
-    assert asked == []
+    asked = {name for name, _ in inspect.getmembers(LightBatch) if not name.startswith("_")}
+    batches = {
+        name
+        for module in sys.modules.copy().values()
+        if getattr(module, "__name__", "").startswith("radiosity_addon.solver.lights")
+        for name, thing in inspect.getmembers(module, inspect.isclass)
+        if thing is not LightBatch and asked <= {*dir(thing), *getattr(thing, "__dataclass_fields__", ())}
+    }
+    assert len(batches) > len(BATCHES), "those of lamps, and the sky's"
+    assert asking(batches) == []

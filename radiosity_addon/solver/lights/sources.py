@@ -155,9 +155,9 @@ def _batches(
         if mine:
             batch = make([lamp for lamp, _ in mine], geometry)
             found.append((batch, [pair for _, pair in mine]))
-    if [type(batch) for batch, _ in found[:2]] == [Polygons, Polygons]:  # one is quicker than two
+    if len(found) > 1 and type(found[0][0]) is type(found[1][0]):  # faces, lamps: one is quicker than two
         (one, own), (two, others) = found[:2]
-        found[:2] = [(Polygons.join([one, two]), own + others)]
+        found[:2] = [(one.join([one, two]), own + others)]
     if spots is not None:
         found.append((spots, [(None, None)] * len(spots.color)))
     return found
