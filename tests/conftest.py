@@ -2,35 +2,11 @@
 
 from __future__ import annotations
 
-import atexit
-import os
-import sys
-
 import pytest
 
-status = 1  # of a session that never began
+from verification.blender_session import blender, pytest_sessionfinish
 
-
-def pytest_sessionfinish(exitstatus):
-    global status
-    status = int(exitstatus)
-
-
-@atexit.register  # before Blender's own, so that it runs after them
-def leave():
-    """End the process here: Blender 4.5 waits for one of its own threads forever when the process
-    is taken apart after some of the tests."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(status)
-
-
-@pytest.fixture
-def blender():
-    """bpy with an empty file: no objects, no world, factory settings."""
-    bpy = pytest.importorskip("bpy")
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    return bpy
+__all__ = ["blender", "pytest_sessionfinish", "room", "yard"]
 
 
 @pytest.fixture

@@ -60,6 +60,7 @@ def test_signal_becomes_keyboard_interrupt_and_clean_up_may_take_its_time(number
     assert (status, text) == (0, "led out\n")
 
 
+@pytest.mark.timed
 def test_call_into_c_that_does_not_return_is_left_within_a_second(tmp_path):
     """A lock taken twice in C by ctypes: no Python handler can run, as in a long Blender call."""
     status, text, seconds = run_and_signal(
@@ -123,6 +124,7 @@ def test_held_section_ends_first(tmp_path):
     assert (status, text) == (0, "whole\nthen out\n")
 
 
+@pytest.mark.timed
 def test_quiet_section_is_left_the_hard_way(tmp_path):
     status, text, seconds = run_and_signal(
         """

@@ -4,11 +4,13 @@ name, nothing frozen that is filled in place, nothing learned that a closure hol
 from __future__ import annotations
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
 
-SOLVER = Path(__file__).resolve().parents[1] / "radiosity_addon" / "solver"
+ROOT = Path(__file__).resolve().parents[1]
+SOLVER = ROOT / "radiosity_addon" / "solver"
 FUNCTION = (ast.FunctionDef, ast.AsyncFunctionDef)
 CHANGES = {"append", "add", "update", "extend", "insert", "pop", "clear", "setdefault", "remove"}
 
@@ -126,3 +128,34 @@ def test_tests_patch_no_constants():
                 for each in node.args[:2])
     ]  # fmt: skip
     assert patched == []
+
+
+CLOCKS = {"perf_counter", "monotonic", "process_time", "seconds"}
+
+
+def limits_of_seconds(function: ast.AST):
+    """Assertions that less time passed than a limit."""
+    for check in ast.walk(function):
+        if not isinstance(check, ast.Assert):
+            continue
+        for node in ast.walk(check.test):
+            less = isinstance(node, ast.Compare) and isinstance(node.ops[-1], (ast.Lt, ast.LtE))
+            if less and set(re.findall(r"\w+", ast.unparse(node.left))) & CLOCKS:
+                yield ast.unparse(node)
+
+
+def test_tests_that_hold_a_limit_of_seconds_are_marked():
+    """Their failure may mean that the machine was busy."""
+    tests = [
+        (path.name, node)
+        for folder in ("tests", "benchmarks/tests")
+        for path in sorted((ROOT / folder).rglob("test_*.py"))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, FUNCTION) and list(limits_of_seconds(node))
+    ]
+    unmarked = [
+        f"{name}: {node.name}" for name, node in tests
+        if not any(ast.unparse(each) == "pytest.mark.timed" for each in node.decorator_list)
+    ]  # fmt: skip
+    assert len(tests) > 3
+    assert unmarked == []

@@ -1,13 +1,12 @@
 """Verification stands alone: it imports neither tests nor benchmarks, and they not one another."""
 
 import ast
+import tomllib
 from pathlib import Path
 
 import pytest
 
 PROJECT = Path(__file__).resolve().parents[1]
-# Tests of benchmarks, so that these cannot rot.
-OF_BENCHMARKS = ("test_benchmarks.py", "test_benchmarks_kept.py", "test_faults.py", "test_parity.py")
 
 
 def imported(path: Path) -> set[str]:
@@ -29,7 +28,6 @@ def from_packages(folder: str, *packages: str) -> list[str]:
     return [
         f"{path.relative_to(PROJECT)} imports {name}"
         for path in (PROJECT / folder).rglob("*.py")
-        if path.name not in OF_BENCHMARKS
         for name in imported(path)
         if name.split(".")[0] in packages
     ]
@@ -46,6 +44,13 @@ def from_packages(folder: str, *packages: str) -> list[str]:
 )
 def test_nothing_is_imported_from(folder, others):
     assert from_packages(folder, *others) == []
+
+
+def test_benchmarks_have_their_tests_beside_them():
+    """Which the test command runs, so that benchmarks cannot rot."""
+    project = tomllib.loads((PROJECT / "pyproject.toml").read_text(encoding="utf-8"))
+    assert "benchmarks/tests" in project["tool"]["pytest"]["ini_options"]["testpaths"]
+    assert from_packages("benchmarks/tests", "benchmarks") != []
 
 
 def test_the_path_tracer_knows_only_what_a_scene_is():

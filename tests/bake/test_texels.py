@@ -169,6 +169,7 @@ def test_seven_corners_at_most():
     assert np.abs(doubled_areas(corners)).sum() / 2 == pytest.approx(shoelace)
 
 
+@pytest.mark.timed
 def test_time_and_cells_of_a_large_image():
     """A million texels, all but the diagonal's one cell each; the goal is a second (this limit
     leaves room for a busy machine)."""

@@ -101,6 +101,7 @@ def test_colors_of_what_is_not_there_do_not_count():
     assert channels_of(room(materials=(*room().materials, unused))) == 1
 
 
+@pytest.mark.timed
 def test_one_channel_gives_what_three_give_in_less_time(monkeypatch):
     """Rays cost the same; the sums over neighbors, a third as wide, are timed alone, by turns."""
     weigh, seconds = ErrorEstimator.weigh, ([], [])

@@ -86,6 +86,7 @@ def test_undo_and_another_file_end_a_bake_in_the_midst(file, session, slowly, ph
     assert current() is None and everything(file) == before
 
 
+@pytest.mark.timed
 def test_blender_that_quits_takes_the_solver_and_all_files_along(room, tmp_path):
     code = f"""
         import sys, time, bpy, radiosity_addon

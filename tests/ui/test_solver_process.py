@@ -64,6 +64,7 @@ def test_progress_grows_up_to_one(make_job):
     assert {stage for stage, _ in told} - {"", worker.LOADING}
 
 
+@pytest.mark.timed
 def test_close_ends_a_running_process_in_less_than_a_second(make_job):
     process = started(make_job(resolution=1600, error=1e-4))  # many seconds
     assert not process.wait(2.0)

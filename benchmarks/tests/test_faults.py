@@ -31,6 +31,7 @@ def place(tmp_path, scene) -> faults.Place:
     return faults.make_place(tmp_path / "place", scene, size=64)
 
 
+@pytest.mark.timed
 @pytest.mark.parametrize(
     ("stage", "number"),
     [("start", signal.SIGINT), ("gather", signal.SIGTERM), ("save", signal.SIGINT)],

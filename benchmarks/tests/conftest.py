@@ -1,0 +1,5 @@
+"""What the benchmarks' tests may lean on."""
+
+from verification.blender_session import blender, pytest_sessionfinish
+
+__all__ = ["blender", "pytest_sessionfinish"]
