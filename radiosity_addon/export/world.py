@@ -12,7 +12,7 @@ import numpy as np
 from ..solver.scene import Sky, SunLamp
 from .colors import NotSimple, sound
 from .panorama import close_up, panorama, world_scene
-from .remarks import nodes_of, world_remarks
+from .remarks import no_numbers, nodes_of, world_remarks
 from .sockets import Reader, source, uses_nodes
 
 SMOOTH_WIDTH, SMOOTH_SAMPLES = 512, 4  # width [pixels], and samples of one, of skies made by formulas
@@ -65,7 +65,7 @@ def constant_radiance(world, reader: Reader) -> np.ndarray:
 
 def _sound(radiance: np.ndarray, world, warnings: list[str]) -> np.ndarray:
     radiance, bad = sound(radiance)
-    if bad:
+    if bad and not (uses_nodes(world) and no_numbers(world.node_tree)):  # which is told already
         warnings.append(
             f'world "{world.name}" is negative, infinite or not a number, all around or in places; '
             "that is taken as 0"

@@ -184,7 +184,7 @@ def test_a_world_that_no_light_can_be_is_named(blender, export, texture, strengt
     add_plane(blender)
     set_world(blender, texture, strength)
     exported = export()
-    told = " ".join(w for w in exported.warnings if w.startswith('world "World"'))
+    (told,) = [w for w in exported.warnings if w.startswith('world "World"')]
     assert "infinite or not a number" in told
     assert ("Strength of node Background" in told) == (strength != -1.0)
     sky = exported.scene.sky
