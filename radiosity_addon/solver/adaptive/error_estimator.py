@@ -20,6 +20,7 @@ from ..geometry.vectors import row_squares
 from ..passes import Pass
 from ..receivers import Projection
 from ..sampling.sobol import uniform
+from ..sampling.streams import Stream
 from ..workers.parallel import map_chunks
 from .estimate import Estimate, SmoothedLight, Surface
 from .relative_error import MOST, area_shares, bounds_of, level_of, mean_over
@@ -236,6 +237,6 @@ def _blur(a: np.ndarray, b: np.ndarray, raw_a: np.ndarray, raw_b: np.ndarray) ->
 
 
 def _signs(count: int, draw: int) -> np.ndarray:
-    """(count, 1) float32 of 1 and -1, at random."""
-    heads = uniform((count,), count, draw) < 0.5
+    """(count, 1) float32 of 1 and -1, at random; alike for all seeds, as no light is sampled by them."""
+    heads = uniform((count,), 0, Stream.SIGNS, draw) < 0.5
     return np.where(heads, np.float32(-1), np.float32(1))[:, None]

@@ -7,6 +7,7 @@ second may live in another process (``second_replicate``).
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from enum import IntEnum
 
 import numpy as np
 
@@ -56,6 +57,13 @@ MOST_DIVIDED = 30  # factor [elements at the start]: with more, no further one i
 SMALL_BIAS = 0.2  # bias [of the error asked for] of all elements: less is left to the correction
 
 
+class PathsFor(IntEnum):
+    """What paths along the residual are followed for: a word of the key of their random numbers."""
+
+    CORRECTION = 0
+    DIVISION = 1
+
+
 @dataclass
 class Replicate:
     """One replicate of a bake: its own solve, and its own light at the receivers."""
@@ -101,7 +109,7 @@ class Replicate:
         for step in range(MAX_DIVISIONS):
             if radiosity.patches.elements.count > MOST_DIVIDED * size:
                 break
-            residuals = self._followed(radiosity, DIVISION_PATHS)
+            residuals = self._followed(radiosity, PathsFor.DIVISION, DIVISION_PATHS)
             chosen, bias = self._biased(radiosity, residuals)
             if bias < SMALL_BIAS * self.error:
                 break
@@ -123,21 +131,26 @@ class Replicate:
     def _regions(self, residuals: Residuals) -> list[np.ndarray]:
         return regions_of(self.placed.footprints, len(residuals.owner))
 
-    def _followed(self, radiosity: Radiosity, most: int) -> Residuals:
+    def _followed(self, radiosity: Radiosity, purpose: PathsFor, most: int) -> Residuals:
         """As many paths along the residual as the error asked for wants, at ``most``."""
-        residuals = self._more_paths(radiosity, FEWEST_PATHS, 0)
+        residuals = self._more_paths(radiosity, purpose, FEWEST_PATHS, 0)
         scale = irradiance_scale(residuals, self._regions(residuals))
         spread = float((residuals.lack.mean(axis=1) / scale).std())
         wanted = int(min((spread / (MEAN_ERROR * self.error)) ** 2, most))
         if wanted < MORE_PATHS * FEWEST_PATHS:
             return residuals
-        more = self._more_paths(radiosity, wanted - FEWEST_PATHS, FEWEST_PATHS)
+        more = self._more_paths(radiosity, purpose, wanted - FEWEST_PATHS, FEWEST_PATHS)
         return join_residuals([residuals, more])
 
-    def _more_paths(self, radiosity: Radiosity, paths: int, batch: int) -> Residuals:
+    def _more_paths(
+        self, radiosity: Radiosity, purpose: PathsFor, paths: int, before: int
+    ) -> Residuals:
+        """Further ``paths`` after those ``before``. Every purpose and every division of the surface has
+        random numbers of its own: noise that chose elements is not measured again with them."""
+        elements = radiosity.patches.elements.count
         return follow_residual(
             self.split.reflected, self.placed.footprints, radiosity, paths,
-            self.context.seed, Stream.RESIDUAL, *self._key(), batch,
+            self.context.seed, Stream.RESIDUAL, purpose, elements, before, self.number, self.placed.tile,
         )
 
     def take(self, radiosity: Radiosity) -> SolveFigures:
@@ -169,7 +182,7 @@ class Replicate:
         """Follow ``factor`` times as many paths as so far."""
         paths = len(self.residuals.owner)
         more = int(min(paths * (factor - 1), MOST_PATHS))
-        more = self._more_paths(self.radiosity, more, paths)
+        more = self._more_paths(self.radiosity, PathsFor.CORRECTION, more, paths)
         self.residuals = join_residuals([self.residuals, more])
         self._correct()
 
@@ -204,7 +217,7 @@ class Replicate:
             )
         if self.requirements.reflected and self.residuals is None:
             self._use_gathered()
-            self.residuals = self._followed(self.radiosity, MOST_PATHS)
+            self.residuals = self._followed(self.radiosity, PathsFor.CORRECTION, MOST_PATHS)
             self._correct()
         return self.now()
 
