@@ -11,6 +11,11 @@ import sys
 
 import pytest
 
+from radiosity_addon.solver.workers.parallel import BLAS_ENVIRONMENT
+
+# Before NumPy is imported: sums are rounded as in the processes that the add-on starts.
+os.environ.update(BLAS_ENVIRONMENT)
+
 status = 1  # of a session that never began
 
 
