@@ -9,7 +9,7 @@ from __future__ import annotations
 import pickle
 
 PACKAGE = __package__
-PROTOCOL = 5  # version [of pickle]
+PROTOCOL = 5  # version [of pickle]: the first whose large arrays need not be copied
 
 
 class PickleReader(pickle.Unpickler):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Literal, get_args
 
 from .solver.passes import Pass
 
@@ -26,9 +27,10 @@ QUALITY_ERROR = {"draft": 0.1, "medium": 0.03, "high": 0.01}
 PASSES = tuple(each.value for each in Pass)
 TARGETS = tuple(each.value for each in Target)
 DOMAINS = tuple(each.value for each in Domain)
-FORMATS = ("exr", "png", "png16", "hdr", "rgbm", "rgbe")
-COLOR_TYPES = ("float", "byte")
-UNWRAPS = ("smart", "lightmap", "existing")
+Format = Literal["exr", "png", "png16", "hdr", "rgbm", "rgbe"]
+ColorType = Literal["float", "byte"]
+Unwrap = Literal["smart", "lightmap", "existing"]
+FORMATS, COLOR_TYPES, UNWRAPS = (get_args(words) for words in (Format, ColorType, Unwrap))
 LONGEST_NAME = 63  # length [bytes] of an attribute's name: Blender cuts longer ones
 RESOLUTION_RANGE = (4, 16384)  # edges [texels] of an image
 ERROR_RANGE = (1e-4, 1.0)  # errors [relative] that may be asked for
@@ -48,15 +50,15 @@ class Settings:
     atlas: str | None = None  # name of what all objects share; None: an image for each
     atlas_images: int = 1  # at most so many images for the atlas
     density: float | None = None  # texels per meter in the atlas; None: as many as fit
-    unwrap: str = "smart"  # how a missing UV map is made
+    unwrap: Unwrap = "smart"  # how a missing UV map is made
     uv_map: str | None = None  # None: the map "Radiosity", made where missing
     margin: int = 8  # texels
     image_dir: str | None = None
-    format: str | None = None  # of the files in image_dir; None: exr when image_dir is given
-    color_type: str = "float"  # of the color attribute: 32-bit float, or 8 bits a channel
+    format: Format | None = None  # of the files in image_dir; None: exr when image_dir is given
+    color_type: ColorType = "float"  # of the color attribute: 32-bit float, or 8 bits a channel
     scale: float | None = None  # divides encoded values; 0: the brightest; None: 1, RGBM: 0
     name: str = "Radiosity"
-    passes: tuple[str, ...] = PASSES
+    passes: tuple[Pass | str, ...] = PASSES
     quality: str = "medium"
     error: float | None = None  # target relative error; None: that of the quality
     shading_normals: bool = True  # light counts as faces are shaded; False: as they lie

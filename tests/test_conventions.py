@@ -29,7 +29,7 @@ BRITISH = re.compile(
     | grey | centre | (?<!para)(?<!dia)(?<!peri)metre(?![a-z]) | fibre(?![a-z]) | artefact
     | (normal|summar|random|minim|maxim|initial|discret|optim|organ|recogn|real|general|linear
        |quant|serial|parametr|visual|util|special|local|categor|emphas|priorit)is(e[ds]?|ing|ation)\b
-    | (mode|labe|leve|beve|trave)ll(ed|ing) | analys(ed|ing) | learnt\b | spelt\b | burnt\b
+    | (mode|labe|leve|beve|trave)ll(ed|ing) | (?-i:[Cc]ancelled|[Cc]ancelling) | analys(ed|ing) | learnt\b | spelt\b | burnt\b
     | licence | defence | catalogue | sizeable | judgement | anti-?clockwise
     | \b(toward|afterward|backward|forward)[s]\b | whilst | amongst | per\ cent\b
     | (?<![A-Za-z])(?<!sun_)discs?(?![a-z]) | (?-i:Discs?(?![a-z]))""",
@@ -48,7 +48,8 @@ def nodes(kinds):
 def parameters(node) -> int:
     """Of a function, but for ``self`` and ``cls``."""
     words = [*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]
-    return sum(word.arg not in ("self", "cls") for word in words)
+    several = [node.args.vararg, node.args.kwarg]
+    return sum(word.arg not in ("self", "cls") for word in words) + sum(word is not None for word in several)
 
 
 def lines(node) -> int:
@@ -80,10 +81,10 @@ def test_files_are_of_one_thing():
 
 
 def test_lengths_are_counted():
-    """A function of a docstring of two lines, with two parameters beside self, and two lines more."""
-    text = 'def f(self, a, *, b):\n    """One.\n    Two."""\n    return a\n'
+    """A function of a docstring of two lines, with three parameters beside self, and two lines more."""
+    text = 'def f(self, a, *c, b):\n    """One.\n    Two."""\n    return a\n'
     (node,) = ast.parse(text).body
-    assert (parameters(node), lines(node)) == (2, 2)
+    assert (parameters(node), lines(node)) == (3, 2)
 
 
 def names(tree):
@@ -199,13 +200,13 @@ def test_spelling_is_american():
     assert british == []
 
 
-@pytest.mark.parametrize("word", ["colours", "normalised", "learnt", "Grey", "FacingDiscs"])
+@pytest.mark.parametrize("word", ["colours", "normalised", "learnt", "Grey", "FacingDiscs", "Cancelled"])
 def test_british_spelling_is_found(word):
     assert BRITISH.search(f"a {word} b")
 
 
 @pytest.mark.parametrize(
-    "word", ["colors", "noise", "parameter", "raised", "discontinuity", "sun_disc"]
+    "word", ["colors", "noise", "parameter", "raised", "discontinuity", "sun_disc", "CANCELLED"]
 )
 def test_american_spelling_is_let_be(word):
     assert not BRITISH.search(f"a {word} b")

@@ -14,7 +14,7 @@ import pytest
 
 from radiosity_addon.bake.texels import texel_receivers
 from radiosity_addon.bake_job import run, without_bare
-from radiosity_addon.solver.progress import Cancelled, silent
+from radiosity_addon.solver.progress import Canceled, silent
 from radiosity_addon.solver.receivers import concatenate
 from radiosity_addon.stages.layout import lay_out, slice_receivers
 from tests.square import UV, square_job
@@ -75,9 +75,9 @@ def test_progress_rises_to_one_and_may_stop_the_work():
     assert all(0 <= fraction <= 1 for _, fraction in seen)
 
     def stop(stage, fraction):
-        raise Cancelled
+        raise Canceled
 
-    with pytest.raises(Cancelled):
+    with pytest.raises(Canceled):
         run(square_job("vertex"), stop)
 
 

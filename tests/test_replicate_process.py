@@ -21,7 +21,7 @@ from radiosity_addon.solver.adaptive.processes import ProcessLost
 from radiosity_addon.solver.adaptive.requests import FollowMorePaths
 from radiosity_addon.solver.adaptive.solve_cache import SolveCache
 from radiosity_addon.solver.fields import Constant
-from radiosity_addon.solver.progress import Cancelled
+from radiosity_addon.solver.progress import Canceled
 from radiosity_addon.solver.sequence import solve
 from verification import meshes
 
@@ -120,9 +120,9 @@ def test_stopping_leaves_no_process():
 
     def stop(stage: str, fraction: float):
         if stage == "gather":
-            raise Cancelled
+            raise Canceled
 
-    with pytest.raises(Cancelled), ReplicateProcess() as process:
+    with pytest.raises(Canceled), ReplicateProcess() as process:
         solve(scene, receivers, replace(SETTINGS, error=5e-3), stop, beside=process)
     assert process._process.poll() is not None
 

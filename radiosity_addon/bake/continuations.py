@@ -24,7 +24,7 @@ BENT = np.cos(np.radians(3.0))
 FOLDED = -0.3
 CROWD = 16  # number [borders on one line] that are compared: where there are more, none continues
 LONG = 1e-4  # length [of the extent]: shorter edges have no certain direction, and are not cut
-NEAR = 1e-4  # directions and feet [of the extent] of edges on one line differ by less, about
+NEAR = 1e-4  # difference [of the extent] of directions and feet, about: less between edges on one line
 
 
 @dataclass(frozen=True)

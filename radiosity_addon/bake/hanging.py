@@ -15,7 +15,7 @@ from scipy.sparse import csr_matrix
 from ..solver.array_struct import ArrayStruct
 
 ROUNDS = 60  # number [rounds] of replacing corners by what they hang on, where edges hang in a ring
-DONE = 1e-9  # weight [of 1] that is still on corners that hang
+DONE = 1e-9  # weight [of all corners'] left on those that hang: with less, replacing them ends
 
 
 @dataclass(frozen=True)

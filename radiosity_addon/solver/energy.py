@@ -75,7 +75,9 @@ def _follow(context: Context, particles: Particles) -> tuple[np.ndarray, np.ndar
     return absorbed, escaped
 
 
-def _go_on(context: Context, particles: Particles, hits: Hits, met: np.ndarray, xi: np.ndarray):
+def _go_on(
+    context: Context, particles: Particles, hits: Hits, met: np.ndarray, xi: np.ndarray
+) -> tuple[Particles, np.ndarray]:
     """The particles after they ``met`` (n,) the surface, reflected or let through by chance in
     proportion to either share, and the power (channels,) that stayed there."""
     triangle, front = hits.triangle[met], hits.front[met]
@@ -109,16 +111,16 @@ def _sent_out(context: Context, emitters: list, key: int) -> Particles:
     """Particles of all lights of ``emitters``: they have ``color``, ``power`` and ``leave`` of a
     ``LightBatch``."""
     powers = [emitter.power for emitter in emitters]
-    level = np.cumsum(np.concatenate([np.zeros((0, context.channels)), *powers]).mean(axis=1))
-    if len(level) == 0 or level[-1] <= 0:
+    cumulative = np.cumsum(np.concatenate([np.zeros((0, context.channels)), *powers]).mean(axis=1))
+    if len(cumulative) == 0 or cumulative[-1] <= 0:
         return _join([], context.channels)
     xi = sobol(PARTICLES, 5, context.seed, key)
-    light = np.minimum(np.searchsorted(level, xi[:, 0] * level[-1], "right"), len(level) - 1)
+    light = np.minimum(np.searchsorted(cumulative, xi[:, 0] * cumulative[-1], "right"), len(cumulative) - 1)
     first, parts = 0, []
     for emitter, power in zip(emitters, powers):
         mine = (light >= first) & (light < first + len(power))
         which = light[mine] - first
-        number = PARTICLES * power.mean(axis=1)[which] / level[-1]  # expected of each light
+        number = PARTICLES * power.mean(axis=1)[which] / cumulative[-1]  # expected of each light
         left = emitter.leave(which, xi[mine][:, [3, 4, 1, 2]])
         weight = emitter.color[which] * (left.power / number)[:, None]
         parts.append(_particles(left.origin, left.direction, weight))

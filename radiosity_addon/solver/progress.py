@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Callable
 
-# Called with the stage's name and the fraction of it that is done, in [0, 1]; may raise Cancelled.
+# Called with the stage's name and the fraction of it that is done, in [0, 1]; may raise Canceled.
 Progress = Callable[[str, float], None]
 
 
-class Cancelled(Exception):
+class Canceled(Exception):
     """Raised by a progress callback to stop the work; nothing has been written then."""
 
 

@@ -8,7 +8,7 @@ radiance 1), and exitance is π times that.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar, Protocol
+from typing import ClassVar, Literal, Protocol
 
 import numpy as np
 
@@ -40,6 +40,10 @@ class Material:
     def shown(self) -> Field:
         """The diffuse reflectance."""
         return self.reflectance if self.diffuse is None else self.diffuse
+
+
+# What of a material is asked for, by its name.
+Quantity = Literal["reflectance", "shown", "emission", "transmittance"]
 
 
 def sides(materials: tuple[Material, ...]) -> list[Material]:

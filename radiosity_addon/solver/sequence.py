@@ -6,6 +6,7 @@ the result: their difference tells the error. They work in ``rounds`` until the 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -34,6 +35,7 @@ from .filtering.lattice_weights import build_lattices
 from .geometry.triangles import rounding_warning
 from .lights.context import Context, build_context
 from .materials.region_means import footprint_means
+from .passes import Pass
 from .progress import Progress, silent
 from .receivers import Projection, Receivers
 from .sampling.guide import USEFUL
@@ -138,7 +140,7 @@ def begin(
     first = Replicate(0, context, split, mine, requirements, settings.target_error)
     estimator = estimator_of(first, settings.passes, options.project, threads)
     corners = options.project is not None
-    plan = make_plan(settings.target_error, receivers.count, bool(estimator.lattices), corners)
+    plan = make_plan(settings.target_error, receivers.count, bool(estimator.neighborhoods), corners)
     estimator = replace(estimator, enough=plan.enough)
     if cache is not None:
         cache.begin(scene_key(scene, receivers, settings.seed))
@@ -220,7 +222,7 @@ def _three(values: np.ndarray) -> np.ndarray:
 
 
 def estimator_of(
-    first: Replicate, passes: tuple[str, ...], project: Projection | None, threads: int,
+    first: Replicate, passes: tuple[Pass, ...], project: Projection | None, threads: int,
     brightness: float | None = None,
 ) -> ErrorEstimator:
     """What the error of the replicate's receivers is measured on."""
@@ -229,18 +231,18 @@ def estimator_of(
     walls = first.placed.walls
     if receivers.grid is not None:
         facing, rounded = footprints.facing()
-        lattices = build_lattices(
+        neighborhoods = build_lattices(
             receivers.grid, position, facing, threads, walls=walls, rounded=rounded
         )
     else:
-        lattices = build_graph(position, normal, footprints.area, threads, walls)
+        neighborhoods = build_graph(position, normal, footprints.area, threads, walls)
     sees = LineOfSight(context, footprints, position, normal).sees_all_of
     emission = footprint_means(lambda regions: context.mean_emission(regions)[0], footprints)
     surface = Surface(first.placed.diffuse, emission, footprints.area)
-    return ErrorEstimator(surface, lattices, passes, threads, sees, project, brightness)
+    return ErrorEstimator(surface, neighborhoods, passes, threads, sees, project, brightness)
 
 
-def _warnings(context: Context, reached: Outcome, settings: SolverSettings):
+def _warnings(context: Context, reached: Outcome, settings: SolverSettings) -> Iterator[str]:
     """What the user should know of the numbers."""
     rounded = rounding_warning(context.scene.vertices, context.geometry)
     if rounded:

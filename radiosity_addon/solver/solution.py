@@ -38,7 +38,7 @@ class Solution:
     statistics: Statistics
 
 
-def compose(solution: Solution, passes: tuple[str, ...]) -> np.ndarray:
+def compose(solution: Solution, passes: tuple[Pass, ...]) -> np.ndarray:
     """Baked radiance (count, 3) of the asked passes, as Cycles' Diffuse (plus Emit) bake has it.
 
     Light is irradiance/π times the diffuse reflectance when ``color`` is asked; ``color`` without any

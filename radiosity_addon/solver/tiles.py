@@ -37,7 +37,7 @@ class TiledSolve:
     def __init__(
         self, context: Context, survey: Receivers, settings: SolverSettings,
         cache: SolveCache | None = None, beside: RemoteReplicate | None = None,
-    ):
+    ) -> None:
         """Solve the ``survey``; the arguments are as in ``sequence.solve_opened``."""
         self._settings, self._context, clock = settings, context, Clock()
         self._open = begin(context, survey, settings, Options(None, cache, beside), clock)
@@ -61,7 +61,7 @@ class TiledSolve:
         estimator = estimator_of(first, settings.passes, None, threads, self._brightness)
         second.answers()
         rounds.clock.lap("elements")
-        plan = make_plan(settings.target_error, smaller, bool(estimator.lattices))
+        plan = make_plan(settings.target_error, smaller, bool(estimator.neighborhoods))
         mine = replace(
             rounds, estimator=estimator, deadline=self._deadline(share), cache=None, radiosity_given=True
         )

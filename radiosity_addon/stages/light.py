@@ -11,7 +11,7 @@ def has_light(solution: Solution) -> bool:
     return any(part.any() for part in (solution.emission, solution.direct, solution.indirect))
 
 
-def warn_of_darkness(passes: tuple[str, ...]) -> list[str]:
+def warn_of_darkness(passes: tuple[Pass, ...]) -> list[str]:
     """Where there is no light: only what the passes ask for was looked for."""
     if not {Pass.DIRECT, Pass.INDIRECT} & set(passes):
         return []

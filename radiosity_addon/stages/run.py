@@ -30,7 +30,7 @@ def run(
     again, and takes this one's.
     ``beside`` (replicate_process) does half of the work in another process.
     ``tiling`` tells which bakes are done in tiles; None: those of more texels than usual.
-    Raises solver.progress.Cancelled (or whatever else ``progress`` raises) when told to stop.
+    Raises solver.progress.Canceled (or whatever else ``progress`` raises) when told to stop.
     """
     from ..solver.sequence import Options, open_scene, solve_opened
 

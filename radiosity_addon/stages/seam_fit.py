@@ -31,9 +31,9 @@ from .sheets import Sheet, rect_of
 ALIKE = 0.02
 
 
-@dataclass(frozen=True)
+@dataclass
 class Drawn:
-    """A sheet before the fit: ``image`` (height, width, 4) float32, and which of its texels, row by row,
+    """A sheet, into whose ``image`` (height, width, 4) float32 the fit is written, and which of its texels, row by row,
     are of the ``margin``, (n,) bool, or buried: they are filled with others' color and know no light."""
 
     image: np.ndarray
@@ -188,7 +188,7 @@ def _known(sheets: Sheets, receivers: _Receivers, pixels: np.ndarray) -> tuple[K
     return Known(texel, stencils, np.minimum(total, 1), pixels[texel].astype(float)), first
 
 
-def _shown_material(passes: tuple[str, ...], solution: Solution, some: np.ndarray) -> np.ndarray:
+def _shown_material(passes: tuple[Pass, ...], solution: Solution, some: np.ndarray) -> np.ndarray:
     """(k, c) what receivers show of the material itself: reflectance and emission."""
     parts = [np.zeros((len(some), 0))]
     if Pass.COLOR in passes:

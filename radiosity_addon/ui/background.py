@@ -31,7 +31,7 @@ class Ticker:
     def __call__(self) -> float | None:
         bake = self._bake
         with bpy.context.temp_override(window=find_window(self._window)):
-            if session.current() is not bake:  # cancelled
+            if session.current() is not bake:  # canceled
                 redraw(bpy.context)
                 return None
             self._step()

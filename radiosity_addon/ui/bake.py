@@ -14,7 +14,7 @@ from .report_store import store_report
 
 # What bad input and failing disks raise; anything else is a fault of ours and shows its traceback.
 EXPECTED = (ValueError, OSError, RuntimeError, MemoryError, ImportError)
-CANCELLED = "Bake cancelled; the scene is as it was"
+CANCELED = "Bake canceled; the scene is as it was"
 
 
 class RADIOSITY_OT_bake(bpy.types.Operator):
@@ -51,10 +51,10 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
 
     def modal(self, context, event):
         bake = session.current()
-        if bake is None:  # cancelled by its button, or the file was closed
+        if bake is None:  # canceled by its button, or the file was closed
             return self._finish(context, {"CANCELLED"})
         if event.type == "ESC" and event.value == "PRESS":
-            self.report({"INFO"}, rpt_(CANCELLED))
+            self.report({"INFO"}, rpt_(CANCELED))
             return self._finish(context, {"CANCELLED"})
         if event.type != "TIMER":  # nothing else may change what is being written
             return {"RUNNING_MODAL"}
@@ -189,7 +189,7 @@ class RADIOSITY_OT_cancel(bpy.types.Operator):
 
     def execute(self, context):
         session.end()
-        self.report({"INFO"}, rpt_(CANCELLED))
+        self.report({"INFO"}, rpt_(CANCELED))
         redraw(context)
         return {"FINISHED"}
 

@@ -231,17 +231,17 @@ def test_ray_visibility(blender, export):
     assert scene.visible.tolist() == [True, False]
 
 
-def test_cancelling_passes_through_and_leaves_nothing(blender):
+def test_canceling_passes_through_and_leaves_nothing(blender):
     from radiosity_addon.export import export_scene
     from radiosity_addon.settings import Settings
 
-    class Cancelled(Exception):
+    class Canceled(Exception):
         pass
 
     def progress(fraction):
-        raise Cancelled
+        raise Canceled
 
     add_plane(blender)
-    with pytest.raises(Cancelled):
+    with pytest.raises(Canceled):
         export_scene(blender.context, Settings(), progress)
     assert len(blender.data.scenes) == len(blender.data.objects) == 1

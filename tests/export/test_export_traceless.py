@@ -67,7 +67,7 @@ def test_failure_and_interruption_leave_nothing_either(
     assert differences(before, snapshot(blender)) == {}
 
 
-def test_cancelling_first_midway_and_last_leaves_nothing(blender):
+def test_canceling_first_midway_and_last_leaves_nothing(blender):
     add_everything(blender)
     blender.context.view_layer.update()
     before = settled(blender)

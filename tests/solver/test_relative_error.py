@@ -15,8 +15,8 @@ from radiosity_addon.solver.adaptive.estimate import BALANCE, Estimate, Smoothed
 from radiosity_addon.solver.adaptive.relative_error import (
     area_shares,
     bound_of_most,
-    level_of,
     mean_over,
+    scale_of,
 )  # fmt: skip
 from radiosity_addon.solver.gather.lighting import Lighting, no_light
 from radiosity_addon.solver.receivers import Projection
@@ -73,11 +73,11 @@ def test_dark_places_are_judged_against_a_quarter_of_the_mean():
     against 10. With 2 brighter than that the dark are judged against themselves."""
     light = np.array([[20.0, 5, 5], [1, 1, 1]])
     share = np.array([0.75, 0.25])
-    assert level_of(light, share).ravel() == pytest.approx([10, 1.9375])
-    assert level_of(np.array([[20.0, 5, 5], [2, 2, 2]]), share).ravel() == pytest.approx(
+    assert scale_of(light, share).ravel() == pytest.approx([10, 1.9375])
+    assert scale_of(np.array([[20.0, 5, 5], [2, 2, 2]]), share).ravel() == pytest.approx(
         [10, max(2, (30 + 2) / 16)]
     )
-    assert level_of(np.zeros((2, 3)), share).ravel() == pytest.approx([1, 1])
+    assert scale_of(np.zeros((2, 3)), share).ravel() == pytest.approx([1, 1])
 
 
 def test_the_estimate_has_the_floor():

@@ -1,4 +1,4 @@
-"""The solver's process: its result, its end by cancelling, and its crashes."""
+"""The solver's process: its result, its end by canceling, and its crashes."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ Lacking = tuple[np.ndarray, np.ndarray]  # numbers of points and of rays, (count
 
 
 def lacking_in_mean(
-    estimate: Estimate, goal: float, light: Lighting, lattices: Sequence[Neighborhood]
+    estimate: Estimate, goal: float, light: Lighting, neighborhoods: Sequence[Neighborhood]
 ) -> Lacking:
     """What receivers lack for a relative error ``goal`` in the mean over the surface.
 
@@ -39,7 +39,7 @@ def lacking_in_mean(
         for (local, number), square, share in zip(_parts(estimate, light), estimate.squares(), shares)
     )
     # Shadow rays that agree may have missed what shows next to them.
-    beside = dilate(lattices, points > 0) & (points == 0)
+    beside = dilate(neighborhoods, points > 0) & (points == 0)
     points[beside] = light.points[beside, 0]
     return points, rays
 
@@ -55,7 +55,9 @@ def lacking_at_worst(estimate: Estimate, goal: float, light: Lighting) -> Lackin
     return points, rays
 
 
-def _parts(estimate: Estimate, light: Lighting):
+def _parts(
+    estimate: Estimate, light: Lighting
+) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
     """Of explicit and of gathered light: squared errors (count,) and numbers of samples (count,)."""
     points, rays = light.points[:, 0], light.rays[:, 0]
     return (estimate.direct_square, points), (estimate.gather_square, rays)

@@ -92,14 +92,14 @@ def find_correction(residuals: Residuals, levels: list[np.ndarray]) -> Correctio
         inside[region] = outer  # the region around each
         mine = region[residuals.owner]
         number = np.bincount(mine, minlength=count)
-        spread, error = _level(relative, mine, number, count, parent, inside, scale)
-        shrink = np.where(error < np.inf, spread / np.maximum(spread + error, 1e-300), 0.0)
+        variance, error = _level(relative, mine, number, count, parent, inside, scale)
+        shrink = np.where(error < np.inf, variance / np.maximum(variance + error, 1e-300), 0.0)
         sums = np.stack([np.bincount(mine, column, count) for column in lack.T], 1)
         mean = sums / np.maximum(number, 1)[:, None]
         base = parent[inside]
         parent = base + np.where(number > 0, shrink, 0.0)[:, None] * (mean - base)
-        unfound = np.maximum(spread, error) if region is levels[0] else spread
-        found, uncorrected = found + spread, uncorrected[inside] + unfound * (1 - shrink) ** 2
+        unfound = np.maximum(variance, error) if region is levels[0] else variance
+        found, uncorrected = found + variance, uncorrected[inside] + unfound * (1 - shrink) ** 2
         outer = region
     return Correction(outer, parent, uncorrected, of_region, float(np.sqrt(found)))
 
@@ -113,18 +113,18 @@ def irradiance_of_regions(residuals: Residuals, levels: list[np.ndarray]) -> np.
     """(n,) the mean irradiance of each of the finest regions, with what it lacks where that makes more
     of it, or a quarter of that of all, where that is more; above 0."""
     known = residuals.irradiance.mean(axis=1, dtype=float)
-    level = np.stack([known, known + residuals.lack.mean(axis=1, dtype=float)], 1)
+    light = np.stack([known, known + residuals.lack.mean(axis=1, dtype=float)], 1)
     mine, count = levels[-1][residuals.owner], int(levels[-1].max(initial=0)) + 1
     number = np.maximum(np.bincount(mine, minlength=count), 1)
-    mean = np.stack([np.bincount(mine, each, count) / number for each in level.T], 1)
-    floor = FLOOR * level.mean(axis=0).max() if len(level) else 0.0
+    mean = np.stack([np.bincount(mine, each, count) / number for each in light.T], 1)
+    floor = FLOOR * light.mean(axis=0).max() if len(light) else 0.0
     return np.maximum(np.maximum(mean.max(axis=1), floor), 1e-300)
 
 
 def _level(
     relative: np.ndarray, mine: np.ndarray, number: np.ndarray, count: int, parent: np.ndarray,
     inside: np.ndarray, scale: np.ndarray,
-):
+) -> tuple[float, np.ndarray]:
     """Mean squared distance of the true means of regions from those around them, and the squared
     standard error (count,) of each measured mean; relative."""
     mean = np.bincount(mine, relative, count) / np.maximum(number, 1)
@@ -143,8 +143,8 @@ def _level(
     error = np.where(some, variance / np.maximum(number, 1), np.inf)
     # Where nothing is lacked, a product of two means of half the paths scatters by twice the error.
     chance = np.sqrt(((2 * weight * np.where(some, error, 0)) ** 2).sum())
-    spread = surplus if surplus > SIGNIFICANT * chance else 0.0
-    return float(spread), error
+    variance = surplus if surplus > SIGNIFICANT * chance else 0.0
+    return float(variance), error
 
 
 def biased_elements(

@@ -23,7 +23,7 @@ from ..sampling.sobol import uniform
 from ..sampling.streams import Stream
 from ..workers.parallel import map_chunks
 from .estimate import Estimate, SmoothedLight, Surface
-from .relative_error import MOST, area_shares, bounds_of, level_of, mean_over
+from .relative_error import MOST, area_shares, bounds_of, mean_over, scale_of
 
 DOUBTFUL = 4.0  # ratio [of the replicates' brightness]: above it one of them may be all wrong
 LEAST = 1e-20  # irradiance [of the brightest emission]: the least that is taken as typical
@@ -47,8 +47,8 @@ class ErrorEstimator:
     """What the error is measured on. ``project``: see ``sequence.solve``."""
 
     surface: Surface
-    lattices: Sequence[Neighborhood]
-    passes: tuple[str, ...]
+    neighborhoods: Sequence[Neighborhood]
+    passes: tuple[Pass, ...]
     threads: int
     sees: Sees  # whether one receiver sees all of the other
     project: Projection | None = None
@@ -66,17 +66,17 @@ class ErrorEstimator:
         direct, indirect = direct_a + direct_b + first_a + first_b, bounced_a + bounced_b
         rough = self._radiance(direct / 2, indirect / 2, unit)
         brightness = None if self.brightness is None else self.brightness / unit
-        level = level_of(rough, self.surface.share, brightness)
-        weight = self._gain / level  # from irradiance to relative error
+        scale = scale_of(rough, self.surface.share, brightness)
+        weight = self._gain / scale  # from irradiance to relative error
         weights = [weight * np.float32(name in self.passes) for name in (Pass.DIRECT, Pass.INDIRECT)]
-        lattices = self._neighbors(direct, indirect)
-        parts = self._smoothed_parts(lattices, one, two, weights)
+        neighborhoods = self._neighbors(direct, indirect)
+        parts = self._smoothed_parts(neighborhoods, one, two, weights)
         light = _of_passes(*parts)
         radiance = [self._radiance(*replicate, unit) for replicate in light]
-        level /= self._level(radiance, brightness)
-        samples, found = zip(*(part.error(self.surface.share, level) for part in parts))
+        scale /= self._scale(radiance, brightness)
+        samples, found = zip(*(part.error(self.surface.share, scale) for part in parts))
         shadow_square, gather_square = map_chunks(
-            lambda square: self._pooled(lattices, square), found, self.threads
+            lambda square: self._pooled(neighborhoods, square), found, self.threads
         )
         raw = self.project and [self._radiance(each[0] + each[2], each[1], unit) for each in (one, two)]
         squares = shadow_square, gather_square
@@ -99,14 +99,14 @@ class ErrorEstimator:
         )
 
     def _smoothed_parts(
-        self, lattices: Sequence[Neighborhood], one: Means, two: Means, weights: list[np.ndarray]
+        self, neighborhoods: Sequence[Neighborhood], one: Means, two: Means, weights: list[np.ndarray]
     ) -> list[SmoothedLight]:
         """Explicit and gathered light of both replicates, smoothed. ``weights``, (count, channels) each,
         of direct and of indirect light: from irradiance to relative error."""
         (direct_a, bounced_a, first_a), (direct_b, bounced_b, first_b) = one, two
         gathered = [np.hstack(replicate) for replicate in ((first_a, bounced_a), (first_b, bounced_b))]
         return list(map_chunks(
-            lambda part: self._smoothed(lattices, *part),
+            lambda part: self._smoothed(neighborhoods, *part),
             [(direct_a, direct_b, weights[0]), (*gathered, np.hstack(weights))],
             self.threads,
         ))  # fmt: skip
@@ -134,8 +134,8 @@ class ErrorEstimator:
         for part, channel in product(light, range(light[0].shape[1])):
             dark &= part[:, channel] == 0
         if dark.all() or not dark.any():
-            return self.lattices
-        return [lattice.separated(dark, self.sees) for lattice in self.lattices]
+            return self.neighborhoods
+        return [each.separated(dark, self.sees) for each in self.neighborhoods]
 
     def common(self, estimate: Estimate) -> float:
         """Relative error that wide neighborhoods share: that of the elements.
@@ -146,45 +146,45 @@ class ErrorEstimator:
         """
         difference = estimate.difference
         shared, *own = (
-            mean_over(estimate.share, widest(self.lattices, signs * difference) ** 2)
+            mean_over(estimate.share, widest(self.neighborhoods, signs * difference) ** 2)
             for signs in (np.float32(1), *(_signs(len(difference), draw) for draw in range(SIGN_DRAWS)))
         )
         return float(np.sqrt(max(shared - 2 * np.mean(own), 0.0))) if shared > max(own) else 0.0
 
     def _smoothed(
-        self, lattices: Sequence[Neighborhood], a: np.ndarray, b: np.ndarray, weight: np.ndarray
+        self, neighborhoods: Sequence[Neighborhood], a: np.ndarray, b: np.ndarray, weight: np.ndarray
     ) -> SmoothedLight:
         """Replicates (count, k · channels) of k parts smoothed alike. ``weight`` (count, k · channels):
         from light to relative error."""
-        smoothed = smooth(lattices, a, b, weight, self.threads)
+        smoothed = smooth(neighborhoods, a, b, weight, self.threads)
         difference = weight * (smoothed.a - smoothed.b) / 2
         bias = smoothed.square - 2 * row_squares(difference)  # error less noise
         channels = self.surface.diffuse.shape[1]
         both = sum(difference[:, k : k + channels] for k in range(0, difference.shape[1], channels))
         return SmoothedLight(smoothed.a, smoothed.b, both, bias, smoothed.touched)  # parts share rays
 
-    def _pooled(self, lattices: Sequence[Neighborhood], square: np.ndarray) -> np.ndarray:
+    def _pooled(self, neighborhoods: Sequence[Neighborhood], square: np.ndarray) -> np.ndarray:
         """(count,) squared errors averaged with those around, by area, as two replicates of one
         receiver may agree by chance; their mean over the surface stays."""
         share = self.surface.share
         area = (share * len(share)).astype(np.float32)
-        around = smooth_map(lattices, area)
-        pooled = smooth_map(lattices, area * square) / np.where(around > 0, around, 1)
+        around = smooth_map(neighborhoods, area)
+        pooled = smooth_map(neighborhoods, area * square) / np.where(around > 0, around, 1)
         found, mean = mean_over(share, pooled), mean_over(share, square)
         return pooled * (mean / found) if found > 0 and mean > 0 else square
 
-    def _level(self, replicates: list[np.ndarray], brightness: float | None) -> np.ndarray:
+    def _scale(self, replicates: list[np.ndarray], brightness: float | None) -> np.ndarray:
         """(count, 1) what errors are judged against, from smoothed radiances (count, channels): noise
         of the light before smoothing is none of it. Where the replicates are far apart they are judged
         against either alone: a ray that brings much too much to one of them raises their mean's
         brightness, too, but not the other's."""
         share = self.surface.share
-        level = level_of((replicates[0] + replicates[1]) / 2, share, brightness)
-        one, other = (level_of(replicate, share, brightness) for replicate in replicates)
+        scale = scale_of((replicates[0] + replicates[1]) / 2, share, brightness)
+        one, other = (scale_of(replicate, share, brightness) for replicate in replicates)
         doubtful = np.maximum(one, other) > DOUBTFUL * np.minimum(one, other)
         least = np.minimum(one, other)  # the sum of inverse squares, without what overflows
         either = least * np.sqrt(2 / (1 + (least / np.maximum(one, other)) ** 2))
-        return np.where(doubtful, either, level)
+        return np.where(doubtful, either, scale)
 
     @cached_property
     def _gain(self) -> np.ndarray:
@@ -203,7 +203,7 @@ class ErrorEstimator:
         return light
 
     def _typical(self, replicates: list[Lighting]) -> float:
-        """An irradiance such as there is, above 0, by which all is divided: it makes float32 do."""
+        """About the mean irradiance, above 0: all light is divided by it, so that float32 can hold squares."""
         irradiance = float(np.mean([replicate.typical() for replicate in replicates]))
         least = LEAST * float(self.surface.emission.max(initial=0))
         return max(irradiance, least) or 1.0
@@ -211,20 +211,21 @@ class ErrorEstimator:
     def _projected(
         self, radiance: list[np.ndarray], raw: list[np.ndarray]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Where colors end: shares (m,) of the surface, and a sample (m, channels) of the relative
-        error of the colors of the replicates' mean: half of what those of the replicates differ by,
-        widened by what smoothing blurs. Where that would do, it is taken of the colors as they are
-        shown, within bounds that noise moves."""
+        """The error of fitted colors: shares (m,) of the surface, and a sample (m, channels) of the relative
+        error of the colors made of the replicates' mean. The sample is half of the difference of the two
+        replicates' colors, times a factor that adds what smoothing blurs. Where the rough colors' error is
+        small enough, the sample is made again of the colors that users will see, which are kept within
+        bounds; noise moves these bounds."""
         share = area_shares(self.project.area)
         fields = self.project.apply(np.hstack([*radiance, *raw]).astype(float))
         a, b, raw_a, raw_b = np.split(fields, 4, axis=1)
-        level = level_of((a + b) / 2, share)
-        sample = (a - b) / (2 * level)
-        blur = mean_over(share, _blur(a, b, raw_a, raw_b) / level**2)
+        scale = scale_of((a + b) / 2, share)
+        sample = (a - b) / (2 * scale)
+        blur = mean_over(share, _blur(a, b, raw_a, raw_b) / scale**2)
         noise = mean_over(share, sample**2)
         if noise + blur <= self.enough**2:
             a, b = (self.project.show(each.astype(float)) for each in radiance)
-            sample = (a - b) / (2 * level_of((a + b) / 2, share))
+            sample = (a - b) / (2 * scale_of((a + b) / 2, share))
             noise = mean_over(share, sample**2)
         return share, sample * np.sqrt(1 + max(blur, 0.0) / noise) if noise > 0 else sample
 

@@ -101,12 +101,13 @@ class SmoothedLight:
     bias: np.ndarray
     touched: np.ndarray
 
-    def error(self, share: np.ndarray, level: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """A sample (count, channels) of the error, and its square (count,), mean over channels, relative
-        to what ``level`` (count, 1) times it was. What the replicates' difference does not show is taken
-        to be spread over the surface as what it does, and to be no less."""
-        sample, channels = level * self.difference, self.difference.shape[1]
-        noise, bias = row_squares(sample), level[:, 0] ** 2 * self.bias
+    def error(self, share: np.ndarray, factor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """A sample (count, channels) of the error, and its square (count,), mean over channels.
+        ``factor`` (count, 1) takes errors from what they are relative to here to what the caller wants
+        them relative to. The replicates' difference shows noise only: bias is assumed to be spread over
+        the surface as noise is, and to be at least BALANCE of it where light was smoothed."""
+        sample, channels = factor * self.difference, self.difference.shape[1]
+        noise, bias = row_squares(sample), factor[:, 0] ** 2 * self.bias
         least = BALANCE * noise * self.touched
         if mean_over(share, bias) < mean_over(share, least):
             bias = least

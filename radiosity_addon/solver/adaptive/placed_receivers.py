@@ -56,7 +56,8 @@ class PlacedReceivers:
         return footprint_means(self.context.mean_reflectances, self.footprints)
 
     def patches(self, elements: int) -> ReceiverPatches | None:
-        """Receivers no larger than so many elements would be, as patches."""
+        """Patches made of those receivers that are no larger than elements would be if the whole surface
+        were divided into ``elements`` of them."""
         geometry = self.context.geometry
         return build_receiver_patches(
             self.receivers, self.footprints, self.context.scene.object,

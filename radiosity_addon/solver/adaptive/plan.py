@@ -20,6 +20,17 @@ VERY_MANY_RECEIVERS, RECEIVERS_PER_ELEMENT = 1_200_000, 200
 # element of a room's size gets their light wrong, alike in both replicates. Measured when each corner
 # counted as much as any other, however small its faces.
 ELEMENTS, CORNER_ELEMENTS = 1000.0, 8000.0
+ELEMENTS_AT = 0.03  # error [relative] at which these numbers hold
+FINER = 1.3  # exponent [of the error]: by it fewer elements do where more error is asked for
+FEWEST_ELEMENTS, MOST_FIRST_ELEMENTS = 200, 60_000  # numbers [elements] at the start, at least and at most
+# Numbers [rays of a receiver] of the first round, for errors [relative] below these; RAYS for others.
+FINE, FINE_RAYS, MEDIUM, MEDIUM_RAYS, RAYS = 0.015, 16, 0.025, 8, 4
+MOST_FIRST_RAYS, MOST_FIRST_POINTS = 256, 16  # numbers [rays, points of a receiver] of the first round, at most
+DRAFT_POINTS, POINTS = 2, 4  # numbers [points of a receiver] of the first round, at least
+GOAL, ENOUGH = 0.75, 0.85  # shares [of the error asked for] that samples are sized for, and that will do
+ROW_RAYS, ROW_POINTS = 64, 8  # numbers [rays, points] of an element's row
+PATCH_POINTS = 2  # number [points] of the row of a receiver's patch
+FEWEST_PATCH_RAYS = 4  # number [rays] of such a row, at least; it has ROW_RAYS at most
 MOST_ELEMENTS = 200_000  # number [elements]: with so many, none get finer
 MOST_ROW_RAYS = 10_000_000  # number [rays of all elements]: bounds the memory of their rows
 
@@ -51,26 +62,35 @@ def make_plan(error: float, receivers: int, smoothing: bool, corners: bool = Fal
     elements = CORNER_ELEMENTS if corners else ELEMENTS
     if receivers > VERY_MANY_RECEIVERS:
         elements = max(elements, receivers / RECEIVERS_PER_ELEMENT)
-    elements = max(elements * (0.03 / error) ** 1.3, 200)
-    rays = 16 if error < 0.015 or not smoothing else 8 if error < 0.025 else 4
+    elements = max(elements * (ELEMENTS_AT / error) ** FINER, FEWEST_ELEMENTS)
+    rays = _first_rays(error, smoothing)
     if receivers > MANY_RECEIVERS:
-        rays = max(rays // 2, 4)
-    points = 4 if error < DRAFT else 2
+        rays = max(rays // 2, RAYS)
+    points = POINTS if error < DRAFT else DRAFT_POINTS
     # Few receivers cost next to nothing, and few samples of few receivers agree by chance.
     each = (1.0 if error < DRAFT else 0.5) / max(receivers, 1)
-    rays = max(rays, round_up(FIRST_RAYS * each, 4, 256))
-    points = max(points, round_up(FIRST_POINTS * each, 2, 16))
+    rays = max(rays, round_up(FIRST_RAYS * each, RAYS, MOST_FIRST_RAYS))
+    points = max(points, round_up(FIRST_POINTS * each, DRAFT_POINTS, MOST_FIRST_POINTS))
+    patch_rays = ROW_RAYS * elements / max(receivers, 1)
     return Plan(
-        goal=0.75 * error,
-        enough=0.85 * error,
-        elements=int(min(elements, 60_000)),
-        row_rays=64,
-        row_points=8,
-        patch_rays=round_up(64 * elements / max(receivers, 1), 4, 64),
-        patch_points=2,
+        goal=GOAL * error,
+        enough=ENOUGH * error,
+        elements=int(min(elements, MOST_FIRST_ELEMENTS)),
+        row_rays=ROW_RAYS,
+        row_points=ROW_POINTS,
+        patch_rays=round_up(patch_rays, FEWEST_PATCH_RAYS, ROW_RAYS),
+        patch_points=PATCH_POINTS,
         points=points,
         rays=rays,
     )
+
+
+def _first_rays(error: float, smoothing: bool) -> int:
+    """Of each receiver in the first round, for a relative ``error``. Without ``smoothing`` no neighbors
+    share rays, so that each receiver needs as many as for the smallest errors."""
+    if error < FINE or not smoothing:
+        return FINE_RAYS
+    return MEDIUM_RAYS if error < MEDIUM else RAYS
 
 
 def round_up(number: float, low: int, high: int) -> int:

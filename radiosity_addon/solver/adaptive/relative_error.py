@@ -26,18 +26,18 @@ def mean_over(share: np.ndarray, values: np.ndarray) -> float:
     return float((share[:, None] * values).sum(axis=0).mean()) if values.size else 0.0
 
 
-def level_of(
+def scale_of(
     radiance: np.ndarray, share: np.ndarray, brightness: float | None = None
 ) -> np.ndarray:
     """(n, 1) what errors of radiances (n, c) are judged against, above 0: max(L, L̄/4), L the mean
     over channels and L̄ its mean over the surface, or the ``brightness`` of all of it where these
     are a part."""
     channels = radiance.shape[1]
-    level = radiance @ np.full((channels, 1), 1 / channels, radiance.dtype)
+    scale = radiance @ np.full((channels, 1), 1 / channels, radiance.dtype)
     if brightness is None:
-        brightness = mean_over(share, level)
-    level = np.maximum(level, level.dtype.type(FLOOR * brightness))
-    return np.where(level > 0, level, level.dtype.type(1))
+        brightness = mean_over(share, scale)
+    scale = np.maximum(scale, scale.dtype.type(FLOOR * brightness))
+    return np.where(scale > 0, scale, scale.dtype.type(1))
 
 
 def bound_of_most(share: np.ndarray, errors: np.ndarray) -> float:

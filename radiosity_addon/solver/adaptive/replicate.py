@@ -13,6 +13,7 @@ import numpy as np
 
 from ..direct.beams import Split, split_beams
 from ..gather.lighting import (
+    Aim,
     Lighting,
     Samples,
     add_direct,
@@ -42,10 +43,10 @@ from .plan import Plan
 from .requirements import Requirements, SolverSettings, requirements_of
 from .round_result import RoundResult, SolveFigures
 
-# Factors [elements] of the two replicates: edges differ by half, so that few coincide and what the size
-# of elements does to the light shows in the difference of the replicates.
+# Shares [of the plan's elements] of the two replicates: edges differ by half, so that few coincide, and
+# what the size of elements does to the light shows in the difference of the replicates.
 SHARE_OF_ELEMENTS = (0.6, 1.35)
-SHARE_OF_ROW_RAYS = (1.5, 0.75)  # factors [rays of a row]: make both replicates cost about the same
+SHARE_OF_ROW_RAYS = (1.5, 0.75)  # shares [of the plan's rays of a row]: both replicates cost about the same
 FEWEST_PATHS, MOST_PATHS = 2000, 40_000  # numbers [paths along the residual]: at the start, and in all
 DIVISION_PATHS = 4000  # number [paths], at most, to find elements to divide
 MORE_PATHS = 1.5  # factor [paths so far]: fewer more are not worth following
@@ -118,7 +119,7 @@ class Replicate:
             )
         return radiosity
 
-    def _biased(self, radiosity: Radiosity, residuals: Residuals):
+    def _biased(self, radiosity: Radiosity, residuals: Residuals) -> tuple[np.ndarray, float]:
         """Elements worth dividing, and the bias they bring: see ``biased_elements``."""
         places, patches = residuals.places, radiosity.patches
         return biased_elements(
@@ -135,8 +136,8 @@ class Replicate:
         """As many paths along the residual as the error asked for wants, at ``most``."""
         residuals = self._more_paths(radiosity, purpose, FEWEST_PATHS, 0)
         scale = irradiance_scale(residuals, self._regions(residuals))
-        spread = float((residuals.lack.mean(axis=1) / scale).std())
-        wanted = int(min((spread / (MEAN_ERROR * self.error)) ** 2, most))
+        deviation = float((residuals.lack.mean(axis=1) / scale).std())
+        wanted = int(min((deviation / (MEAN_ERROR * self.error)) ** 2, most))
         if wanted < MORE_PATHS * FEWEST_PATHS:
             return residuals
         more = self._more_paths(radiosity, purpose, wanted - FEWEST_PATHS, FEWEST_PATHS)
@@ -213,7 +214,7 @@ class Replicate:
         if self.requirements.rays:
             self.radiosity, self.lessons = add_gathered(
                 self.split, self.placed.footprints, self.light, self.radiosity, gathered,
-                *self._key(step), guide=guide, learns=learn,
+                *self._key(step), aim=Aim(guide, learn),
             )
         if self.requirements.reflected and self.residuals is None:
             self._use_gathered()
@@ -274,7 +275,7 @@ def build_replicate(
     context = build_context(scene, settings.seed, threads, silent, helpers=helpers)
     requirements = requirements_of(context, settings.passes)
     if requirements.reflected:
-        context.find_crossings()  # now: the first replicate counts the rays for both
+        context.scene_crossings.get()  # now: the first replicate counts the rays for both
     split = split_beams(context)
     mine = placed(context, receivers)
     return Replicate(1, context, split, mine, requirements, settings.target_error)

@@ -15,7 +15,7 @@ class SolverSettings(Protocol):
     """What of the user's settings the solver looks at."""
 
     @property
-    def passes(self) -> tuple[str, ...]:
+    def passes(self) -> tuple[Pass, ...]:
         """Some of the words of ``Pass``."""
 
     @property
@@ -55,7 +55,7 @@ class Requirements:
         return self.first or self.reflected
 
 
-def requirements_of(context: Context, passes: tuple[str, ...]) -> Requirements:
+def requirements_of(context: Context, passes: tuple[Pass, ...]) -> Requirements:
     """What the ``passes`` ask for and the scene can give."""
     reflects = not all(is_black(side.reflectance) for side in used_sides(context.scene))
     return Requirements(

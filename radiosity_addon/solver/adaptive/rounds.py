@@ -62,7 +62,7 @@ class Past:
 class Clock:
     """Wall seconds of each stage."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.laps: dict[str, float] = {}
         self.start = self._last = time.perf_counter()
 
@@ -153,7 +153,7 @@ class Rounds:
 
     def _lacking(self, estimate: Estimate, plan: Plan, light: Lighting) -> Lacking:
         """What receivers lack. Colors that are fitted to many are good where single ones are not."""
-        lacking = lacking_in_mean(estimate, plan.goal, light, self.estimator.lattices)
+        lacking = lacking_in_mean(estimate, plan.goal, light, self.estimator.neighborhoods)
         if self.estimator.project is not None:
             return lacking
         points, rays = map(np.maximum, lacking, lacking_at_worst(estimate, plan.goal, light))
@@ -247,8 +247,9 @@ def _alike(samples: np.ndarray, least: int) -> list[tuple[np.ndarray, int]]:
 
 
 def _of_elements(replicates: tuple[RoundResult, RoundResult], estimate: Estimate) -> float:
-    """The relative error that finer elements would lower: what neighbors have in common, or the bias that
-    paths along the residual found on them in both replicates: of one alone, noise finds some now and then."""
+    """The relative error that finer elements would lower: the error that neighbors have in common, or, where
+    it is larger, the bias that paths along the residual found on elements. That bias is the geometric mean
+    of what the two replicates found, as noise makes one alone find some now and then."""
     found = np.prod([replicate.found_on_elements for replicate in replicates])
     return max(estimate.common, float(np.sqrt(found)))
 

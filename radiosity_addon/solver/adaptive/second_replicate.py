@@ -51,7 +51,7 @@ class LocalReplicate:
 
     rays, embree_seconds = 0, 0.0  # counted by the context that it shares with the first
 
-    def __init__(self, replicate: Replicate):
+    def __init__(self, replicate: Replicate) -> None:
         self._replicate = replicate
         self._asked: list[Request[Any]] = []
 

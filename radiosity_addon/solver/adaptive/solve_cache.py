@@ -135,8 +135,8 @@ def relit(
     rows start from, and the linear system. ``unit`` is what the rows' sky was divided by."""
     blocks = []
     for number, block in enumerate(radiosity.transport.blocks):
-        _, lit, spread = light_points(context, block.patches.points, (*key, number))
-        patches = replace(block.patches, lit=lit, spread=spread)
+        _, lit, deviation = light_points(context, block.patches.points, (*key, number))
+        patches = replace(block.patches, lit=lit, deviation=deviation)
         found = block.found
         if block.onward is not None:
             found = sum(block.onward.light(context, (*key, number, 1))) / block.rays

@@ -6,6 +6,7 @@ a beam's reflection lights is sampled as other direct light is, and no ray has t
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -101,26 +102,28 @@ def beam_spots(context: Context, beams: np.ndarray) -> Polygons | None:
     return lamp_polygons(*(np.array(column) for column in zip(*found)))
 
 
-def _spots_of(context: Context, light: int):
-    """What a beam makes: arguments of ``lamp_polygons``."""
+def _spots_of(context: Context, light: int) -> Iterator[tuple]:
+    """Yield what a beam makes: arguments of ``lamp_polygons``."""
     position, normal, power = _landed(context, light)
-    level = power.mean(axis=1)
-    if level.sum() <= 0:
+    brightness = power.mean(axis=1)
+    if brightness.sum() <= 0:
         return
     facing = np.rint(ALIKE * np.column_stack([normal, (position * normal).sum(axis=1)])).astype(int)
     plane = np.unique(facing, axis=0, return_inverse=True)[1].reshape(-1)
-    share = np.bincount(plane, level) / level.sum()
+    share = np.bincount(plane, brightness) / brightness.sum()
     kept = share > FAINT
     for number in np.flatnonzero(kept):
         mine = plane == number
         total = power[mine].sum(axis=0) / share[kept].sum()
-        yield _ellipse(position[mine], normal[mine][0], level[mine], total)
+        yield _ellipse(position[mine], normal[mine][0], brightness[mine], total)
 
 
-def _ellipse(position: np.ndarray, normal: np.ndarray, level: np.ndarray, power: np.ndarray):
+def _ellipse(
+    position: np.ndarray, normal: np.ndarray, brightness: np.ndarray, power: np.ndarray
+) -> tuple[np.ndarray, int, np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]:
     """Arguments of ``lamp_polygons``, of ``power`` (channels,): an even ellipse whose second moments are those of
-    positions (n, 3) with weights ``level`` (n,) on one plane. Along a half axis a they are a² / 4."""
-    weight = level / level.sum()
+    positions (n, 3) with weights ``brightness`` (n,) on one plane. Along a half axis a they are a² / 4."""
+    weight = brightness / brightness.sum()
     middle = weight @ position
     axes = np.stack(tangents(normal[:, None]))[:, :, 0]
     flat = (position - middle) @ axes.T
@@ -131,7 +134,7 @@ def _ellipse(position: np.ndarray, normal: np.ndarray, level: np.ndarray, power:
     return power / (np.pi * area), ELLIPSE, middle - (u + v) / 2, u, v, normal, np.pi
 
 
-def _landed(context: Context, light: int):
+def _landed(context: Context, light: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Positions (n, 3) where particles of a beam landed, normals of the sides (n, 3), and the power
     (n, channels) that is reflected there."""
     batch, index = context.sources.named(light)

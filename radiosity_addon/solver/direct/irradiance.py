@@ -36,7 +36,7 @@ POINTS_PER_CHUNK = 1 << 14  # number [points] that are lit together
 
 def direct_light(
     context: Context, count: int, per: int, sample_points: PointSampler, key: tuple[int, ...], stage: str
-):
+) -> tuple[np.ndarray, np.ndarray]:
     """Explicit light at ``count`` owners, irradiance (count, channels) float64, and the variance
     (count,) of its channels' mean that the choice among many lights leaves; ``sample_points(chosen, group)``
     gives their ``per`` Points."""
@@ -46,8 +46,8 @@ def direct_light(
     groups = 1 if per == 1 else GROUPS  # single points are independent as they are
     chunks = grouped_chunks(count, max(1, POINTS_PER_CHUNK // per), groups)
     work = _LightChunk(context, sample_points, key)
-    for some, light, spread in context.map_chunks(work, chunks, stage):
-        irradiance[some], variance[some] = light, spread
+    for some, light, squares in context.map_chunks(work, chunks, stage):
+        irradiance[some], variance[some] = light, squares
     return irradiance, variance
 
 
@@ -65,12 +65,16 @@ class _LightChunk:
         return some, *_light_points(self.context, points, (*self.key, group))
 
 
-def direct_at(context: Context, points: Points, key: tuple[int, ...], stage: str):
+def direct_at(
+    context: Context, points: Points, key: tuple[int, ...], stage: str
+) -> tuple[np.ndarray, np.ndarray]:
     """The same at each of points (1, n), owners of their own: their numbers are independent."""
     return direct_light(context, points.shape[1], 1, PointsGiven(points), key, stage)
 
 
-def _light_points(context: Context, points: Points, key: tuple[int, ...]):
+def _light_points(
+    context: Context, points: Points, key: tuple[int, ...]
+) -> tuple[np.ndarray, np.ndarray]:
     """(R, channels) irradiance and (R,) variance."""
     middles = points.middles()
     irradiance = _from_each(context, points, middles, key)
@@ -114,7 +118,7 @@ def _from_each(
 def _visible_share(
     context: Context, blockers: Blockers, unoccluded: Unoccluded, points: Points,
     some: np.ndarray | slice, xi: tuple[np.ndarray, np.ndarray],
-):
+) -> np.ndarray:
     """(k, 1 or channels) share of a light's irradiance that arrives at the owners ``some``, (k,) or
     a slice, at which it is known."""
     position, s, t = (owned(array, some) for array in (points.position, *xi))
@@ -141,7 +145,8 @@ def _from_points(
     xi: tuple[np.ndarray, np.ndarray], dark: np.ndarray | None,
 ) -> np.ndarray:
     """(k, channels) irradiance of a light at the owners ``some`` (k,), looked at from each of
-    their points. Single points' samples may differ more: there is no mean of them that would not."""
+    their points. Owners of one point take samples as of many lights, which may differ more: only means
+    over several points of an owner gain by samples that are alike."""
     batch, index = context.sources.named(light)
     position, normal = (
         owned(array, some).reshape(-1, 3) for array in (points.position, points.normal)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from ..lights.context import Context
@@ -11,7 +13,9 @@ from ..sampling.sobol import sobol
 from .transmission import visible_samples
 
 
-def sampled_light(context: Context, points: Points, middles: Middles, key: tuple[int, ...]):
+def sampled_light(
+    context: Context, points: Points, middles: Middles, key: tuple[int, ...]
+) -> tuple[np.ndarray, np.ndarray]:
     """(R, channels) irradiance from the lights in samplers, and the variance (R,) of its channels' mean
     that the choice leaves. Owners that are flat choose for all of their points at once; points of
     others each for themselves."""
@@ -24,14 +28,16 @@ def sampled_light(context: Context, points: Points, middles: Middles, key: tuple
         if len(some) == 0:
             continue
         part = points.take(some) if flat else points.take(some).single()
-        light, spread = _sampled_at_flat(context, part, part.middles(), (*key, 4 + flat))
+        light, squares = _sampled_at_flat(context, part, part.middles(), (*key, 4 + flat))
         repeats = part.shape[1] // len(some)  # points that are owners of their own
         irradiance[some] = light.reshape(-1, len(some), context.channels).mean(axis=0)
-        variance[some] = spread.reshape(-1, len(some)).mean(axis=0) / repeats
+        variance[some] = squares.reshape(-1, len(some)).mean(axis=0) / repeats
     return irradiance, variance
 
 
-def _sampled_at_flat(context: Context, points: Points, middles: Middles, key: tuple[int, ...]):
+def _sampled_at_flat(
+    context: Context, points: Points, middles: Middles, key: tuple[int, ...]
+) -> tuple[np.ndarray, np.ndarray]:
     """The same for owners that are flat."""
     per, count = points.shape
     position, normal = (array.reshape(-1, 3) for array in (points.position, points.normal))
@@ -71,7 +77,9 @@ def _variance(total: np.ndarray, square: np.ndarray, choices: int, per: int) -> 
     return np.maximum(square - total**2 / many, 0) / (many - 1) * choices / per
 
 
-def _light_samples(context: Context, points: Points, middles: Middles, key: tuple[int, ...]):
+def _light_samples(
+    context: Context, points: Points, middles: Middles, key: tuple[int, ...]
+) -> Iterator[tuple]:
     """Yield (light, factor) pairs (n,): what was chosen for each point, and one over its
     probability and the number of choices; and the row of blockers that shade all of those."""
     per, count = points.shape
@@ -89,7 +97,7 @@ def _light_samples(context: Context, points: Points, middles: Middles, key: tupl
 
 def _samples(
     context: Context, light: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
-):
+) -> Iterator[tuple]:
     """Yield (sample, color, rows): of each kind at the points, (k,) or a slice of all, whose
     ``light`` (n,) is of that kind."""
     sources = context.sources

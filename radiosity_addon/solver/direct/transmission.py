@@ -6,6 +6,8 @@ without such surfaces never come here.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from ..geometry.triangles import OFFSET
@@ -19,7 +21,9 @@ MAX_LAYERS = 64  # number [surfaces] that a ray is followed through
 FAINT = 1e-3  # share [of a ray's light]: fainter rays are not followed
 
 
-def followed(context: Context, origins: np.ndarray, directions: np.ndarray, hits: Hits):
+def followed(
+    context: Context, origins: np.ndarray, directions: np.ndarray, hits: Hits
+) -> Iterator[tuple]:
     """Yield (rays, hits, weight) for what unit-direction rays meet behind their first ``hits``.
 
     ``rays`` (k,) int numbers the rays that still go on, ``hits`` what they meet next (triangle -1
@@ -84,6 +88,8 @@ def _shaded_visibility(
     context: Context, blockers: Blockers, origins: np.ndarray, segments: np.ndarray, length: float,
     shade: Shade,
 ) -> np.ndarray:
+    """``visibility`` of segments (n, 3) that start at the rounded surface of ``shade``, times the share
+    by which its normals count light from there."""
     start, way = shade.lifted(origins, segments), segments
     if start is not origins and np.isfinite(length):
         way = segments - (start - origins)

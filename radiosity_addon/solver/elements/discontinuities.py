@@ -88,7 +88,9 @@ def _weights(uv: np.ndarray) -> np.ndarray:
     return np.concatenate([1 - uv.sum(axis=-1, keepdims=True), uv], axis=-1)
 
 
-def _local(crossings: Crossings, elements: Elements, line: np.ndarray, cell: np.ndarray):
+def _local(
+    crossings: Crossings, elements: Elements, line: np.ndarray, cell: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Of lines (k,) in cells (k,): (k, 3) heights at the cells' corners, and (k, 2, 2) their ends
     in the cells' own coordinates, clipped to the cell; equal ends where they pass it by."""
     corners = elements.corners[cell].astype(float)
@@ -108,7 +110,9 @@ def _local(crossings: Crossings, elements: Elements, line: np.ndarray, cell: np.
     return height, ends[:, :1] + part * (ends[:, 1:] - ends[:, :1])
 
 
-def _crossed(crossings: Crossings, elements: Elements, line: np.ndarray, cell: np.ndarray):
+def _crossed(
+    crossings: Crossings, elements: Elements, line: np.ndarray, cell: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Those of the pairs line (k,) and cell (k,) where the line runs across the cell."""
     height, ends = _local(crossings, elements, line, cell)
     runs = np.abs(ends[:, 1] - ends[:, 0]).max(axis=1) > 1e-6

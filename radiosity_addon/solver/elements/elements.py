@@ -54,7 +54,7 @@ class Elements:
         return np.sqrt(total).astype(np.float32)
 
     def sides_of(self, cell_sides: np.ndarray) -> np.ndarray:
-        """Element sides of cell sides."""
+        """(n,) int64 sides of elements, 2·element + back, of sides (n,) int of cells, 2·cell + back."""
         return 2 * self.element[cell_sides >> 1].astype(np.int64) + (cell_sides & 1)
 
     def shared(self) -> np.ndarray:
@@ -177,7 +177,7 @@ def _centers(geometry: Geometry, triangle: np.ndarray, corners: np.ndarray) -> n
 
 def _clusters(
     geometry: Geometry, triangle: np.ndarray, centroid: np.ndarray, group: np.ndarray, size: float
-):
+) -> tuple[np.ndarray, int]:
     """Labels (n,) int and their number for cells of triangles (n,): by group (n,), cube of
     ``centroid`` (n, 3), and normal."""
     found = labels(group, cubes(centroid, size, -0.5), facings(geometry.normal[triangle]))

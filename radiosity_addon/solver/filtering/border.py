@@ -29,7 +29,7 @@ class Border(ArrayStruct):
     other: np.ndarray
     weight: np.ndarray  # (k,) float32
 
-    def prepared(self, size: int):
+    def prepared(self, size: int) -> tuple[np.ndarray, csr_matrix]:
         """Pixels (r,), and (r, size) CSR: how much they change by, from pictures of ``size``."""
         pixels, row = np.unique(self.pixel, return_inverse=True)
         rows = np.concatenate([row, np.arange(len(pixels))])
@@ -68,7 +68,7 @@ def find_border(
 def _plane_neighbors(
     some: np.ndarray, pixel: np.ndarray, number: np.ndarray, offset: int, position: np.ndarray,
     normal: np.ndarray,
-):
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Of the texels ``some`` (k,) those with a neighbor at an ``offset`` in their plane, that
     neighbor, and its distance."""
     other = number[pixel[some] + offset]

@@ -6,14 +6,15 @@ are, and nothing stands between. At borders, where there are none, the nearest o
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..geometry.vectors import dot
 from ..workers.parallel import map_chunks, ranges
+from .border import FACING, Border, find_border
 from .border import LEVELS as BORDER_LEVELS
-from .border import Border, find_border
 from .lattice import BAND, DIRECTIONS, Lattice
 from .walls import Walls
 
@@ -100,6 +101,8 @@ def _share_out(weights: tuple) -> None:
 def _borders(
     lattice: Lattice, position: np.ndarray, normal: np.ndarray, blocked: list[list] | None
 ) -> tuple[Border, ...]:
+    """The borders of each of the first levels. ``position`` and ``normal`` (count, 3); ``blocked``: see
+    ``_blocked``."""
     position, normal = position[lattice.index], normal[lattice.index]
     number = np.full(lattice.shape[0] * lattice.shape[1], -1)
     number[lattice.pixel] = np.arange(len(lattice.pixel))
@@ -142,7 +145,9 @@ class _Surface:
 def _weights(
     lattice: Lattice, position: np.ndarray, normal: np.ndarray, flat: np.ndarray, levels: int,
     threads: int,
-) -> tuple:
+) -> tuple[list[np.ndarray], ...]:
+    """[level][direction]: (height, width) float32, without the padding, of the texels' ``position`` and
+    ``normal`` (n, 3); ``flat`` (n,): see ``_Surface``."""
     surface = _Surface(
         lattice.spread(position),
         lattice.spread(normal),
@@ -174,7 +179,7 @@ def _pairs(
     """Where the texels (dy, dx) to both sides lie in one plane with this one, (rows, width) bool,
     and the square of how wide a step between them is; without the padding."""
 
-    def three(picture: np.ndarray):
+    def three(picture: np.ndarray) -> Iterator[np.ndarray]:
         sides = (0, 0), (dy, dx), (-dy, -dx)
         return (lattice.inner(picture, *side)[..., rows, :] for side in sides)
 
@@ -187,6 +192,6 @@ def _pairs(
     for part in three(surface.covered):
         ok &= part
     normal, one, other = three(surface.facing)
-    ok &= dot(one + other, normal) > np.float32(1.98)
+    ok &= dot(one + other, normal) > np.float32(2 * FACING)
     width *= np.float32(1 / (dy * dy + dx * dx))
     return ok, width

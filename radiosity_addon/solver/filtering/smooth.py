@@ -2,7 +2,7 @@
 
 Light varies slowly over most of a surface, its sampling noise does not, so neighbors are averaged
 by kernels of growing width. How far to go is chosen at every receiver by cross-validation: two
-independent halves a, b of the samples give E[(f_a − b)²] = MSE(f_a) + var(b), bias included, so the
+independent replicates a, b give E[(f_a − b)²] = MSE(f_a) + var(b), bias included, so the
 level of least error shows, and so does the error that is left.
 """
 
@@ -26,7 +26,7 @@ MARGIN = 0.2  # share [of the noise that a wider kernel takes away] that may com
 
 @dataclass(frozen=True)
 class Smoothed:
-    """Two smoothed halves (count, c), and the squared relative error (count,) expected of one of
+    """Two smoothed replicates (count, c), and the squared relative error (count,) expected of one of
     them, summed over columns."""
 
     a: np.ndarray
@@ -36,10 +36,10 @@ class Smoothed:
 
 
 def smooth(
-    lattices: Sequence[Neighborhood], a: np.ndarray, b: np.ndarray, weight: np.ndarray,
+    neighborhoods: Sequence[Neighborhood], a: np.ndarray, b: np.ndarray, weight: np.ndarray,
     threads: int = 1,
 ) -> Smoothed:
-    """Smooth two independent halves a, b (count, c) alike.
+    """Smooth two independent replicates a, b (count, c) alike.
 
     ``weight`` (count, c) takes them to relative errors, by which levels are chosen. Columns
     without light cost nothing.
@@ -53,64 +53,66 @@ def smooth(
     peak = float(max(a.max(), -a.min(), b.max(), -b.min()))
     scale = min(float(weight[:, lit].max()) or 1.0, LARGEST / peak)
 
-    def pictures(lattice: Neighborhood):
-        halves = [lattice.spread(half, lit, scale) for half in (a, b)]
-        relative = lattice.spread(weight, lit, 1 / scale)
+    def pictures(
+        neighborhood: Neighborhood
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        replicates = [neighborhood.spread(each, lit, scale) for each in (a, b)]
+        relative = neighborhood.spread(weight, lit, 1 / scale)
         np.minimum(relative, LARGEST, out=relative)
         relative *= relative
-        return _smooth_picture(lattice, *halves, relative)
+        return _smooth_picture(neighborhood, *replicates, relative)
 
-    for lattice, (one, two, saved, shared) in zip(
-        lattices, map_chunks(pictures, lattices, threads)
+    for neighborhood, (one, two, saved, shared) in zip(
+        neighborhoods, map_chunks(pictures, neighborhoods, threads)
     ):
         for column, channel in enumerate(lit):
-            out_a[lattice.index, channel] = lattice.read(one[column]) / scale
-            out_b[lattice.index, channel] = lattice.read(two[column]) / scale
-        square[lattice.index] += lattice.read(saved)
-        touched[lattice.index] = lattice.read(shared)
+            out_a[neighborhood.index, channel] = neighborhood.read(one[column]) / scale
+            out_b[neighborhood.index, channel] = neighborhood.read(two[column]) / scale
+        square[neighborhood.index] += neighborhood.read(saved)
+        touched[neighborhood.index] = neighborhood.read(shared)
     return Smoothed(out_a, out_b, square, touched)
 
 
-def smooth_map(lattices: Sequence[Neighborhood], values: np.ndarray, levels: int = 3) -> np.ndarray:
-    """(count,) values averaged over the texels around, or, where there is no lattice, over
+def smooth_map(neighborhoods: Sequence[Neighborhood], values: np.ndarray, levels: int = 3) -> np.ndarray:
+    """(count,) values averaged over the texels around, or, where there is no neighborhood, over
     receivers of near numbers: those of a face and its neighbors."""
-    if not lattices:
+    if not neighborhoods:
         return uniform_filter1d(values, min(WINDOW, len(values)), mode="nearest")
     result = values.copy()
-    for lattice in lattices:
-        (picture,) = lattice.spread(values[:, None])
+    for neighborhood in neighborhoods:
+        (picture,) = neighborhood.spread(values[:, None])
         for level in range(levels):
-            (picture,) = lattice.step(picture, level=level)
-        result[lattice.index] = lattice.read(picture)
+            (picture,) = neighborhood.step(picture, level=level)
+        result[neighborhood.index] = neighborhood.read(picture)
     return result
 
 
-def dilate(lattices: Sequence[Neighborhood], chosen: np.ndarray) -> np.ndarray:
+def dilate(neighborhoods: Sequence[Neighborhood], chosen: np.ndarray) -> np.ndarray:
     """(count,) bool: ``chosen`` (count,) bool and those beside them."""
     result = chosen.copy()
-    for lattice in lattices:
-        picture = lattice.beside(lattice.spread(chosen[:, None])[0])
-        result[lattice.index] = lattice.read(picture) > 0
+    for neighborhood in neighborhoods:
+        picture = neighborhood.beside(neighborhood.spread(chosen[:, None])[0])
+        result[neighborhood.index] = neighborhood.read(picture) > 0
     return result
 
 
-def widest(lattices: Sequence[Neighborhood], values: np.ndarray) -> np.ndarray:
+def widest(neighborhoods: Sequence[Neighborhood], values: np.ndarray) -> np.ndarray:
     """(count, c) values averaged as widely as the kernels reach; their mean without neighbors."""
-    if not lattices:
+    if not neighborhoods:
         return np.broadcast_to(values.mean(axis=0), values.shape)
     result = np.empty_like(values)
-    for lattice in lattices:
-        pictures = lattice.spread(values)
-        for level in range(lattice.levels):
-            pictures = lattice.step(*pictures, level=level)
+    for neighborhood in neighborhoods:
+        pictures = neighborhood.spread(values)
+        for level in range(neighborhood.levels):
+            pictures = neighborhood.step(*pictures, level=level)
         for channel, picture in enumerate(pictures):
-            result[lattice.index, channel] = lattice.read(picture)
+            result[neighborhood.index, channel] = neighborhood.read(picture)
     return result
 
 
 def _smooth_picture(
-    lattice: Neighborhood, raw_a: np.ndarray, raw_b: np.ndarray, square: np.ndarray
-):
+    neighborhood: Neighborhood, raw_a: np.ndarray, raw_b: np.ndarray, square: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Pictures (c, ...) of the halves smoothed, how the squared relative error changed by that
     (...), summed, and (...) bool where neighbors had a share. ``square`` (c, ...) makes errors
     relative.
@@ -126,10 +128,10 @@ def _smooth_picture(
     gain, total, change, *two = np.zeros((5, *shape), np.float32)
     # Fresh memory costs more than what is done in it: what was ``now`` is written anew.
     spare, averaged = [np.zeros_like(picture) for picture in (*now, noise)], 0
-    for level in range(lattice.levels):
+    for level in range(neighborhood.levels):
         after = []
         for k, (old, opposite) in enumerate(zip(now, other)):
-            after += lattice.step(old, level=level, into=[spare.pop()])
+            after += neighborhood.step(old, level=level, into=[spare.pop()])
             for rows in ranges(len(kept), max(BAND * len(kept) // kept.size, 1)):
                 saved = _saved(after[k][rows], old[rows], opposite[rows])
                 saved *= square[k % count][rows]
@@ -139,11 +141,11 @@ def _smooth_picture(
         np.subtract(total, gain, out=change)
         change *= 1 / count
         mean = change
-        for k in range(lattice.averaging_levels(level)):
-            (mean,) = lattice.step(mean, level=k, into=[two[k % 2]])
-        while averaged < lattice.averaging_levels(level):
-            (noise,), averaged = lattice.step(noise, level=averaged), averaged + 1
-        remains = np.float32(lattice.variance_kept(level))
+        for k in range(neighborhood.averaging_levels(level)):
+            (mean,) = neighborhood.step(mean, level=k, into=[two[k % 2]])
+        while averaged < neighborhood.averaging_levels(level):
+            (noise,), averaged = neighborhood.step(noise, level=averaged), averaged + 1
+        remains = np.float32(neighborhood.variance_kept(level))
         better = mean < MARGIN * noise * (remains - kept)
         for chosen, new in zip([*best, gain], [*after, total]):
             np.copyto(chosen, new, where=better)

@@ -31,11 +31,10 @@ from ..transport.rays import (
 
 @dataclass(frozen=True)
 class Gathered:
-    """Mean over each owner's rays, (count, channels) float64: reflected light, and light
-    first-hand, from the sky and from emission that is not sampled explicitly. ``lessons`` are what
-    ``Learning.add`` takes."""
+    """Means over each of ``count`` owners' rays. ``lessons`` are what ``Learning.add`` takes."""
 
-    bounced: np.ndarray
+    bounced: np.ndarray  # (count, channels) float64 irradiance that surfaces reflected
+    # (count, channels) float64 irradiance first-hand: of the sky and of emission not sampled explicitly
     first: np.ndarray
     unknown: Ends  # where nothing is known; the weight is the share in the owner's mean
     lessons: list[Lesson]
@@ -46,7 +45,7 @@ class Bundle:
     """Rays to be shot: ``rays`` from each of ``owners`` (count,) int, from the Points that
     ``sample_points(chosen, group)`` gives of some of them. ``guide`` aims them; None: the cosine law does."""
 
-    owners: np.ndarray  # the receivers' numbers
+    owners: np.ndarray  # (count,) int: the receivers' numbers
     rays: int
     sample_points: PointSampler
     key: tuple[int, ...]
@@ -135,8 +134,8 @@ def _shoot(context: Context, bundle: Bundle, group: int, chosen: slice) -> _Shot
 def _brought_by(
     context: Context, radiosity: Radiosity, emitted: np.ndarray | None, shot: _Shot, learns: bool
 ) -> _Brought:
-    """What rays bring. ``emitted``: see ``first_hand_table``. The light of each is kept where
-    ``learns``."""
+    """Means over the ``rays`` of each owner of the shot, (count, channels). ``emitted``: see
+    ``first_hand_table``. The light of each ray is kept where ``learns``."""
     patches, (rays, count) = radiosity.patches, shot.directions.shape[:2]
     bounced, first, brought, ends = 0.0, 0.0, None, []
     for part in shot.met:
@@ -194,7 +193,7 @@ def light_at(table: np.ndarray, ends: Ends, count: int) -> np.ndarray:
 
 def follow_onward(
     context: Context, radiosity: Radiosity, rays: Ends, count: int, key: tuple[int, ...]
-):
+) -> tuple[np.ndarray, np.ndarray, Ends]:
     """What owners' ``rays`` that ended on no patch bring in the end, (count, channels): light that was
     reflected, but by the patches that they end on; light first-hand; and these Ends."""
     onward = go_on(context, radiosity.patches, rays, count, (*key, 1))
@@ -231,7 +230,7 @@ def first_hand_table(context: Context, radiosity: Radiosity) -> np.ndarray | Non
 def first_hand(
     context: Context, radiosity: Radiosity, emitted: np.ndarray | None, entries: np.ndarray,
     met: Met, directions: np.ndarray,
-):
+) -> np.ndarray | None:
     """(k, channels) float32 light from the sky, and emission met; None where there is neither. A
     near ray takes a picture's value where it ends, a far one the mean over the cell."""
     light = None if emitted is None else np.take(emitted, entries, axis=0)

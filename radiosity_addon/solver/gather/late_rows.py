@@ -1,8 +1,9 @@
 """Late rows: light from where gathered rays ended and nothing was known when the system was solved.
 
-Rays of a few places go on. Patches are known where rays of a sample of the receivers met them, or
-rays of known ones. One of later rays in a few hundred meets another, as in a pocket of its own: it
-gets a row then, and the new rows alone are solved.
+The linear system has rows for those patches that rays of a sample of the receivers met, and for those
+that rays of these rows met. Of the rays that are gathered later, one in a few hundred ends on a patch
+without a row, as in a pocket of its own: that patch gets a row then, and the new rows alone are solved.
+Rays that end on no patch are followed further (``onward``).
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ STAGE = "gather"
 
 def light_of_unknown(
     context: Context, radiosity: Radiosity, unknown: Ends, count: int, key: tuple[int, ...]
-):
+) -> tuple[np.ndarray, np.ndarray, Radiosity]:
     """Light (count, channels) of owners' rays that ended where nothing is known: reflected, and
     first-hand; and the radiosity, with rows for what they met."""
     onward = unknown.places.entry == radiosity.patches.onward

@@ -20,7 +20,8 @@ from .gather import Bundle, Gathered, gather
 from .late_rows import light_of_unknown
 
 MOST_RAYS = 1 << 23  # number [rays] that are gathered at once: bounds the memory of where they end
-PIECE = 1 << 20  # number [in keys] of the pieces that a part is divided into: no chunk has as many
+# Offset [of a key's word]: added to where a part's later pieces start, so that no chunk has that word.
+PIECE_OFFSET = 1 << 20
 MOST_POINTS = 256  # number [points of a receiver] that share its rays in one round
 Samples = list[tuple[np.ndarray, int]]  # [(owners (k,) int, samples of each)]
 
@@ -104,13 +105,22 @@ def add_direct(
     lighting.points[owners] += per
 
 
+@dataclass(frozen=True)
+class Aim:
+    """How gathered rays are aimed: by a ``guide``, or where it is None by the cosine law; and whether
+    they are to teach how the next ones are."""
+
+    guide: Guide | None = None
+    learns: bool = False
+
+
 def add_gathered(
     split: Split, footprints: Footprints, lighting: Lighting, radiosity: Radiosity, parts: Samples,
-    *key: int, learns: bool = False, guide: Guide | None = None,
+    *key: int, aim: Aim,
 ) -> tuple[Radiosity, list[Lesson]]:
     """Add gathered rays: ``parts`` are [(owners (k,) int, rays of each)]. A ray that a guide aimed
     counts as many as it is worth. Returns the radiosity, with that of all that the rays met, and
-    lessons where ``learns``. What beams' spots bring is added point by point."""
+    lessons where rays are to teach. What beams' spots bring is added point by point."""
     key, lessons = (split.reflected.seed, Stream.GATHER, *key), []
     for number, batch in enumerate(batches_of(parts)):
         unknown = []
@@ -119,8 +129,8 @@ def add_gathered(
             per = gcd(rays, int(np.clip(rays // 4, 4, MOST_POINTS)))  # every point has as many rays
             own_key = (*key, rays, *piece)
             sample_points = points_on_footprints(footprints, owners, per, *own_key)
-            bundle = Bundle(owners, rays, sample_points, own_key, guide)
-            found = gather(split.reflected, radiosity, bundle, "gather", learns)
+            bundle = Bundle(owners, rays, sample_points, own_key, aim.guide)
+            found = gather(split.reflected, radiosity, bundle, "gather", aim.learns)
             unknown.append(_add_bundle(split, lighting, bundle, per, found))
             lessons += found.lessons
         bounced, first, radiosity = light_of_unknown(
@@ -143,7 +153,7 @@ def batches_of(parts: Samples) -> list[list[tuple]]:
             if size + len(piece) * rays > MOST_RAYS:
                 batches.append([])
                 size = 0
-            batches[-1].append((piece, rays, *([PIECE + start] if start else [])))
+            batches[-1].append((piece, rays, *([PIECE_OFFSET + start] if start else [])))
             size += len(piece) * rays
     return batches
 

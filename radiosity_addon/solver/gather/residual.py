@@ -59,9 +59,9 @@ def follow_residual(
     context: Context, footprints: Footprints, radiosity: Radiosity, paths: int, *key: int
 ) -> Residuals:
     """``paths`` paths from receivers, as many from a receiver as its share of the area makes."""
-    level = (np.arange(paths) + uniform((paths,), *key, 1)) / paths * footprints.cumulative[-1]
+    target = (np.arange(paths) + uniform((paths,), *key, 1)) / paths * footprints.cumulative[-1]
     ends = footprints.cumulative[footprints.start[1:]]
-    owners = np.minimum(np.searchsorted(ends, level, "right"), footprints.count - 1)
+    owners = np.minimum(np.searchsorted(ends, target, "right"), footprints.count - 1)
     table = first_hand_table(context, radiosity)
     work = _ResidualChunk(context, footprints, radiosity.table(), table, owners, key)
     return join_residuals(context.map_chunks(work, ranges(paths, PATHS_PER_CHUNK), STAGE))
@@ -133,7 +133,7 @@ def _follow(
 def _arrived(
     context: Context, radiosity: Radiosity, table: np.ndarray | None, met: list[Met],
     directions: np.ndarray, count: int, key: tuple[int, ...],
-):
+) -> tuple[np.ndarray, Ends]:
     """(R, channels) irradiance that rays (rays, R) bring by the table, and where the first of each
     owner's rays ended, with all that it met on its way."""
     arriving, rays, patches = 0.0, len(directions), radiosity.patches
@@ -164,7 +164,7 @@ def _arrived(
 def _step(
     context: Context, radiosity: Radiosity, table: np.ndarray | None, ends: Ends,
     key: tuple[int, ...],
-):
+) -> tuple[np.ndarray, Ends]:
     """The weighted residual (k, channels) where paths are, and where they go on to."""
     places = ends.places
     front = places.front

@@ -9,7 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 
-def cell_in_grid(n: np.ndarray, u: np.ndarray, v: np.ndarray):
+def cell_in_grid(
+    n: np.ndarray, u: np.ndarray, v: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Index of the cell at (u, v) in a grid of n cells along each edge, whether it is inverted, and
     (u, v) from the corner of the pair of cells."""
     size = n.astype(np.float32)
@@ -31,7 +33,7 @@ def cell_in_grid(n: np.ndarray, u: np.ndarray, v: np.ndarray):
     return index, inverted, x, y
 
 
-def quarter_at(u: np.ndarray, v: np.ndarray):
+def quarter_at(u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Index of the cell at (u, v) in a grid of 2 cells along each edge, and (u, v) inside it."""
     x, y = 2 * u, 2 * v
     first, second = x >= 1, y >= 1
@@ -46,7 +48,7 @@ def quarter_at(u: np.ndarray, v: np.ndarray):
     return index, *inside(inverted, x, y)
 
 
-def inside(inverted: np.ndarray, x: np.ndarray, y: np.ndarray):
+def inside(inverted: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(u, v) inside cells, from the corners of their pairs."""
     flip = inverted.astype(np.float32)
     return np.abs(flip - x), np.abs(flip - y)

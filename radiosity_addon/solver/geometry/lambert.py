@@ -39,7 +39,7 @@ def polygon_form_factor(
     return np.abs(result) / (2 * np.pi)
 
 
-def _take(some: np.ndarray, rays: list, normal: np.ndarray):
+def _take(some: np.ndarray, rays: list, normal: np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:
     """Of some points."""
     return [np.take(ray, some, axis=1) for ray in rays], np.take(normal, some, axis=1)
 

@@ -18,9 +18,9 @@ from .vectors import cross, dot, size, tangents
 from .warps import sample_linear
 
 BLOCK = 1 << 11  # number [polygons] at a time: their arrays stay in the cache
-STEPS = 2  # of Newton's method [iterations]: nearly always enough;
-CLOSE = 1e-5  # area [of a sector's]: where an azimuth is further off, more steps are taken
-BRACKETED_STEPS = 30  # number [iterations] of these
+STEPS = 2  # number [iterations] of Newton's method: nearly always enough
+CLOSE = 1e-5  # error [of a sector's area]: where more is left of it, bracketed steps follow
+BRACKETED_STEPS = 30  # number [iterations] of bracketed steps
 REVOLUTION = 2 * np.pi  # angle [rad] all around
 
 
@@ -53,7 +53,7 @@ class Projected:
         return x * tangent + y * bitangent + z * normal
 
 
-def cosine_toward(rays: list, normal: np.ndarray, xi: np.ndarray):
+def cosine_toward(rays: list, normal: np.ndarray, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(n,) cosine-weighted solid angles of convex polygons above the horizons of unit normals
     (3, n), and (3, n) unit directions to them of that density, from ``xi`` (2, n) in [0, 1).
     ``rays`` (3, n) run to their corners, in order."""
@@ -112,7 +112,9 @@ def _above(corners: np.ndarray) -> np.ndarray:
     return np.stack([np.where(kept, end, leaving) for *both, kept in ends for end in both])
 
 
-def _sectors(corners: np.ndarray, planes: np.ndarray, side: np.ndarray):
+def _sectors(
+    corners: np.ndarray, planes: np.ndarray, side: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Azimuths where sectors start (s, n), their widths, and the numbers of the edges that bound
     them outside and inside, (s, n) int, -1: none."""
     azimuth = np.arctan2(corners[:, 1], corners[:, 0])
@@ -135,7 +137,7 @@ def _sectors(corners: np.ndarray, planes: np.ndarray, side: np.ndarray):
     return start, width, outer, inner
 
 
-def _arcs(planes: np.ndarray, edge: np.ndarray, cosine: np.ndarray, sine: np.ndarray):
+def _arcs(planes: np.ndarray, edge: np.ndarray, cosine: np.ndarray, sine: np.ndarray) -> np.ndarray:
     """(3, s, n) of the edges (s, n) whose planes' unit normals are m: A = |m_z|, and q and p, the
     parts of m along and across the azimuth where the sector starts. A is 0 where there is none."""
     x, y, z = (np.zeros(edge.shape) for _ in range(3))
@@ -146,7 +148,9 @@ def _arcs(planes: np.ndarray, edge: np.ndarray, cosine: np.ndarray, sine: np.nda
     return np.stack([np.abs(z, out=z), x * cosine + y * sine, y * cosine - x * sine])
 
 
-def _reached(arc: np.ndarray, cosine: np.ndarray, sine: np.ndarray):
+def _reached(
+    arc: np.ndarray, cosine: np.ndarray, sine: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """The area ½ ∫ r² below an arc from its sector's start to the azimuth of this ``cosine`` and
     ``sine`` from there, and r² at that. With z² = 1 − r² and m·x = 0, r² = A² / (A² + q²), and
     ½ ∫ r² = ½ A [arctan(A tan ψ)], its two ends joined."""
@@ -178,7 +182,7 @@ def _sample_sector(area: np.ndarray, xi: np.ndarray) -> tuple[np.ndarray, np.nda
 
 def _azimuth(
     outer: np.ndarray, inner: np.ndarray, width: np.ndarray, target: np.ndarray, area: np.ndarray
-):
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Angles (n,) behind the sector's start by which the area has grown to ``target``, from that of
     a radial width that is linear in the azimuth; and inner and outer r² there."""
     one, none = np.ones(len(width)), np.zeros(len(width))
@@ -199,7 +203,9 @@ def _azimuth(
     return angle, low, high
 
 
-def _excess(outer: np.ndarray, inner: np.ndarray, angle: np.ndarray, target: np.ndarray):
+def _excess(
+    outer: np.ndarray, inner: np.ndarray, angle: np.ndarray, target: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(n,) the area up to an azimuth less the ``target``, and inner and outer r² there."""
     direction = np.cos(angle), np.sin(angle)
     (far, high), (near, low) = _reached(outer, *direction), _reached(inner, *direction)
@@ -209,7 +215,7 @@ def _excess(outer: np.ndarray, inner: np.ndarray, angle: np.ndarray, target: np.
 def _bracketed(
     outer: np.ndarray, inner: np.ndarray, width: np.ndarray, target: np.ndarray, angle: np.ndarray,
     close: np.ndarray,
-):
+) -> np.ndarray:
     """The same angles (n,) where Newton's method from afar fails: its steps, or halves of what is
     left between bounds where they leave it, until the areas are as ``close`` (n,) as they must be."""
     angle, low, high = angle.copy(), np.zeros(len(angle)), width.copy()

@@ -18,18 +18,18 @@ def uniform_toward(rays: list, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     fan = list(zip(corners[1:], corners[2:]))
     angles = np.stack([_solid_angle(corners[0], b, c) for b, c in fan])
     total = angles.sum(axis=0)
-    level = xi[0] * total
+    target = xi[0] * total
     b, c = (np.array(corner) for corner in fan[0])
     angle, before = angles[0].copy(), np.zeros(len(total))
     reached = angles[0].copy()
     for mine, (second, third) in zip(angles[1:], fan[1:]):
-        later = (level >= reached) & (mine > 0)
+        later = (target >= reached) & (mine > 0)
         np.copyto(before, reached, where=later)
         np.copyto(angle, mine, where=later)
         np.copyto(b, second, where=later)
         np.copyto(c, third, where=later)
         reached += mine
-    return total, _toward(corners[0], b, c, np.clip(level - before, 0, angle), xi[1])
+    return total, _toward(corners[0], b, c, np.clip(target - before, 0, angle), xi[1])
 
 
 def _solid_angle(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:

@@ -42,7 +42,7 @@ def edge_shrink(
     return shrink
 
 
-def _edge_pairs(triangles: np.ndarray):
+def _edge_pairs(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Triangles that share an edge, (k,) int each, and the number (0-2) of the edge in either."""
     low = np.minimum(triangles, np.roll(triangles, -1, axis=1)).astype(np.int64)
     high = np.maximum(triangles, np.roll(triangles, -1, axis=1))
@@ -55,7 +55,7 @@ def _edge_pairs(triangles: np.ndarray):
 
 def _from_edge(
     triangle: np.ndarray, edge: np.ndarray, p0: np.ndarray, e1: np.ndarray, e2: np.ndarray
-):
+) -> tuple[np.ndarray, np.ndarray]:
     """(k, 3) unit direction in the triangle's plane away from its edge, and (k,) its height."""
     origin = p0[triangle]
     corners = np.stack([origin, origin + e1[triangle], origin + e2[triangle]], 1)

@@ -12,7 +12,9 @@ def sample_linear(first: np.ndarray, last: np.ndarray, xi: np.ndarray) -> np.nda
     return np.minimum(xi * (first + last) / np.maximum(root, 1e-30), 1)
 
 
-def sample_bilinear(corners: np.ndarray, s: np.ndarray, t: np.ndarray):
+def sample_bilinear(
+    corners: np.ndarray, s: np.ndarray, t: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """(s, t) (..., k) in the unit square of a density bilinear between its ``corners`` (4, k), at
     (0, 0), (1, 0), (0, 1) and (1, 1), from uniform ones: by s, then by t given s (Hart, Pharr et
     al. 2020, "Practical Product Sampling by Fitting and Composing Warps", section 4.1)."""

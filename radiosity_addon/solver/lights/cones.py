@@ -18,7 +18,7 @@ STEPS = 5  # number [iterations] of Newton's method: solves Kepler's equation to
 
 def cone_directions(
     axis: np.ndarray, normal: np.ndarray, slope: np.ndarray, square: np.ndarray, xi: np.ndarray
-):
+) -> tuple[np.ndarray, np.ndarray]:
     """(3, n) unit directions in cones about unit ``axis`` (3, n) of half angles σ, ``square`` (n,)
     sin²σ, from ``xi`` (2, n) in [0, 1); and (n,) irradiance over density at ``normal`` (3, n), per
     π sin²σ of radiance 1: where the whole cone is above the horizon, the ``slope`` (n,) of its

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from functools import cache, cached_property, partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from ..materials.channels import channels_of
 from ..materials.evaluate import evaluate_material
 from ..materials.region_means import Regions, material_means, reflectance_means
 from ..progress import Progress
-from ..scene import Scene, sides, used_sides
+from ..scene import Quantity, Scene, sides, used_sides
 from ..tracing.blockers import Blockers, build_blockers, trace_visible
 from ..tracing.crossings import Crossings, find_crossings
 from ..tracing.embree import Tracer
@@ -29,6 +29,23 @@ from ..workers.parallel import (
 from .sky import Skylight, split_sky
 from .sky_spots import sky_spots
 from .sources import Sources, build_sources
+
+
+@dataclass
+class SceneCrossings:
+    """The crossings of a scene's triangles: found when somebody first asks for them, then kept."""
+
+    geometry: Geometry
+    shadow: Tracer  # of all that blocks light
+    threads: int
+    tick: Tick
+    found: Crossings | None = None
+
+    def get(self) -> Crossings:
+        """See ``find_crossings``."""
+        if self.found is None:
+            self.found = find_crossings(self.geometry, self.shadow, self.threads, self.tick)
+        return self.found
 
 
 @dataclass(frozen=True)
@@ -48,7 +65,7 @@ class Context:
     seed: int
     threads: int
     progress: Progress
-    find_crossings: Callable[[], Crossings]  # found once, for all contexts of this scene
+    scene_crossings: SceneCrossings  # one for all contexts of this scene
     helpers: Helpers | None = None  # that know this context, too
 
     @cached_property
@@ -72,7 +89,7 @@ class Context:
     @property
     def crossings(self) -> Crossings:
         """Where triangles are cut by others that block light."""
-        return self.find_crossings()
+        return self.scene_crossings.get()
 
     def under(self, sources: Sources) -> Context:
         """The same scene under other lights."""
@@ -112,11 +129,11 @@ class Context:
         bool tells; None: of the fronts."""
         return np.maximum(self._evaluate("emission", triangle, uv, front), 0) / self.unit
 
-    def mean_emission(self, regions: Regions, front: bool = True):
+    def mean_emission(self, regions: Regions, front: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """(n, channels) float64 exact mean radiance over regions, in the context's unit, and its
         deviation (n,) in there."""
-        mean, spread = material_means(self.scene, "emission", regions, front)
-        return mean[:, : self.channels] / self.unit, spread / self.unit
+        mean, deviation = material_means(self.scene, "emission", regions, front)
+        return mean[:, : self.channels] / self.unit, deviation / self.unit
 
     def mean_reflectances(self, regions: Regions) -> np.ndarray:
         """(n, 2 · channels) float64 exact means of the reflectance, and of the diffuse one behind it, over
@@ -126,7 +143,7 @@ class Context:
         return np.clip(np.concatenate([mean[:, : self.channels] for mean in both], axis=1), 0, 1)
 
     def _evaluate(
-        self, quantity: str, triangle: np.ndarray, uv: np.ndarray, front: np.ndarray | None = None
+        self, quantity: Quantity, triangle: np.ndarray, uv: np.ndarray, front: np.ndarray | None = None
     ) -> np.ndarray:
         found = evaluate_material(self.scene, quantity, triangle, uv, front)
         return found[:, : self.channels]
@@ -155,10 +172,10 @@ def build_context(
     if sky is not None:
         sky = Skylight((np.pi / unit * sky.pixels[..., :channels]).astype(np.float32))
     shadow, tick = blockers[0].shadow, partial(progress, "elements")
-    find = cache(lambda: find_crossings(geometry, shadow, threads, tick))
+    crossings = SceneCrossings(geometry, shadow, threads, tick)
     return Context(
         scene, geometry, tracer, blockers, transmits, sources, explicit, sky, unit, channels, seed,
-        threads, progress, find, helpers,
+        threads, progress, crossings, helpers,
     )
 
 

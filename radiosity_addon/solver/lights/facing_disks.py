@@ -90,13 +90,15 @@ class FacingDisks:
 
         def segments(
             owners: np.ndarray | slice, position: np.ndarray, s: np.ndarray, t: np.ndarray
-        ):
+        ) -> np.ndarray:
             if radius == 0:
                 return self.position[which].astype(np.float32) - position
             axes = [radius * axis for axis in tangents(unit[:, owners])]
             return combined(self.position[which], axes, in_disk(s, t), position)
 
-        def value(owners: np.ndarray | slice, segments: np.ndarray, s: np.ndarray, t: np.ndarray):
+        def value(
+            owners: np.ndarray | slice, segments: np.ndarray, s: np.ndarray, t: np.ndarray
+        ) -> np.ndarray:
             along = np.einsum("pkj,jk->pk", segments, middles.normal[:, owners])
             facing = np.einsum("pkj,jk->pk", segments, unit[:, owners])
             square = np.einsum("pkj,pkj->pk", segments, segments, dtype=float)
@@ -137,7 +139,9 @@ class FacingDisks:
         local = np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), z], 1)
         return np.einsum("ni,nij->nj", local, tangent_frames(self.axis[which]))
 
-    def _mean_beam(self, which: int, toward: np.ndarray, normal: np.ndarray, distance: np.ndarray):
+    def _mean_beam(
+        self, which: int, toward: np.ndarray, normal: np.ndarray, distance: np.ndarray
+    ) -> np.ndarray | float:
         """(n,) a soft spot's beam averaged over its disk, all of it above the horizons of unit
         ``normal`` (3, n); ``toward`` (3, n) runs to its center.
 

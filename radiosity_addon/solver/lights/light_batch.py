@@ -44,6 +44,12 @@ class Sample:
         return replace(self, irradiance=np.where(dark, 0, self.irradiance), exact=exact)
 
 
+Owners = np.ndarray | slice  # (k,) int, or a slice of all
+Segments = Callable[[Owners, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+Value = Callable[[Owners, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+Warp = Callable[[Owners, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+
+
 @dataclass(frozen=True)
 class Unoccluded:
     """One light over all of an owner's points, for R owners, where that is ``known``.
@@ -57,10 +63,10 @@ class Unoccluded:
 
     irradiance: np.ndarray  # (R,) float64, unoccluded, per unit of the light's color
     known: np.ndarray  # (R,) bool
-    segments: Callable
-    value: Callable
+    segments: Segments | None  # None: nothing is known
+    value: Value | None
     length: float = 1.0
-    warp: Callable | None = None
+    warp: Warp | None = None
 
 
 @dataclass(frozen=True)

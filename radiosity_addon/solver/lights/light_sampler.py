@@ -47,7 +47,7 @@ def make_light_sampler(lights: np.ndarray, emitters: Emitters, shading: int = 0)
 def sample_lights(
     sources: Sources, sampler: LightSampler, position: np.ndarray, normal: np.ndarray, extent: np.ndarray,
     xi: np.ndarray,
-):
+) -> tuple[np.ndarray, np.ndarray]:
     """Lights (k, n) of a sampler of ``sources`` for n places (n, 3), each of points within ``extent``
     (n,) of it that face as ``normal`` (n, 3) tells, one for each of the numbers ``xi`` (k, n) in
     [0, 1); and one over the probability with which each was taken (k, n)."""

@@ -58,7 +58,9 @@ class LightTree:
     levels: tuple[Nodes, ...]
     blocks: np.ndarray
 
-    def descend(self, position: np.ndarray, normal: np.ndarray, extent: np.ndarray, xi: np.ndarray):
+    def descend(
+        self, position: np.ndarray, normal: np.ndarray, extent: np.ndarray, xi: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """For n places (n, 3), each of points within ``extent`` (n,), and k numbers each, ``xi``
         (k, n) in [0, 1): the block each ends in (k, n), the probability of that, and a number in
         [0, 1) to go on with."""
@@ -74,7 +76,9 @@ class LightTree:
         return node, chance, rest
 
 
-def sample_discrete(importance: np.ndarray, xi: np.ndarray):
+def sample_discrete(
+    importance: np.ndarray, xi: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """One of c for each of n columns of ``importance`` (c, n) or (c, k, n), in proportion to it, for
     each of k numbers ``xi`` (k, n) in [0, 1): which (k, n), its probability (0 where a column has
     none), and ``xi`` made anew from what is left."""
@@ -82,18 +86,18 @@ def sample_discrete(importance: np.ndarray, xi: np.ndarray):
     for before, row in zip(cumulative, cumulative[1:]):
         row += before
     total = cumulative[-1]
-    level = xi * total
-    level *= 1 - 1e-12
-    which = np.zeros(level.shape, np.uint8)  # c < 256
+    target = xi * total
+    target *= 1 - 1e-12
+    which = np.zeros(target.shape, np.uint8)  # c < 256
     for row in cumulative[:-1]:
-        which += row <= level
+        which += row <= target
     which = which.astype(np.intp)
-    index = (which, np.arange(level.shape[1]))
+    index = (which, np.arange(target.shape[1]))
     if importance.ndim == 3:
-        index = (which, np.arange(level.shape[0])[:, None], index[1])
+        index = (which, np.arange(target.shape[0])[:, None], index[1])
     taken = importance[index].astype(float)
     some = np.where(taken > 0, taken, 1)
-    rest = np.clip((level - cumulative[index] + taken) / some, 0, 1 - 1e-12)
+    rest = np.clip((target - cumulative[index] + taken) / some, 0, 1 - 1e-12)
     return which, taken / np.where(total > 0, total, 1), rest
 
 

@@ -36,7 +36,7 @@ SLICES = 8  # number [slices] of an ellipse that looks large
 
 def by_area(
     lights: Polygons, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
-):
+) -> tuple[np.ndarray, np.ndarray]:
     """Uniform in the light's area: for lights that look small."""
     s, t = coordinates_in(lights.shape[which], *xi)
     origin, u, v = (each(array, which) for array in (lights.origin, lights.u, lights.v))
@@ -45,7 +45,7 @@ def by_area(
 
 def by_corners(
     lights: Polygons, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
-):
+) -> tuple[np.ndarray, np.ndarray]:
     """In rectangles, bilinear between what their corners bring: nearly even where they do not look
     large."""
     origin, u, v = (each(array, which) for array in (lights.origin, lights.u, lights.v))
@@ -62,7 +62,7 @@ def by_corners(
 
 def by_cosine(
     lights: Polygons, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
-):
+) -> tuple[np.ndarray, np.ndarray]:
     """By the cosine-weighted solid angle: all samples stand for the same irradiance, unless a beam
     is narrowed."""
     total, direction = np.zeros(len(which)), np.array(normal)
@@ -79,7 +79,7 @@ def by_cosine(
 
 def by_solid_angle(
     lights: Polygons, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
-):
+) -> tuple[np.ndarray, np.ndarray]:
     """Uniform in the solid angle, for triangles and rectangles: a tenth of the work of
     ``by_cosine``, for samples that differ by their cosines."""
     _, rays, xi = _rays(lights, which, position, normal, xi)
@@ -91,7 +91,7 @@ def by_solid_angle(
 def _met(
     lights: Polygons, which: np.ndarray, position: np.ndarray, total: np.ndarray,
     direction: np.ndarray,
-):
+) -> tuple[np.ndarray, np.ndarray]:
     """Irradiance and segments of samples in ``direction`` (3, n) that stand for ``total`` (n,) if the
     light shines alike to all sides."""
     up = each(lights.normal, which)
@@ -106,7 +106,7 @@ def _met(
 def _carried(
     lights: Polygons, which: np.ndarray, position: np.ndarray, normal: np.ndarray,
     target: np.ndarray,
-):
+) -> tuple[np.ndarray, np.ndarray]:
     """Irradiance from places (3, n) that are uniform in the area, and segments to them."""
     segment, side = _segment(lights, which, position, target)
     square = np.maximum(dot(segment, segment), 1e-30)
@@ -134,7 +134,7 @@ def _segment(
 
 def _rays(
     lights: Polygons, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
-):
+) -> tuple[float, list[np.ndarray], np.ndarray]:
     """1, what runs to the corners of triangles and rectangles, and ``xi``; a triangle has one
     corner twice."""
     origin, u, v = (each(array, which) for array in (lights.origin, lights.u, lights.v))
@@ -145,7 +145,7 @@ def _rays(
 
 def _slice_rays(
     lights: Polygons, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
-):
+) -> tuple[np.ndarray, list[np.ndarray], np.ndarray]:
     """For ellipses, cut into SLICES: one over the chance (n,) of the one that is taken, in
     proportion to its irradiance, what runs to its corners, and ``xi`` made anew."""
     origin, u, v = (each(array, which) for array in (lights.origin, lights.u, lights.v))

@@ -106,7 +106,9 @@ def _at_corners(light: OneLight, middles: Middles) -> np.ndarray:
     return (found / np.maximum(found.max(axis=0), 1e-300)).astype(np.float32)
 
 
-def _large(light: OneLight, middles: Middles, chosen: np.ndarray):
+def _large(
+    light: OneLight, middles: Middles, chosen: np.ndarray
+) -> tuple[Projected | None, np.ndarray]:
     """The light as owners ``chosen`` (R,) bool see it above their horizons, and their places in
     there (R,), -1: none; nothing where there are none."""
     number = np.where(chosen, np.cumsum(chosen) - 1, -1)
@@ -129,7 +131,9 @@ class _Shared:
     large: Projected | None
     number: np.ndarray  # (R,) int: in there, -1: not
 
-    def warp(self, owners: np.ndarray | slice, s: np.ndarray, t: np.ndarray):
+    def warp(
+        self, owners: np.ndarray | slice, s: np.ndarray, t: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """See ``Unoccluded``."""
         rows = np.arange(len(self.side))[owners]
         large = np.flatnonzero(self.number[rows] >= 0)
@@ -149,21 +153,25 @@ class _Shared:
 
     def segments(
         self, owners: np.ndarray | slice, position: np.ndarray, s: np.ndarray, t: np.ndarray
-    ):
+    ) -> np.ndarray:
         """See ``Unoccluded``."""
         light, lift = self.light, np.where(self.side[owners] > 0, OFFSET, -OFFSET)
         start = [origin + lift * up for origin, up in zip(light.origin, light.normal)]
         coordinates = self._coordinates(owners, s, t)
         return combined(start, (light.u, light.v), coordinates, position)
 
-    def _coordinates(self, owners: np.ndarray | slice, s: np.ndarray, t: np.ndarray):
+    def _coordinates(
+        self, owners: np.ndarray | slice, s: np.ndarray, t: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Places on the light: those that are not warped lie in its shape already."""
         if self.light.shape == RECTANGLE:
             return s, t
         inside, warped = coordinates_in(self.light.shape, s, t), self.number[owners] >= 0
         return tuple(np.where(warped, one, other) for one, other in zip((s, t), inside))
 
-    def value(self, owners: np.ndarray, segments: np.ndarray, s: np.ndarray, t: np.ndarray):
+    def value(
+        self, owners: np.ndarray, segments: np.ndarray, s: np.ndarray, t: np.ndarray
+    ) -> np.ndarray:
         """See ``Unoccluded``. Points of an owner lie in one plane: their heights below a place on
         the light are the same, and only its distances differ."""
         light, large = self.light, self.number[owners] >= 0

@@ -68,9 +68,9 @@ class Polygons(ArrayStruct):
         s, t = self.coordinates(which, xi[:, 2], xi[:, 3])
         both, spread = self.two_sided[which], self.spread[which]
         side = np.where(both & (xi[:, 0] < 0.5), -1.0, 1.0)
-        level = np.where(both, 2 * xi[:, 0] % 1, xi[:, 0])
+        first = np.where(both, 2 * xi[:, 0] % 1, xi[:, 0])
         widest = np.sin(np.minimum(spread, np.pi) / 2) ** 2
-        local = cosine_directions(np.stack([widest * level, xi[:, 1]], 1))
+        local = cosine_directions(np.stack([widest * first, xi[:, 1]], 1))
         beam = widest * spread_falloff(local[:, 2], spread)
         normal = side[:, None] * self.normal[which]
         origin = self.origin[which] + s[:, None] * self.u[which] + t[:, None] * self.v[which]

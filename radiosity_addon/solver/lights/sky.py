@@ -91,16 +91,16 @@ def split_sky(sky: Sky) -> tuple[np.ndarray, list[np.ndarray]]:
     if height * width < 64:
         return pixels, []
     angle = np.broadcast_to(solid_angles(height, width), (height, width))
-    level = pixels.mean(axis=2)
-    typical = np.median(level[level > 0]) if np.any(level > 0) else 0.0
-    mean = (level * angle).sum() / (4 * np.pi)
+    brightness = pixels.mean(axis=2)
+    typical = np.median(brightness[brightness > 0]) if np.any(brightness > 0) else 0.0
+    mean = (brightness * angle).sum() / (4 * np.pi)
     limit = BRIGHT * min(mean, max(typical, mean / 64))
-    labels, count = ndimage.label(level > max(limit, 1e-300))
+    labels, count = ndimage.label(brightness > max(limit, 1e-300))
     if count == 0:
         return pixels, []
     numbers = np.arange(1, count + 1)
     sizes = ndimage.sum_labels(angle, labels, numbers)
-    power = ndimage.sum_labels(level * angle, labels, numbers)
+    power = ndimage.sum_labels(brightness * angle, labels, numbers)
     spots = [k for k in np.argsort(-power)[:MOST_SPOTS] if sizes[k] <= LARGEST]
     rest, found = pixels.copy(), []
     for k in spots:

@@ -46,7 +46,9 @@ class SkySpots(Suns):
         tint = None if self.tint is None else self.tint[pixel, : self.color.shape[1]]
         return Sample(cosine, segment, np.inf, None, tint=tint)
 
-    def directions(self, which: int | np.ndarray, s: np.ndarray, t: np.ndarray):
+    def directions(
+        self, which: int | np.ndarray, s: np.ndarray, t: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Unit directions (3, n) in spots ``which``, one or (n,), and the pixels (n,) they are in,
         for places (s, t) (n,) in the unit square."""
         first, last = (np.broadcast_to(self.rows[which + k], s.shape) for k in (0, 1))
@@ -66,13 +68,15 @@ class SkySpots(Suns):
         return Unoccluded(np.zeros(len(dark)), dark, None, None, np.inf)
 
 
-def _drawn(sums: np.ndarray, first: np.ndarray, last: np.ndarray, xi: np.ndarray):
+def _drawn(
+    sums: np.ndarray, first: np.ndarray, last: np.ndarray, xi: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """One of the entries ``first`` to before ``last`` (n,), in proportion to the steps of ``sums``,
     and what is left of ``xi`` (n,): again uniform in [0, 1)."""
-    level = sums[first] + xi * (sums[last] - sums[first])
-    found = np.clip(np.searchsorted(sums, level, "right") - 1, first, last - 1)
+    target = sums[first] + xi * (sums[last] - sums[first])
+    found = np.clip(np.searchsorted(sums, target, "right") - 1, first, last - 1)
     step = sums[found + 1] - sums[found]
-    rest = (level - sums[found]) / np.where(step > 0, step, 1)
+    rest = (target - sums[found]) / np.where(step > 0, step, 1)
     return found, np.clip(rest, 0, 1)
 
 
@@ -89,10 +93,10 @@ def sky_spots(shape: tuple[int, int], spots: list[np.ndarray]) -> SkySpots | Non
     begins = (np.diff(row, prepend=-1) != 0) | (np.diff(light, prepend=-1) != 0)
     pixels = np.flatnonzero(begins)
     rows = np.searchsorted(light[pixels], np.arange(len(parts) + 1))
-    level = every[:, 2:].mean(axis=1)
-    sums = np.cumsum(level * solid_angles(*shape)[row, 0])
+    brightness = every[:, 2:].mean(axis=1)
+    sums = np.cumsum(brightness * solid_angles(*shape)[row, 0])
     color = np.array(color)
-    tint = every[:, 2:] / level[:, None]
+    tint = every[:, 2:] / brightness[:, None]
     usual = color / color.mean(axis=1, keepdims=True)
     tint = np.divide(tint, usual[light], out=np.zeros_like(tint), where=usual[light] > 0)
     tint = None if np.allclose(tint[usual[light] > 0], 1, rtol=1e-6) else tint
@@ -119,7 +123,7 @@ def _compact(shape: tuple[int, int], spot: np.ndarray) -> list[np.ndarray]:
     return done
 
 
-def _figures(shape: tuple[int, int], part: np.ndarray):
+def _figures(shape: tuple[int, int], part: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
     """Irradiance (3,) by pixels (m, 5) if all stood above, the unit direction (3,) of their
     middle, and the tangent of the angle they reach from it."""
     row, column = part[:, 0].astype(int), part[:, 1].astype(int)

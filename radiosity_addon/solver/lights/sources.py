@@ -182,7 +182,9 @@ def _links(linked: list, objects: int) -> tuple[np.ndarray, np.ndarray]:
     return link, table
 
 
-def _samplers(batches: tuple[LightBatch, ...], batch: np.ndarray, useful: np.ndarray, block: np.ndarray):
+def _samplers(
+    batches: tuple[LightBatch, ...], batch: np.ndarray, useful: np.ndarray, block: np.ndarray
+) -> tuple[tuple[int, ...], tuple[LightSampler, ...]]:
     """Near and distant lights, apart: those sampled everywhere, and samplers to choose others from.
     Only those that are ``useful`` (n,) bool take part; those of different rows ``block`` (n,) are
     apart, too, so that a choice's shadow rays all meet the same objects."""

@@ -69,10 +69,12 @@ class Suns:
 
         def segments(
             owners: np.ndarray | slice, position: np.ndarray, s: np.ndarray, t: np.ndarray
-        ):
+        ) -> np.ndarray:
             return combined(toward, axes, in_disk(s, t))
 
-        def value(owners: np.ndarray | slice, segments: np.ndarray, s: np.ndarray, t: np.ndarray):
+        def value(
+            owners: np.ndarray | slice, segments: np.ndarray, s: np.ndarray, t: np.ndarray
+        ) -> np.ndarray:
             along = np.einsum("pkj,jk->pk", segments, middles.normal[:, owners])
             return np.maximum(along, 0) / np.linalg.norm(segments, axis=2)
 

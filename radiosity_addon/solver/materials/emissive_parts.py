@@ -73,7 +73,9 @@ def _measured(means: FieldMeans, triangle: np.ndarray, corners: np.ndarray, shar
     return EmissiveParts(triangle, corners, radiance, deviation, np.full(n, share), np.zeros(n, int))
 
 
-def _leaves(means: FieldMeans, cells: EmissiveParts, area: np.ndarray, limit: float, room: int):
+def _leaves(
+    means: FieldMeans, cells: EmissiveParts, area: np.ndarray, limit: float, room: int
+) -> list[EmissiveParts]:
     """The coarsest parts of whole triangles, ``cells`` of ``area`` (k,), that vary by no more than
     ``limit``, and shine; about ``room`` at most. Others are cut into four again and again."""
     level, leaves = 0, []
@@ -93,7 +95,9 @@ def _leaves(means: FieldMeans, cells: EmissiveParts, area: np.ndarray, limit: fl
     return leaves
 
 
-def _one_colored(field: Texture, cells: EmissiveParts, area: np.ndarray, limit: float):
+def _one_colored(
+    field: Texture, cells: EmissiveParts, area: np.ndarray, limit: float
+) -> tuple[EmissiveParts, np.ndarray, list[EmissiveParts]]:
     """Whole triangles, ``cells`` of ``area`` (k,), without those that show few parts of one color;
     their area; and the cells of these."""
     varied = np.flatnonzero(area * cells.deviation > limit)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from ..fields import Constant, CornerColors, Field, Texture, srgb_to_linear
-from ..scene import Scene
+from ..scene import Quantity, Scene
 
 
 def evaluate_material(
-    scene: Scene, quantity: str, triangle: np.ndarray, uv: np.ndarray,
+    scene: Scene, quantity: Quantity, triangle: np.ndarray, uv: np.ndarray,
     front: np.ndarray | None = None,
 ) -> np.ndarray:
-    """(n, 3) float64: ``quantity`` ("reflectance", "shown", "emission", "transmittance") at barycentric
+    """(n, 3) float64: ``quantity`` at barycentric
     ``uv`` (n, 2) of ``triangle`` (n,), seen from the side that ``front`` (n,) bool tells; None:
     all from the front."""
     materials, material = scene.materials, scene.material[triangle]

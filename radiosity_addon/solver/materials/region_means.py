@@ -14,7 +14,7 @@ import numpy as np
 
 from ..fields import Constant, CornerColors, Field, is_rescaled
 from ..geometry.footprints import Footprints
-from ..scene import Scene
+from ..scene import Quantity, Scene
 from .evaluate import evaluate_field
 from .texture_integrals import THIN, TextureSums, sum_texture
 
@@ -85,36 +85,36 @@ class FieldMeans:
         if isinstance(self.field, Constant) or len(regions.triangle) == 0:
             return self._at(regions, regions.middle()), np.zeros(len(regions.triangle))
         if isinstance(self.field, CornerColors):
-            return self._at(regions, regions.middle()), self._spread(regions)
+            return self._at(regions, regions.middle()), self._deviation(regions)
         return self._of_picture(regions)
 
-    def _of_picture(self, regions: Regions):
+    def _of_picture(self, regions: Regions) -> tuple[np.ndarray, np.ndarray]:
         corners = self.field.uv[regions.triangle].astype(float)
         first, edges = corners[:, 0], corners[:, 1:] - corners[:, :1]
         point = first + np.einsum("nc,ncd->nd", regions.origin, edges)
         u, v = (np.einsum("nc,ncd->nd", step, edges) for step in (regions.u, regions.v))
         texels = np.array(self.field.pixels.shape[1::-1])
         extent = np.maximum(np.abs(u * texels), np.abs(v * texels)).max(axis=1)
-        found, spread = self._at(regions, regions.middle()), np.zeros(len(u))
+        found, deviation = self._at(regions, regions.middle()), np.zeros(len(u))
         some = np.flatnonzero(extent >= THIN)  # the others are points
         mean, square = np.split(
             self._sums.means(point[some], u[some], v[some], regions.square), [3], axis=1
         )
-        spread[some] = np.sqrt(np.maximum(square[:, 0] - (mean**2).mean(axis=1), 0))
+        deviation[some] = np.sqrt(np.maximum(square[:, 0] - (mean**2).mean(axis=1), 0))
         mean += self.field.offset
         if self.field.interpolation != "Closest":
             small = some[extent[some] < SEEN]
-            spread[small] = self._spread(regions.take(small))
-        spread[spread < EVEN * found.mean(axis=1)] = 0
+            deviation[small] = self._deviation(regions.take(small))
+        deviation[deviation < EVEN * found.mean(axis=1)] = 0
         rounded = np.abs(mean - found[some]).max(axis=1) <= SAME * found[some].mean(axis=1)
-        kept = some[(spread[some] > 0) | ~rounded]
-        found[kept] = np.maximum(mean, 0)[(spread[some] > 0) | ~rounded]
-        return found, spread
+        kept = some[(deviation[some] > 0) | ~rounded]
+        found[kept] = np.maximum(mean, 0)[(deviation[some] > 0) | ~rounded]
+        return found, deviation
 
     def _at(self, regions: Regions, point: np.ndarray) -> np.ndarray:
         return np.maximum(evaluate_field(self.field, regions.triangle, point), 0)
 
-    def _spread(self, regions: Regions) -> np.ndarray:
+    def _deviation(self, regions: Regions) -> np.ndarray:
         """(n,) deviation of what is nearly linear, from the values at three corners, or of
         parallelograms from its two differences: variances (Σf² − (Σf)²/3) / 12, (a² + b²) / 12."""
         o, u, v = regions.origin, regions.u, regions.v
@@ -126,18 +126,19 @@ class FieldMeans:
         return np.sqrt(np.maximum(variance.mean(axis=1), 0))
 
 
-def material_means(scene: Scene, quantity: str, regions: Regions, front: bool = True):
-    """(n, 3) means and (n,) deviations, as of ``FieldMeans``, of a quantity ("reflectance",
-    "shown", "emission") of the triangles' materials, on the fronts of all or on the backs of all."""
+def material_means(
+    scene: Scene, quantity: Quantity, regions: Regions, front: bool = True
+) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 3) means and (n,) deviations, as of ``FieldMeans``, of a quantity of the triangles' materials, on the fronts of all or on the backs of all."""
     fields = [getattr(m if front else m.back or m, quantity) for m in scene.materials]
     constants = [f.value if isinstance(f, Constant) else (0, 0, 0) for f in fields]
-    material, spread = scene.material[regions.triangle], np.zeros(len(regions.triangle))
+    material, deviation = scene.material[regions.triangle], np.zeros(len(regions.triangle))
     mean = np.maximum(np.array(constants, float).reshape(-1, 3)[material], 0)
     varying = [i for i, f in enumerate(fields) if not isinstance(f, Constant)]
     for number in np.intersect1d(varying, np.unique(material)) if varying else ():
         some = np.flatnonzero(material == number)
-        mean[some], spread[some] = FieldMeans(fields[number])(regions.take(some))
-    return mean, spread
+        mean[some], deviation[some] = FieldMeans(fields[number])(regions.take(some))
+    return mean, deviation
 
 
 def reflectance_means(scene: Scene, regions: Regions, diffuse: np.ndarray) -> np.ndarray:

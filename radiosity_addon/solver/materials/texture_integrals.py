@@ -116,7 +116,7 @@ class TextureSums:
         edge = self.texels[row, np.where(column < 0, 0, width - 1)]
         return found + (column - kept)[:, None] * edge
 
-    def _inside(self, index: np.ndarray, size: int):
+    def _inside(self, index: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:
         """Indices brought into ``range(size)``, and whether they lay outside of it."""
         outside = (index < 0) | (index >= size)
         if self.extension == "REPEAT":
@@ -197,7 +197,7 @@ def _widened(u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return u, v
 
 
-def _bands(corners: np.ndarray):
+def _bands(corners: np.ndarray) -> list[slice]:
     """Slices of polygons (n, k, 2) whose edges cross about PIECES lines together."""
     step = np.abs(np.roll(corners, -1, axis=1) - corners).sum(axis=(1, 2)) + 2 * corners.shape[1]
     band = (np.cumsum(step) // PIECES).astype(np.int64)
@@ -205,7 +205,7 @@ def _bands(corners: np.ndarray):
     return [slice(a, b) for a, b in zip(start, [*start[1:], len(corners)])]
 
 
-def _pieces(start: np.ndarray, step: np.ndarray):
+def _pieces(start: np.ndarray, step: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Edges ``start`` (m, 2) + t ``step`` cut where they cross lines of whole x or y: edge (l,),
     and from which t to which t (l,) each piece runs."""
     m = len(start)

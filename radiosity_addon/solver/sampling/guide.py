@@ -120,14 +120,17 @@ class Guide:
 
     cluster: np.ndarray  # (count,)
     bin: np.ndarray  # (n_clusters · SLOTS,) int32: number of each slot's bin, among all clusters'
-    # A ray at u of the cluster's slots, in [0, SLOTS), has the height scale · u + start in the square.
+    # A ray that takes the number u of [0, SLOTS) in its cluster's slots goes through the height
+    # scale · u + start of the unit square of directions.
     scale: np.ndarray  # (n_clusters · BINS,) float32, of each bin: its height per slot
     start: np.ndarray  # (n_clusters · BINS,) float32
     column: np.ndarray  # (n_clusters · BINS,) float32: left edge of each bin
     weight: np.ndarray  # (n_clusters · BINS,) float32 of a ray through a bin
     worth: np.ndarray  # (n_clusters,) how many rays without it one ray counts for
 
-    def aim(self, owners: np.ndarray, u: np.ndarray, v: np.ndarray):
+    def aim(
+        self, owners: np.ndarray, u: np.ndarray, v: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Places, (rays, R) float32 each, in the square for uniform ``u`` and ``v`` (rays, R)
         float32 of ``owners`` (R,), and the bins (rays, R) they are in."""
         height = u * np.float32(SLOTS)

@@ -24,7 +24,7 @@ class Points:
     position: np.ndarray  # (per, R, 3) float32, lifted off the surface
     normal: np.ndarray  # (per, R, 3) float32, on the side that is lit
     triangle: np.ndarray  # (per, R) int32
-    barycentric: np.ndarray | Callable  # (per, R, 2) float32, or what makes it: few ask
+    barycentric: np.ndarray | Callable[[], np.ndarray]  # (per, R, 2) float32, or what makes it: few ask
     shift: np.ndarray  # (R, 3) float32: the owners' random shifts
     shade: Shade | None = None  # where ``normal`` is not the triangles'
 
@@ -143,7 +143,7 @@ class Middles:
         return dot(np.abs(axis), self.half)
 
 
-def masked(chosen: np.ndarray):
+def masked(chosen: np.ndarray) -> slice | np.ndarray:
     """What indexes those that are ``chosen`` (R,) bool: a slice where all are."""
     return slice(None) if chosen.all() else np.flatnonzero(chosen)
 
@@ -197,7 +197,7 @@ def light_coordinates(points: Points, *key: int) -> tuple[np.ndarray, np.ndarray
 
 
 def shifted(table: np.ndarray, shift: np.ndarray) -> np.ndarray:
-    """Sums of numbers in [0, 1), less the whole: in [0, 1)."""
+    """The sums of numbers in [0, 1) modulo 1: in [0, 1)."""
     total = table + shift
     total -= total >= 1
     return total
@@ -209,14 +209,14 @@ def _barycentric(corners: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarra
 
 
 def _sample_cells(
-    footprints: Footprints, chosen: np.ndarray, level: np.ndarray, shift: np.ndarray
+    footprints: Footprints, chosen: np.ndarray, target: np.ndarray, shift: np.ndarray
 ) -> np.ndarray:
-    """(per, R) int: a cell of each footprint for each ``level`` (per, 1), by area; each footprint
-    shifts the levels by its ``shift`` (R,)."""
+    """(per, R) int: a cell of each footprint for each ``target`` (per, 1) in [0, 1), by area; each
+    footprint shifts the targets by its ``shift`` (R,)."""
     first, last = footprints.start[chosen], footprints.start[chosen + 1]
     low, high = footprints.cumulative[first], footprints.cumulative[last]
-    level = (level + shift) % 1.0
-    found = np.searchsorted(footprints.cumulative, low + level * (high - low), "right") - 1
+    target = (target + shift) % 1.0
+    found = np.searchsorted(footprints.cumulative, low + target * (high - low), "right") - 1
     return np.clip(found, first, last - 1)
 
 

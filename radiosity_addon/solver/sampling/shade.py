@@ -88,12 +88,12 @@ def shade_of_cells(
     if shading is None or not shading.turned[cell].any():
         return None
 
-    def spread(values: np.ndarray):
+    def repeated(values: np.ndarray) -> np.ndarray:
         return np.broadcast_to(np.take(values, cell, axis=0), shape + values.shape[1:])
 
     return Shade(
-        spread(true), spread(shading.normal), spread(shading.level),
-        None if shading.smooth is None else spread(shading.smooth), spread(shading.height),
+        repeated(true), repeated(shading.normal), repeated(shading.level),
+        None if shading.smooth is None else repeated(shading.smooth), repeated(shading.height),
     )  # fmt: skip
 
 

@@ -111,7 +111,9 @@ def _hidden_cells(
     return hidden
 
 
-def _cut_along(crossings: Crossings, receivers: Receivers, contacts: Contacts):
+def _cut_along(
+    crossings: Crossings, receivers: Receivers, contacts: Contacts
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(m,) int: the cells that lines touch; (k,) int cells and (k, 3, 2) corners of their parts."""
     order = np.lexsort([contacts.line, contacts.cell])
     line, cell = contacts.line[order], contacts.cell[order]
@@ -161,7 +163,7 @@ def _halved(corners: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.nda
 def _kept(
     surroundings: Surroundings, receivers: Receivers, hidden: np.ndarray, cut: np.ndarray,
     part: np.ndarray, corners: np.ndarray,
-):
+) -> tuple[Receivers, np.ndarray]:
     """Receivers of the cells that are neither ``hidden`` (n_cells,) bool nor ``cut`` (m,) int, and
     of the open parts, of cells ``part`` (k,), with ``corners`` (k, 3, 2); and which have none."""
     scale = surroundings.geometry.area

@@ -45,7 +45,7 @@ def find_contacts(crossings: Crossings, receivers: Receivers, threads: int = 1) 
         for f, bound in ((np.minimum, low), (np.maximum, high))
     )
 
-    def work(some: slice):
+    def work(some: slice) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         bounds = (np.searchsorted(home, crossings.triangle[some], side) for side in
                   ("left", "right"))  # fmt: skip
         line, box = _spread(np.arange(some.start, some.stop), *bounds)
@@ -70,7 +70,7 @@ def find_contacts(crossings: Crossings, receivers: Receivers, threads: int = 1) 
 def shares_above(
     geometry: Geometry, crossings: Crossings, receivers: Receivers, line: np.ndarray,
     cell: np.ndarray,
-):
+) -> np.ndarray:
     """(k,) float64: how much of the cells (k,) lies above the plane of what makes the lines (k,).
     """
     corners, other = receivers.corners[cell], crossings.other[line]
@@ -113,7 +113,9 @@ def _outline(corners: np.ndarray, square: np.ndarray) -> np.ndarray:
     return np.concatenate([corners, fourth[:, None]], axis=1)
 
 
-def _spread(values: np.ndarray, first: np.ndarray, last: np.ndarray):
+def _spread(
+    values: np.ndarray, first: np.ndarray, last: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """``values`` (k,) repeated for each number from ``first`` to ``last`` (k,), and these."""
     number = last - first
     offset = np.repeat(first - np.cumsum(number) + number, number)

@@ -19,7 +19,7 @@ from embreex.rtcore_scene import EmbreeScene
 class _DeviceErrors(logging.Handler):
     """Keeps what Embree's device says, so that it is raised and not only logged."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__(logging.ERROR)
         self.messages: list[str] = []
 
@@ -56,7 +56,7 @@ class Tracer:
 
     def __init__(
         self, vertices: np.ndarray, triangles: np.ndarray, chosen: np.ndarray | None = None
-    ):
+    ) -> None:
         """``vertices`` (n, 3) within [-1, 1]; ``triangles`` (m, 3) indices into them, m >= 0.
 
         Only the triangles ``chosen`` (k,) int are there to be met, all where it is None; hits

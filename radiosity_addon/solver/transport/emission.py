@@ -11,7 +11,9 @@ from ..materials.region_means import Regions, footprint_regions, triangle_region
 from .patches import Patches
 
 
-def emission_to_find(context: Context, patches: Patches):
+def emission_to_find(
+    context: Context, patches: Patches
+) -> tuple[np.ndarray | None, np.ndarray | None]:
     """(n_entries, channels) float32 exitance that rays must find, the exact mean over each cell or
     patch; and (n_entries,) float32 the lengths of those in which it varies, else 0. None where there
     is nothing such."""
@@ -25,14 +27,14 @@ def emission_to_find(context: Context, patches: Patches):
     regions = triangle_regions(elements.triangle[cells], elements.corners[cells])
     by_side = emits_by_side(context.scene)[regions.triangle]
     size = _lengths(context, regions)
-    mean, spread = context.mean_emission(regions)
+    mean, deviation = context.mean_emission(regions)
     for side in (0, 1):
         emission[first + 2 * cells + side] = np.pi * mean
-        length[first + 2 * cells + side] = (spread > 0) * size
+        length[first + 2 * cells + side] = (deviation > 0) * size
     some = np.flatnonzero(by_side)
-    mean, spread = context.mean_emission(regions.take(some), False)
+    mean, deviation = context.mean_emission(regions.take(some), False)
     emission[first + 2 * cells[some] + 1] = np.pi * mean
-    length[first + 2 * cells[some] + 1] = (spread > 0) * size[some]
+    length[first + 2 * cells[some] + 1] = (deviation > 0) * size[some]
     if patches.receivers is not None:
         _add_receivers_emission(context, patches.receivers.footprints, emission, length)
     return emission if emission.any() else None, length if length.any() else None
@@ -50,8 +52,8 @@ def _add_receivers_emission(
         for square in (False, True):
             some = np.flatnonzero((footprints.square == square) & glows & (by_side | front))
             regions = footprint_regions(footprints, some, square)
-            mean, spread = context.mean_emission(regions, front)
-            found[some], longest[some] = np.pi * mean, (spread > 0) * _lengths(context, regions)
+            mean, deviation = context.mean_emission(regions, front)
+            found[some], longest[some] = np.pi * mean, (deviation > 0) * _lengths(context, regions)
         side = slice(0, footprints.count) if front else slice(footprints.count, 2 * footprints.count)
         emission[side] = footprints.mean_of_cells(found)
         length[side] = np.maximum.reduceat(longest, footprints.start[:-1])

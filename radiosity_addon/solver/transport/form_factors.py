@@ -5,6 +5,7 @@ The solver itself does not need it: its elements make rows of their own (``trans
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,7 +65,7 @@ def patch_form_factors(
     count = len(patches)
     labels = np.append(patch, count)  # a miss has the triangle -1
 
-    def work(chunk: tuple[int, int]):
+    def work(chunk: tuple[int, int]) -> np.ndarray:
         number, replicate = chunk
         found = np.zeros(count + 1)
         for xi in _blocks(rays, (seed, Stream.FORM_FACTORS, number, replicate)):
@@ -100,7 +101,7 @@ def _patch(geometry: Geometry, patch: np.ndarray, number: int) -> _Patch:
     return _Patch(triangles, cumulative / cumulative[-1])
 
 
-def _blocks(rays: int, key: tuple[int, ...]):
+def _blocks(rays: int, key: tuple[int, ...]) -> Iterator[np.ndarray]:
     """Yield the scrambled Sobol set of this key, (n, 5) float64 in [0, 1), n <= BLOCK at a time."""
     generator = np.random.default_rng(np.random.SeedSequence(key))
     engine = qmc.Sobol(DIMENSIONS, scramble=True, rng=generator)

@@ -25,7 +25,7 @@ class LitPatches(ArrayStruct):
     points: Points  # (per, R)
     reflectance: np.ndarray  # (R, channels)
     lit: np.ndarray  # (R, channels): reflectance × direct irradiance, mean over the points
-    spread: np.ndarray  # (R,): standard deviation of that over the points, mean of channels
+    deviation: np.ndarray  # (R,): standard deviation of that over the points, mean of channels
     share: np.ndarray  # (R,): of all places, those on this patch
 
 
@@ -38,15 +38,15 @@ def light_patches(
     """
     order = np.argsort(patch, kind="stable")
     patches, first, number = np.unique(patch[order], return_index=True, return_counts=True)
-    spread = ((np.arange(per)[:, None] + 0.5) / per * number).astype(np.int64)
-    chosen = places.take(order[first + spread])
+    evenly = ((np.arange(per)[:, None] + 0.5) / per * number).astype(np.int64)
+    chosen = places.take(order[first + evenly])
     shift = uniform((len(patches), 3), *key, 7)
     points = points_on(
         context.geometry, chosen.triangle, chosen.u, chosen.v, chosen.front, shift
     )
-    reflectance, lit, spread = light_points(context, points, key)
+    reflectance, lit, deviation = light_points(context, points, key)
     return LitPatches(
-        patches, points, reflectance.mean(axis=0), lit, spread, number / max(len(patch), 1)
+        patches, points, reflectance.mean(axis=0), lit, deviation, number / max(len(patch), 1)
     )
 
 
@@ -58,14 +58,16 @@ def light_receivers(
     shift = uniform((footprints.count, 3), *key, 7)
     points = footprint_points(footprints, everyone, shift, per, *key, 6)
     points = replace(points, barycentric=points.uv)
-    reflectance, lit, spread = light_points(context, points, key)
+    reflectance, lit, deviation = light_points(context, points, key)
     total = max(footprints.area.sum(), 1e-300)
     return LitPatches(
-        everyone, points, reflectance.mean(axis=0), lit, spread, footprints.area / total
+        everyone, points, reflectance.mean(axis=0), lit, deviation, footprints.area / total
     )
 
 
-def light_points(context: Context, points: Points, key: tuple[int, ...]):
+def light_points(
+    context: Context, points: Points, key: tuple[int, ...]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Reflectance (per, R, channels) at points (per, R), the mean (R, channels) of reflectance ×
     direct irradiance, and its standard deviation (R,) over the points, mean of channels, less what
     the choice among many lights adds."""
@@ -78,5 +80,5 @@ def light_points(context: Context, points: Points, key: tuple[int, ...]):
     reflectance = context.reflectance(triangle, points.uv.reshape(-1, 2), front)
     lit = (reflectance * irradiance).reshape(per, count, context.channels)
     noise = (reflectance.mean(axis=1) ** 2 * variance).reshape(per, -1).mean(axis=0)
-    spread = np.sqrt(np.maximum(lit.std(axis=0).mean(axis=1) ** 2 - noise, 0))
-    return reflectance.reshape(lit.shape), lit.mean(axis=0), spread
+    deviation = np.sqrt(np.maximum(lit.std(axis=0).mean(axis=1) ** 2 - noise, 0))
+    return reflectance.reshape(lit.shape), lit.mean(axis=0), deviation

@@ -8,9 +8,10 @@ Rays look radiosities up by *entry*: the fronts of the P patches of receivers, t
 miss, onward and nowhere, then 2·cell + back for the sides of the elements' cells. *Patches* are
 numbered alike: those of receivers, then 2·P + 2·element + back. Where a ray ends on a baked object,
 but on none of its patches, it goes *onward*: it is reflected there and brings light that it finds
-itself. Such places are few: near walls that divide a receiver, on faces without texels. So do rays
-to patches whose direct light varies, and those of receivers to patches and elements nearer than
-their size: what they see of these may be another part than the mean's.
+itself. Such places are few: near walls that divide a receiver, on faces without texels. Rays go
+onward, too, from patches whose direct light varies, and rays of receivers from patches and elements
+that are nearer than their own size: a ray sees one part of such a patch, whose light may differ from
+the patch's mean.
 """
 
 from __future__ import annotations
@@ -83,7 +84,9 @@ class ReceiverPatches:
         """Of fronts and backs."""
         return 2 * self.footprints.count
 
-    def at(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray):
+    def at(
+        self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray
+    ) -> np.ndarray:
         """(n,) int32 patches at barycentric (u, v) on sides of triangles, which may be below 0; NOTHING
         or ONWARD where there is none."""
         receiver = self.map.at(triangle, u, v)
@@ -171,7 +174,9 @@ class Patches:
             entry[np.take(self.length, entry) > NEAR * hits.distance] = self.onward
         return entry
 
-    def at(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray):
+    def at(
+        self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray
+    ) -> np.ndarray:
         """(n,) int32 entries at barycentric (u, v) on sides of triangles; -1 is the miss."""
         if self.receivers is None:
             return self._sides(triangle, u, v, front)
@@ -184,6 +189,8 @@ class Patches:
     def _sides(
         self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray
     ) -> np.ndarray:
+        """(n,) entries of the elements' cells at barycentric (u, v) (n,) of ``triangle`` (n,), on the
+        ``front`` (n,) bool or the back."""
         cell = self.elements.cells_at(triangle, u, v)
         entry = self.cells + 2 * cell
         entry += ~front
@@ -270,7 +277,9 @@ def _largest_cell(footprints: Footprints) -> np.ndarray:
     return order[footprints.start[1:] - 1]
 
 
-def _groups_of_cells(footprints: Footprints, owner: np.ndarray, triangles: int):
+def _groups_of_cells(
+    footprints: Footprints, owner: np.ndarray, triangles: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Cells (n,) of receivers ``owner`` (n,) on a scene's ``triangles``: the numbers (p,) of pairs of
     a receiver and a triangle that have cells in common, the first cell (p,) of each pair, and the
     group (n,) of each cell: one receiver's that lie near its largest and face as that one does are

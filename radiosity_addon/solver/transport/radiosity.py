@@ -105,7 +105,8 @@ def _check_steady(reflectance: np.ndarray, transport: Transport, matrix: csr_mat
 
 
 def _brought_by(transport: Transport, table: np.ndarray) -> np.ndarray:
-    """(n_rows, channels) irradiance by what rows' rays meet: ``table`` by entry."""
+    """(n_rows, channels) float64 mean of ``table`` (n_entries, channels) over the entries that each row's
+    rays meet: irradiance."""
     parts = []
     for block in transport.blocks:
         arriving, later = table[block.hits].mean(axis=1).astype(float), block.later

@@ -43,14 +43,16 @@ def shoot(context: Context, points: Points, rays: int, *key: int) -> tuple[list[
     return _trace(context, points, _shared_directions(points, sobol(rays, 2, *key)))
 
 
-def shoot_shifted(context: Context, points: Points, rays: int, *key: int):
+def shoot_shifted(
+    context: Context, points: Points, rays: int, *key: int
+) -> tuple[list[Met], np.ndarray]:
     """The same with a shift of the set for each owner, so that owners' errors are independent."""
     return _trace(context, points, _own_directions(points, *_own_samples(points, rays, *key)))
 
 
 def shoot_guided(
     context: Context, points: Points, rays: int, guide: Guide, owners: np.ndarray, *key: int
-):
+) -> tuple[list[Met], np.ndarray, np.ndarray]:
     """The same as ``guide`` aims them for ``owners`` (R,), and its bins (rays, R) that they are in."""
     *xi, bins = guide.aim(owners, *_own_samples(points, rays, *key))
     return *_trace(context, points, _own_directions(points, *xi)), bins
@@ -62,7 +64,9 @@ def _own_samples(points: Points, rays: int, *key: int) -> list[np.ndarray]:
     return [shifted(table[:, axis, None], points.shift[:, axis]) for axis in (0, 1)]
 
 
-def _trace(context: Context, points: Points, directions: np.ndarray):
+def _trace(
+    context: Context, points: Points, directions: np.ndarray
+) -> tuple[list[Met], np.ndarray]:
     """Rays in ``directions`` (per, rays per point, R, 3) from the points: see ``shoot``."""
     origins = np.empty_like(directions)
     origins[:] = points.position[:, None]
@@ -132,7 +136,9 @@ def of_first(weight: np.ndarray, met: Met) -> np.ndarray:
     return weight if met.rays is None else weight[met.rays]
 
 
-def sky_mean(sky: Skylight | None, missed: np.ndarray, met: Met, directions: np.ndarray):
+def sky_mean(
+    sky: Skylight | None, missed: np.ndarray, met: Met, directions: np.ndarray
+) -> np.ndarray | float:
     """(R, channels) mean over rays of the sky's radiosity where ``missed`` (k,); 0 without a
     sky."""
     if sky is None:

@@ -25,7 +25,7 @@ class ReceiverMap:
     width: np.ndarray  # (n_triangles,) int32: of its image; 0: it has a grid
     size: np.ndarray  # (n_triangles,) int32: cells along the edges of its grid, or the image's height
     texel: np.ndarray  # (n_triangles, 3, 2) float32: column and row at its corner, steps along u, v
-    entries: np.ndarray  # int32: receivers, NOTHING for none
+    entries: np.ndarray  # (n,) int32, of all images and grids: receivers, NOTHING for none
 
     def at(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(n,) int32 receivers at barycentric (u, v) of triangles; NOTHING where there is none, and for
@@ -71,7 +71,7 @@ def build_receiver_map(receivers: Receivers, triangles: int) -> ReceiverMap:
     return ReceiverMap(first, width, size, texel, np.concatenate([*entries, grids]))
 
 
-def _pictures(receivers: Receivers):
+def _pictures(receivers: Receivers) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Of each image the first entry and (height, width), and all their entries, row by row."""
     image, row, column = receivers.grid.T.astype(np.int64)
     count = int(image.max()) + 1
@@ -84,7 +84,9 @@ def _pictures(receivers: Receivers):
     return start, sizes, entries
 
 
-def _grids(receivers: Receivers, cells: np.ndarray, triangles: int):
+def _grids(
+    receivers: Receivers, cells: np.ndarray, triangles: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Triangles (k,) that the ``cells`` (m,) int cover, the size (k,) of their grids, and the grids'
     entries: the receiver of the cell whose middle lies there, or the triangle's largest. A triangle was
     cut into equal cells, of which some may have been cut further: the largest tells the size."""

@@ -32,7 +32,7 @@ BLACK = -2  # code [rows]: a patch that reflects nothing has none
 
 @dataclass(frozen=True)
 class Rows:
-    """n rows that have as many rays each."""
+    """n rows, all with the same number of rays."""
 
     patches: LitPatches  # of each row
     hits: np.ndarray  # (n, rays) int32: entry met first by each ray
@@ -149,8 +149,9 @@ def _no_rows(context: Context, samples: RowSamples) -> Rows:
 def _trace_rows(
     context: Context, patches: Patches, lit: LitPatches, row: np.ndarray, rays: int,
     key: tuple[int, ...],
-):
-    """The rows of ``lit``, and the places that they meet on patches whose ``row`` is -1."""
+) -> tuple[Rows, Places]:
+    """(Rows of the n patches of ``lit``, ``rays`` each; the k Places that these meet on patches whose
+    ``row`` (n_patches,) is -1, for which rows are missing)."""
     count = len(lit.patch)
     hits = np.empty((count, rays), np.int32)
     light = np.zeros((count, context.channels))
@@ -230,7 +231,9 @@ def _row_chunk(
     return _RowChunk(entries[0].reshape(rays, -1).T, sky, places, later, onward)
 
 
-def form_factors(transport: Transport, patches: Patches):
+def form_factors(
+    transport: Transport, patches: Patches
+) -> tuple[csr_matrix, list[csr_matrix] | None]:
     """(n_rows, n_rows) float64 CSR: F_ij between rows, and for light that went through surfaces
     one matrix a channel (None where there is none). Rays to patches without a row carry nothing
     that is unknown and are left out; entries are >= 0 and rows sum to <= 1."""

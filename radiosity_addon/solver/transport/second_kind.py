@@ -71,7 +71,7 @@ def solve_second_kind(
 class _Counted:
     """T on (n, channels) arrays: reshaped to what the caller wrote it for, counted, checked."""
 
-    def __init__(self, apply: Operator, shape: tuple[int, ...]):
+    def __init__(self, apply: Operator, shape: tuple[int, ...]) -> None:
         self.apply = apply
         self.shape = shape
         self.count = 0

@@ -30,7 +30,9 @@ SEEDS_PER_ELEMENT = 40  # number [rays of receivers for each element] that look 
 SEEDS_PER_CHUNK = 2048  # number [receivers] whose rays are shot together
 SEED_RAYS = 16  # number [rays] of each receiver that takes part in that
 MAX_REFINEMENTS = 6  # number [rounds] of dividing elements on which direct light varies
-VARIED = 100.0  # deviation [errors asked for, of the mean light] above which a patch has no one value
+# Deviation [of the error asked for, relative to the mean light]: rays that end on a patch whose direct
+# light deviates by more from its mean go onward, as no one value stands for it.
+VARIED = 100.0
 HALVINGS = 2  # number [halvings of its edges] of an element that brings a bias
 
 
@@ -97,7 +99,7 @@ def varied_patches(
     their own for this: chosen by those that light the rows, what is left would be too dark, as bright
     parts that no point met stay."""
     lit = light_receivers(context, own.footprints, plan.patch_points, (*key, 16))
-    return lit.spread > VARIED * tolerance * float((lit.share @ lit.lit).mean())
+    return lit.deviation > VARIED * tolerance * float((lit.share @ lit.lit).mean())
 
 
 def extended(
@@ -163,7 +165,7 @@ def without_reflection(context: Context, target: int) -> Radiosity:
 def _seeds(
     context: Context, patches: Patches, receivers: int, sample_points: PointSampler, target: int,
     key: tuple[int, ...],
-):
+) -> tuple[Places, int]:
     """Where rays from a sample of the receivers meet elements, and how many met the surface."""
     wanted = int(np.ceil(SEEDS_PER_ELEMENT * target / SEED_RAYS))
     some = np.unique((np.arange(wanted) * (receivers / wanted)).astype(int))
@@ -194,14 +196,14 @@ class _SeedChunk:
 def _refined(
     context: Context, patches: Patches, places: Places, part: float, plan: SolvePlan,
     tolerance: float, key: tuple[int, ...],
-):
+) -> tuple[Patches, LitPatches]:
     """Patches with the elements divided where direct light varies, and their sides that receivers
     see, lit. The ``places`` are that ``part`` of all."""
     target, per = plan.elements, plan.row_points
     known = light_patches(context, places, patches.of(places.entry), per, (*key, 11))
     mean = float((known.share @ known.lit).mean())
     for step in range(MAX_REFINEMENTS):
-        worth = part * known.share * known.spread > tolerance * mean / np.sqrt(target)
+        worth = part * known.share * known.deviation > tolerance * mean / np.sqrt(target)
         worth &= known.share * len(places.entry) > 2
         chosen = np.unique(patches.element_of(known.patch[worth]))
         if len(chosen) == 0 or patches.elements.count > MAX_GROWTH * target:

@@ -68,7 +68,7 @@ def test_cancel_button_cancels_within_a_second(room, tmp_path):
     print(f"CANCELLED by the button in {took:.2f} s")
     assert took < 1.0
     assert baked(room) == 0
-    keep(room, "cancelled", tmp_path)
+    keep(room, "canceled", tmp_path)
 
 
 def test_bake_by_a_click(room, tmp_path):
