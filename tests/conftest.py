@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from verification.blender_session import blender, pytest_sessionfinish
+from verification.blender_session import blender, pytest_report_header, pytest_sessionfinish
 
-__all__ = ["blender", "pytest_sessionfinish", "room", "yard"]
+__all__ = ["blender", "pytest_report_header", "pytest_sessionfinish", "room", "yard"]
 
 
 @pytest.fixture

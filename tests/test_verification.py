@@ -65,3 +65,10 @@ def test_the_path_tracer_knows_only_what_a_scene_is():
 
 def test_the_extension_is_built_without_verification():
     assert '"/verification/"' in (PROJECT / "blender_manifest.toml").read_text(encoding="utf-8")
+
+
+def test_no_two_test_modules_share_a_name():
+    """Those of tests: pytest and people call them by it."""
+    names = [path.name for folder in ("tests", "benchmarks/tests") for path in (PROJECT / folder).rglob("*.py")]
+    twice = {name for name in names if names.count(name) > 1}
+    assert twice == {"conftest.py"}

@@ -8,6 +8,7 @@ from __future__ import annotations
 import atexit
 import os
 import sys
+from importlib.metadata import PackageNotFoundError, version
 
 import pytest
 
@@ -17,6 +18,19 @@ from radiosity_addon.solver.workers.parallel import BLAS_ENVIRONMENT
 os.environ.update(BLAS_ENVIRONMENT)
 
 status = 1  # of a session that never began
+
+
+def pytest_report_header() -> str:
+    """The versions of what results depend on, in the log of every run."""
+    packages = ("bpy", "numpy", "scipy", "embreex")
+    return ", ".join(f"{name} {_version(name)}" for name in packages)
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "none"
 
 
 def pytest_sessionfinish(exitstatus):

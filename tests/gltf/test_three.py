@@ -12,7 +12,7 @@ pytest.importorskip("bpy")
 sys.path.insert(0, str(Path(__file__).parent))
 
 import browser  # noqa: E402
-import stage  # noqa: E402
+import gltf_stage as stage  # noqa: E402
 
 from radiosity_addon.bake.encodings import from_srgb  # noqa: E402
 from tests.one_core import main  # noqa: E402
