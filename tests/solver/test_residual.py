@@ -63,6 +63,11 @@ def paths(lack: np.ndarray, owner: np.ndarray) -> Residuals:
     )
 
 
+def even(footprints):
+    """Light that is gathered, alike on all of receivers' areas."""
+    return np.ones((footprints.count, 1)), footprints.area
+
+
 def floor_of_receivers():
     scene = meshes.scene([meshes.grid(np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]), 16)])
     context = build_context(scene, 0, 1, silent)
@@ -77,7 +82,7 @@ def test_a_bias_of_one_side_is_corrected_there():
     owner = random.integers(0, footprints.count, 20_000)
     true = np.where(footprints.middle()[0][:, 0] > 0, 0.2, 0.0)
     lack = true[owner] + 0.3 * random.normal(size=len(owner))
-    correction = find_correction(paths(lack, owner), regions_of(footprints, len(owner)))
+    correction = find_correction(paths(lack, owner), regions_of(footprints, len(owner)), *even(footprints))
     found = correction.lack[correction.region, 0]
     assert np.sqrt(((found - true) ** 2).mean()) < 0.02
     assert correction.found == pytest.approx(0.2 / np.sqrt(2), rel=0.15)
@@ -90,7 +95,7 @@ def test_noise_alone_is_not_corrected_and_what_it_hides_is_told():
     random = np.random.default_rng(1)
     owner = random.integers(0, footprints.count, 2000)
     correction = find_correction(
-        paths(2 * random.normal(size=2000), owner), regions_of(footprints, 2000)
+        paths(2 * random.normal(size=2000), owner), regions_of(footprints, 2000), *even(footprints)
     )
     assert np.abs(correction.lack).max() < 0.05
     assert np.sqrt(correction.uncorrected.mean()) == pytest.approx(2 / np.sqrt(2000), rel=0.5)
@@ -104,6 +109,21 @@ def test_a_bias_that_all_places_share_is_corrected():
     random = np.random.default_rng(2)
     owner = random.integers(0, footprints.count, 40_000)
     lack = 0.02 + 0.5 * random.normal(size=len(owner))
-    correction = find_correction(paths(lack, owner), [np.zeros(footprints.count, np.int64)])
+    correction = find_correction(
+        paths(lack, owner), [np.zeros(footprints.count, np.int64)], *even(footprints)
+    )
     assert correction.lack[0, 0] == pytest.approx(0.02, abs=3 * 0.0025)
     assert correction.found == pytest.approx(0.02, abs=4 * 0.0025)
+
+
+def test_a_bias_is_in_proportion_to_the_light():
+    """Half of a floor is ten times as bright as the other, and all of it lacks a tenth of its light: of the
+    dark half no more is taken than it has, and what is bright gets ten times as much."""
+    footprints = floor_of_receivers()
+    random = np.random.default_rng(3)
+    owner = random.integers(0, footprints.count, 20_000)
+    light = np.where(footprints.middle()[0][:, 0] > 0, 1.0, 0.1)
+    everyone = [np.zeros(footprints.count, np.int64), (light > 0.5).astype(np.int64)]
+    lack = -0.1 * light[owner] + 0.3 * light.mean() * random.normal(size=len(owner))
+    found = find_correction(paths(lack, owner), everyone, light[:, None], footprints.area)
+    np.testing.assert_allclose(found.lack[:, 0], [-0.01, -0.1], rtol=0.1)

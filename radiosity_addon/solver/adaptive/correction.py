@@ -48,11 +48,7 @@ class Correction:
         """(R, channels) float32: what to add to each receiver's ``gathered`` (R, channels) mean
         irradiance, in proportion to it: what is dark stays dark. And (R,) float32: the squared relative
         bias that is not corrected, with what would have to be added where too little is gathered."""
-        count = len(self.lack)
-        weight = area if area.sum() > 0 else np.ones(len(area))
-        total = np.maximum(np.bincount(self.region, weight, count), 1e-300)
-        light = np.stack([np.bincount(self.region, weight * each, count) for each in gathered.T], 1)
-        light /= total[:, None]
+        light = _mean_light(self.region, gathered, area)
         share = np.divide(self.lack, light, out=np.zeros_like(self.lack), where=light > 0)
         np.clip(share, -1, LARGEST, out=share)
         left = (self.lack - share * light).mean(axis=1) / self.scale
@@ -77,14 +73,19 @@ def regions_of(footprints: Footprints, paths: int) -> list[np.ndarray]:
     return levels
 
 
-def find_correction(residuals: Residuals, levels: list[np.ndarray]) -> Correction:
-    """The correction that paths tell of, for receivers in regions (R,), coarse to fine."""
+def find_correction(
+    residuals: Residuals, levels: list[np.ndarray], gathered: np.ndarray, area: np.ndarray
+) -> Correction:
+    """The correction that paths tell of, for receivers of ``area`` (R,) in regions (R,), coarse to fine. A
+    region lacks what that around it does in proportion to the irradiance ``gathered`` (R, channels): else
+    more would be taken from dark ones than they have."""
     lack = residuals.lack.astype(float)
     of_region = irradiance_of_regions(residuals, levels)
     scale = of_region[levels[-1][residuals.owner]]
     relative = lack.mean(axis=1) / scale
-    parent = np.zeros((1, lack.shape[1]))  # what all regions are drawn toward first: nothing
     outer = np.zeros(len(levels[0]), np.int64)
+    # What all regions are drawn toward first: nothing.
+    parent, light = np.zeros((1, lack.shape[1])), _mean_light(outer, gathered, area)
     found, uncorrected = 0.0, np.zeros(1)
     for region in levels:
         count = int(region.max(initial=0)) + 1
@@ -92,16 +93,24 @@ def find_correction(residuals: Residuals, levels: list[np.ndarray]) -> Correctio
         inside[region] = outer  # the region around each
         mine = region[residuals.owner]
         number = np.bincount(mine, minlength=count)
-        variance, error = _level(relative, mine, number, count, parent, inside, scale)
+        own = _mean_light(region, gathered, area)
+        around = light[inside]
+        base = parent[inside] * np.divide(own, around, out=np.zeros_like(own), where=around > 0)
+        variance, error = _level(relative, mine, number, base, scale)
         shrink = np.where(error < np.inf, variance / np.maximum(variance + error, 1e-300), 0.0)
         sums = np.stack([np.bincount(mine, column, count) for column in lack.T], 1)
         mean = sums / np.maximum(number, 1)[:, None]
-        base = parent[inside]
         parent = base + np.where(number > 0, shrink, 0.0)[:, None] * (mean - base)
         unfound = np.maximum(variance, error) if region is levels[0] else variance
         found, uncorrected = found + variance, uncorrected[inside] + unfound * (1 - shrink) ** 2
-        outer = region
+        outer, light = region, own
     return Correction(outer, parent, uncorrected, of_region, float(np.sqrt(found)))
+
+
+def _mean_light(region: np.ndarray, gathered: np.ndarray, area: np.ndarray) -> np.ndarray:
+    """(n, channels) means over regions (R,) of what is ``gathered`` (R, channels), by ``area`` (R,)."""
+    total = np.maximum(np.bincount(region, area, 1), 1e-300)
+    return np.stack([np.bincount(region, area * each) for each in gathered.T], 1) / total[:, None]
 
 
 def irradiance_scale(residuals: Residuals, levels: list[np.ndarray]) -> np.ndarray:
@@ -122,13 +131,13 @@ def irradiance_of_regions(residuals: Residuals, levels: list[np.ndarray]) -> np.
 
 
 def _level(
-    relative: np.ndarray, mine: np.ndarray, number: np.ndarray, count: int, parent: np.ndarray,
-    inside: np.ndarray, scale: np.ndarray,
+    relative: np.ndarray, mine: np.ndarray, number: np.ndarray, base: np.ndarray, scale: np.ndarray
 ) -> tuple[float, np.ndarray]:
     """Mean squared distance of the true means of regions from those around them, and the squared
     standard error (count,) of each measured mean; relative."""
+    count = len(number)
     mean = np.bincount(mine, relative, count) / np.maximum(number, 1)
-    outer_mean = parent.mean(axis=1)[inside[mine]] / scale
+    outer_mean = base.mean(axis=1)[mine] / scale
     square = np.bincount(mine, (relative - mean[mine]) ** 2, count)
     pooled = square.sum() / max(len(relative) - count, 1)
     some = number > 0

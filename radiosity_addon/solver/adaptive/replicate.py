@@ -40,6 +40,7 @@ from .correction import (
 )
 from .placed_receivers import PlacedReceivers, placed
 from .plan import Plan
+from .relative_error import area_shares
 from .requirements import Requirements, SolverSettings, requirements_of
 from .round_result import RoundResult, SolveFigures
 
@@ -190,10 +191,12 @@ class Replicate:
     def _correct(self) -> None:
         """Find the correction, and what of it are elements'."""
         regions = self._regions(self.residuals)
-        self.correction = find_correction(self.residuals, regions)
+        gathered = self.light.bounced / np.maximum(self.light.rays, 1)
+        light = gathered, area_shares(self.placed.footprints.area)
+        self.correction = find_correction(self.residuals, regions, *light)
         on_elements = self.residuals.places.entry >= self.radiosity.patches.cells
         if on_elements.any():
-            theirs = find_correction(self.residuals.of_visits(on_elements), regions)
+            theirs = find_correction(self.residuals.of_visits(on_elements), regions, *light)
             self.found_on_elements = theirs.found
 
     def give(self) -> Radiosity:
@@ -249,7 +252,7 @@ class Replicate:
         uncorrected = None
         if self.correction is not None:
             gathered = self.light.bounced / np.maximum(self.light.rays, 1)
-            area = self.placed.footprints.area
+            area = area_shares(self.placed.footprints.area)
             self.light.correction[:], uncorrected = self.correction.share(gathered, area)
         return RoundResult(
             self.light, self._figures(), uncorrected, self.found_on_elements, self.share_of_elements
