@@ -69,6 +69,18 @@ def test_functions_are_short():
     assert EXCEPTIONS.keys() <= long.keys(), "these are short now"
 
 
+def test_functions_beside_the_add_on_are_short():
+    """Those of tests, verification, benchmarks and tools."""
+    long = [
+        f"{path.relative_to(ROOT)} {node.name}"
+        for place in ("tests", "verification", "benchmarks", "tools")
+        for path in sorted((ROOT / place).rglob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, FUNCTION) and (parameters(node) > MOST_PARAMETERS or lines(node) > MOST_LINES)
+    ]
+    assert long == []
+
+
 def test_files_are_of_one_thing():
     """A file of many lines is of several things: split it by what they are."""
     long = {

@@ -167,22 +167,11 @@ def _trace(world: World, triangle, uv, random) -> np.ndarray:
         cosine = np.einsum("ni,ni->n", world.normal[triangle], direction)
         front, met = cosine < 0, world.at(triangle, uv)
         normal = np.where(front[:, None], world.normal[triangle], -world.normal[triangle])
-        density = world.emitter[triangle] / world.area[triangle]
-        density *= ((met - origin) ** 2).sum(axis=1) / np.maximum(np.abs(cosine), 1e-12)
-        share = _balance(slope / np.pi, density)[:, None]
-        glow, rho, tau = (side_value(scene, name, triangle, uv, front)
-                          for name in ("emission", "reflectance", "transmittance"))  # fmt: skip
-        add(slice(None), carried * glow * share)
-        both = rho.max(axis=1) + tau.max(axis=1)
-        through = random.random(len(path)) * both < tau.max(axis=1)
-        kept = np.where(through[:, None], tau, rho)
-        chance = kept.max(axis=1) / np.maximum(both, 1e-300)
-        survival = np.minimum(both, SURVIVAL)
-        carried = carried * kept / np.maximum(chance * survival, 1e-300)[:, None]
-        goes = np.flatnonzero(random.random(len(path)) < survival)
+        share = _balance(slope / np.pi, _emitter_density(world, triangle, met - origin, cosine))[:, None]
+        add(slice(None), carried * side_value(scene, "emission", triangle, uv, front) * share)
+        carried, through, goes = _goes_on(scene, triangle, uv, front, carried, random)
         path, depth, carried, through = path[goes], depth[goes], carried[goes], through[goes]
-        normal, met, origin, slope = normal[goes], met[goes], origin[goes], slope[goes]
-        direction = direction[goes]
+        normal, met, origin, slope, direction = (x[goes] for x in (normal, met, origin, slope, direction))
         position = met + np.where(through, -OFFSET, OFFSET)[:, None] * normal
         back = np.flatnonzero(~through)
         depth[back] += 1
@@ -192,6 +181,25 @@ def _trace(world: World, triangle, uv, random) -> np.ndarray:
         direction[back], origin[back] = _cosine(normal[back], random), position[back]
         slope[back] = np.einsum("ni,ni->n", normal[back], direction[back])
     return light
+
+
+def _emitter_density(world: World, triangle, segment, cosine) -> np.ndarray:
+    """(n,) by solid angle, with which emissive triangles are sampled where ``segment`` (n, 3) ends."""
+    density = world.emitter[triangle] / world.area[triangle]
+    return density * ((segment**2).sum(axis=1) / np.maximum(np.abs(cosine), 1e-12))
+
+
+def _goes_on(scene: Scene, triangle, uv, front, carried, random):
+    """What paths carry (n, 3) when they go on from where they met the surface, by chance in proportion to
+    what it reflects and lets through; (n,) bool: through it; and the numbers (k,) of those that go on."""
+    rho, tau = (side_value(scene, name, triangle, uv, front) for name in ("reflectance", "transmittance"))
+    both = rho.max(axis=1) + tau.max(axis=1)
+    through = random.random(len(triangle)) * both < tau.max(axis=1)
+    kept = np.where(through[:, None], tau, rho)
+    chance = kept.max(axis=1) / np.maximum(both, 1e-300)
+    survival = np.minimum(both, SURVIVAL)
+    carried = carried * kept / np.maximum(chance * survival, 1e-300)[:, None]
+    return carried, through, np.flatnonzero(random.random(len(triangle)) < survival)
 
 
 def _lit(world: World, position, normal, random, beams: bool) -> np.ndarray:

@@ -70,6 +70,13 @@ def _light():
 
 def _size():
     """Scale, size ratio, gaps, angles, slivers."""
+    yield from _scale()
+    yield from _gaps()
+    yield from _slivers()
+
+
+def _scale():
+    """Edges from 1e-6 to 1e6, far from the origin or not, and what is small in a large hall."""
     for scale in (1e-6, 1e-3, 1.0, 1e3, 1e6):
         for offset in (0.0, 1e6):
             if (scale, offset) != (1.0, 0.0):
@@ -89,6 +96,10 @@ def _size():
         yield Case("size ratio", f"{count} triangles in 1e-6 of the volume", "B = 1", 5e-3,
                    lambda k=level: measures.furnace([*walls(1), meshes.blob(k, 0.005)], 0.5, 0.03),
                    slow=level > 5)  # fmt: skip
+
+
+def _gaps():
+    """Narrow gaps, and angles from needles to nearly flat."""
     yield Case("gaps", "slab 1 × 100 × 0.01", "F = 0.9899535671", 1e-3, gaps.slab)
     for gap in (1e-2, 1e-4):
         yield Case("gaps", f"plates {gap:g} apart", "F closed form", 1e-3,
@@ -106,6 +117,10 @@ def _size():
                    1e-3, partial(gaps.wedge, degrees))  # fmt: skip
         yield Case("dihedral angles", f"closed prism, {degrees:g}°", "rows sum to 1", 1e-12,
                    partial(gaps.closed_rows, degrees))  # fmt: skip
+
+
+def _slivers():
+    """Walls cut into strips, fans and needles."""
     for count in (100, 1000, 3000):
         yield Case("slivers", f"room of strips, aspect {count}", "as the plain room", 1e-2,
                    partial(_room_of, scenes.strips, count), slow=True)  # fmt: skip
@@ -145,11 +160,13 @@ def _shape():
         yield Case("coplanar", f"a lamp and {what}", "light as from one", 1e-2,
                    partial(measures.lamp_with, [extra], [glow]),
                    slow=extra is not fine)  # fmt: skip
-    yield from _topology()
+    yield from _walls_through_each_other()
+    yield from _odd_surfaces()
     yield from _degenerate()
 
 
-def _topology():
+def _walls_through_each_other():
+    """Sealed boxes and rooms: T-junctions, and walls that cross."""
     sealed, furnace = gaps.sealed, measures.furnace
     yield Case("topology", "sealed box beside the sun", "B = 0", 0, lambda: sealed(walls()))
     yield Case("topology", "sealed box, low sun", "B = 0", 0,
@@ -175,6 +192,11 @@ def _topology():
             yield Case("topology", f"sealed room: {what}" + ", turned" * turned, "B = 0", 1e-5,
                        partial(gaps.sealed_inside, parts, turned),
                        slow="small" in what)  # fmt: skip
+
+
+def _odd_surfaces():
+    """Surfaces with one side, inverted ones, and some through each other."""
+    sealed, furnace = gaps.sealed, measures.furnace
     yield Case("topology", "a Möbius strip", "B = 1", 5e-3,
                lambda: furnace([*walls(1), scenes.moebius()], 0.5))  # fmt: skip
     inside = meshes.blob(2, 0.2)

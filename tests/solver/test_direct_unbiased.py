@@ -155,23 +155,30 @@ def test_half_hidden_round_lamp(ball, distance, per):
         disk = flat * radius * cosine
         places = [x, y, 0] + axis * d * cosine**2 + disk @ np.stack([one, np.cross(one, axis)])
         facing = lambda rays: rays @ axis / (np.pi * radius**2)  # noqa: E731
-        return by_direction(places, areas * (radius * cosine) ** 2, facing, x, y, axis * d, radius, ball)
+        end = sphere_end(axis * d, radius) if ball else None
+        return by_direction(places, areas * (radius * cosine) ** 2, facing, x, y, end)
 
     mean, error = sampled(*staged(lamp, distance), per)
     expected = over_patch(truth, distance)
     assert mean == pytest.approx(expected, abs=3 * error + 1e-3 * expected)
 
 
-def by_direction(places, areas, facing, x, y, toward, radius, ball) -> float:
-    """As ``by_sums``; a ray to a sphere ends on its surface."""
+def sphere_end(toward, radius: float):
+    """How far rays (n, 3) of length 1 go to the sphere of this ``radius`` whose middle is ``toward``."""
+
+    def end(unit):
+        along = unit @ toward
+        return along - np.sqrt(np.maximum(along**2 - toward @ toward + radius**2, 0))
+
+    return end
+
+
+def by_direction(places, areas, facing, x, y, end=None) -> float:
+    """As ``by_sums``; ``end`` tells how far rays go: None: to the places."""
     rays = places - [x, y, 0]
     r = np.linalg.norm(rays, axis=1)
     unit = rays / r[:, None]
-    end = r
-    if ball:
-        along = unit @ toward
-        end = along - np.sqrt(np.maximum(along**2 - toward @ toward + radius**2, 0))
-    last = x + unit[:, 0] * end
+    last = x + unit[:, 0] * (r if end is None else end(unit))
     at_sheet = unit[:, 2] * (GAP - x) / unit[:, 0]
     seen = (at_sheet < EDGE) | (last > GAP)
     return (seen * np.maximum(unit[:, 2], 0) / r**2 * facing(unit) * areas).sum()
