@@ -47,7 +47,13 @@ class HelperProcesses:
         self._folders = make_folders()
         self._arrays: SharedArrays | None = None
         words = Path(__file__).stem, *map(str, self._folders)
-        self._processes = [ChildProcess(*words) for _ in range(count)]
+        self._processes: list[ChildProcess] = []
+        try:
+            for _ in range(count):
+                self._processes.append(ChildProcess(*words))
+        except (OSError, ImportError):
+            self.close()
+            raise
         self._opened: list[ChildProcess] = []
         self._used: list[ChildProcess] = []  # those that are not lost
         self._given: dict[ChildProcess, int] = {}

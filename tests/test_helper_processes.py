@@ -125,8 +125,11 @@ def test_none_are_started_for_two_cores(monkeypatch):
     with ReplicateProcess(2) as beside:
         assert beside.helpers is None
     assert start_helpers(0) is None
+    folders = make_folders()
+    monkeypatch.setattr("radiosity_addon.helper_processes.make_folders", lambda: folders)
     monkeypatch.setattr(sys, "executable", "/no/such/python")
     assert start_helpers(2) is None
+    assert not any(folder.exists() for folder in folders)
 
 
 def test_few_help_where_memory_is_short(processes, monkeypatch):

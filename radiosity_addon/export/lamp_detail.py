@@ -13,8 +13,9 @@ import numpy as np
 
 from ..figures import percent
 
-# Error [relative, weighted by power] of interpolation: more is refined, or warned of.
-TOLERANCE = 0.01
+# Errors [relative, weighted by power] of interpolation: more is refined, or warned of. A beam that has a
+# tenth of the power is off by three times as much.
+TOLERANCE, WARNED = 0.004, 0.01
 FINEST = 5760  # width [pixels] of a picture, at most: a sixteenth of a degree each
 BLOCK = 15  # side of the parts that are looked at [pixels]: it divides a picture's edges
 # Numbers [parts, pixels] that are rendered anew in one doubling: some seconds.
@@ -44,7 +45,7 @@ def beam_warning(owner: str, error: float) -> list[str]:
     return [
         f"{owner}: its light by direction varies more than the bake follows; what its narrow beams "
         f"light may be off by {percent(error)}, in addition to the estimated error"
-    ] * (error > TOLERANCE)
+    ] * (error > WARNED)
 
 
 def bends(picture: np.ndarray) -> np.ndarray:

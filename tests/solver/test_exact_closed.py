@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 
+from radiosity_addon.settings import Settings
+from radiosity_addon.solver.sequence import solve
+from radiosity_addon.solver.solution import compose
 from verification import exact, meshes
 from verification.error import relative_error
 from verification.exact_solves import SHARP, deviation, radiosity
@@ -52,3 +55,18 @@ def test_manufactured_cube():
     for face in range(6):
         mean = found[scene.object == face].mean()
         assert mean == pytest.approx(truth[face], rel=HALF_PERCENT)
+
+
+@pytest.mark.parametrize("channel", [0, 2])
+def test_light_of_one_color_that_never_leaves_is_refused(channel):
+    """A closed box that glows, and reflects all light of one color; where that has no light it is solved."""
+    reflectance = np.full(3, 0.5)
+    reflectance[channel] = 1.0
+    corners, _ = meshes.box_polygons()
+    box = meshes.scene([meshes.grid(face, 2) for face in corners], reflectance[None], np.ones((1, 3)))
+    with pytest.raises(ValueError, match="of one color at least"):
+        solve(box, meshes.triangle_receivers(box, 2), Settings(error=0.03))
+    glow = np.where(reflectance < 1, 1.0, 0.0)
+    dark = meshes.scene([meshes.grid(face, 2) for face in corners], reflectance[None], glow[None])
+    found = compose(solve(dark, meshes.triangle_receivers(dark, 2), Settings(error=0.03)), Settings().passes)
+    assert np.allclose(found, 2 * glow / np.pi, rtol=0.03)

@@ -78,7 +78,7 @@ def solve_rows(
     solution, iterations, residual, began = source, 0, 0.0, time.perf_counter()
     if len(source) and source.any():
         factors = form_factors(transport, patches)
-        _check_steady(reflectance, transport, factors[0])
+        _check_steady(reflectance[:, source.any(axis=0)], transport, factors[0])
         found = solve_second_kind(
             lambda x: reflectance * transported(*factors, x), source, 0.03 * tolerance, 500
         )
@@ -95,12 +95,13 @@ def solve_rows(
 
 
 def _check_steady(reflectance: np.ndarray, transport: Transport, matrix: csr_matrix) -> None:
-    """Raise ValueError where light is only ever reflected: then none of it ever leaves."""
-    lossless = (reflectance.min(axis=1) > 1 - 1e-9).all()
+    """Raise ValueError where light of a channel is only ever reflected, by all rows' ``reflectance``
+    (n_rows, channels that have light): then none of it ever leaves."""
+    lossless = (reflectance > 1 - 1e-9).all(axis=0).any()
     if lossless and matrix.nnz == sum(block.hits.size for block in transport.blocks):
         raise ValueError(
-            "every surface of this closed scene reflects all light (reflectance 1), so that light "
-            "would grow without end; lower the reflectance of at least one material"
+            "every surface of this closed scene reflects all light (reflectance 1), of one color at least, so "
+            "that light would grow without end; lower the reflectance of at least one material"
         )
 
 
