@@ -145,10 +145,13 @@ def _misdirected(palette: Palette, settings: Settings) -> list[str]:
     }
     if not shares:
         return []
+    mirrors = [name for name, share in shares.items() if share > MOSTLY_GLOSSY]
     return [
         f"what metals, gloss and coatings mirror, up to {100 * max(shares.values()):.0f} % of the light, goes on as from "
         "matte surfaces, all around instead of one way; what that changes is no part of the error: "
-        f"{some_names(list(shares))}"
+        f"{some_names(list(shares))}",
+        *([f"a bake shows what is diffuse, so that what mostly mirrors is dark in it: {some_names(mirrors)}"]
+          if mirrors else []),
     ]
 
 
