@@ -219,7 +219,7 @@ def _fair_refusals(random: Random) -> str:
 
 
 def _check_light(random: Random, solution: Solution) -> None:
-    for name in ("emission", "direct", "indirect", "reflectance"):
+    for name in ("emission", "direct", "indirect", "diffuse"):
         values = getattr(solution, name)
         assert values.shape == (random.receivers.count, 3), name
         assert np.isfinite(values).all() and (values >= 0).all(), name
