@@ -1,6 +1,6 @@
 """Helper processes: beside a replicate's own process, they work on chunks of its rays and points. No bpy.
 
-The arrays that they work on are shared (``solver.workers.shared_arrays``). One that is lost is no loss:
+The arrays that they work on are shared (``shared_arrays``). One that is lost is no loss:
 its chunks are done by the process that it helps.
 """
 

@@ -40,11 +40,16 @@ class Ends(ArrayStruct):
     def points(self, context: Context, shift: np.ndarray) -> Points:
         """A point of its own at each end, a little back on the ray's way: nothing stands there. Points drawn
         in from the triangle's edges, or a hit as it is rounded, may lie behind a wall that stands close by."""
-        points = self.places.points(context.geometry, shift)
-        position = context.geometry.at(self.places.triangle, self.places.uv) + self.back
-        height = (self.back * points.normal[0]).sum(axis=1, keepdims=True)
-        position += np.maximum(OFFSET - height, 0) * points.normal[0]
-        return replace(points, position=position[None].astype(np.float32))
+        places, geometry = self.places, context.geometry
+        normal = np.where(places.front[:, None], 1.0, -1.0) * geometry.normal[places.triangle]
+        normal = normal.astype(np.float32)
+        position = geometry.at(places.triangle, places.uv) + self.back
+        height = (self.back * normal).sum(axis=1, keepdims=True)
+        position += np.maximum(OFFSET - height, 0) * normal
+        uv = places.uv.astype(np.float32)
+        return Points(
+            position[None].astype(np.float32), normal[None], places.triangle[None], uv[None], shift
+        )
 
     def surviving(self, chance: np.ndarray, xi: np.ndarray) -> Ends:
         """Russian roulette: those whose number ``xi`` (k,) lies below their ``chance`` (k,), with the
@@ -105,7 +110,6 @@ class Onward:
         glow *= self.passed.weight * ~context.explicit[places.triangle][:, None]
         light += sums_of(owner[first:], glow[first:], count)
         return light, sums_of(owner[:first], glow[:first], count)
-
 
     def of(self, owners: np.ndarray) -> Onward:
         """The same of rays whose owners number the ``owners`` (n,) int."""
