@@ -1,10 +1,10 @@
 """Bias: the solver against the independent path tracer, at points of random scenes.
 
-    python -m benchmarks.bias [--families NAME…] [--scenes N] [--seeds N] [--out FILE.jsonl]
+    python -m benchmarks.bias [--families NAME…] [--scenes N] [--seeds N] [--seconds S] [--out FILE.jsonl]
 
-Every solved scene is a line of ``--out``; what is in there is not done again, so that a run may be
-stopped and gone on with. Delete the file when the solver has changed. docs/bias.md is written from
-all lines, unless ``--no-page``.
+Every error asked of a scene is a line of ``--out``; what is in there is not done again, so that a run may be
+stopped, or stops by itself after ``--seconds``, and gone on with. Delete the file when the solver has
+changed. docs/bias.md is written from all lines, unless ``--no-page``.
 """
 
 from __future__ import annotations
@@ -12,6 +12,9 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+import time
+from collections.abc import Iterator
+from itertools import product
 from pathlib import Path
 
 from benchmarks.machine import commit
@@ -69,25 +72,31 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--points", type=int, default=POINTS)
     parser.add_argument("--paths", type=int, default=MOST, help="at most, for each point")
     parser.add_argument("--errors", type=float, nargs="+", default=[0.03, 0.01])
+    parser.add_argument("--seconds", type=float, default=float("inf"), help="then no scene begins")
     parser.add_argument("--out", type=Path, default=PAGE.parent / "figures" / "bias.jsonl")
     parser.add_argument("--no-page", action="store_true")
     arguments = parser.parse_args(argv)
     records = read(arguments.out)
-    done = {(r["family"], r["scene"], r["asked"]) for r in records}
-    for number in range(arguments.scenes):
-        for family in arguments.families:
-            errors = [e for e in arguments.errors if (family, number, e) not in done]
-            if not errors:
-                continue
-            for record in measure(family, number, errors, arguments.seeds, arguments.points,
-                                  arguments.paths):
-                records.append({**record, "commit": commit()})
-                with arguments.out.open("a", encoding="utf-8") as file:
-                    file.write(json.dumps(records[-1]) + "\n")
-                print(line(records[-1]), flush=True)
+    for record in measured_anew(arguments, records):
+        records.append(record)
+        with arguments.out.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(record) + "\n")
+        print(line(record), flush=True)
     if not arguments.no_page:
         PAGE.write_text(page(records), encoding="utf-8")
     return 0 if all(v.unbiased and v.off == 0 for v in verdicts(records)) else 1
+
+
+def measured_anew(arguments: argparse.Namespace, records: list[dict]) -> Iterator[dict]:
+    """What is not among the ``records`` yet, scene after scene of all families in turn; no scene begins after
+    ``arguments.seconds``."""
+    start, done = time.monotonic(), {(r["family"], r["scene"], r["asked"]) for r in records}
+    for number, family in product(range(arguments.scenes), arguments.families):
+        errors = [e for e in arguments.errors if (family, number, e) not in done]
+        if not errors or time.monotonic() - start > arguments.seconds:
+            continue
+        for record in measure(family, number, errors, arguments.seeds, arguments.points, arguments.paths):
+            yield {**record, "commit": commit()}
 
 
 def line(record: dict) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 import zlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,13 +58,14 @@ def _truth(found) -> Truth:
                  )  # fmt: skip
 
 
-def measure(family: str, number: int, errors, seeds: int, points=POINTS, most=MOST) -> list[dict]:
-    """One scene: a record for each error asked."""
+def measure(
+    family: str, number: int, errors, seeds: int, points=POINTS, most=MOST
+) -> Iterator[dict]:
+    """One scene: a record for each error asked, when it is known."""
     random = np.random.default_rng([zlib.crc32(family.encode()), number])
     build, scene, within = FAMILIES[family](random)
     receivers, triangle, uv = small_receivers(build, scene, points, random, within)
     truth = traced(scene, triangle, uv, 1000 * number, most)
-    records = []
     for asked in errors:
         found, told, start = [], [], time.perf_counter()
         for seed in range(seeds):
@@ -72,11 +74,10 @@ def measure(family: str, number: int, errors, seeds: int, points=POINTS, most=MO
             found.append([solution.direct.mean(axis=1), solution.indirect.mean(axis=1)])
             told.append(solution.statistics.estimated_error)
         seconds = (time.perf_counter() - start) / seeds
-        records.append({
+        yield {
             "family": family, "scene": number, "asked": asked, "seconds": seconds,
             **compared(np.array(found).transpose(0, 2, 1), truth), "told": _rms(told),
-        })  # fmt: skip
-    return records
+        }  # fmt: skip
 
 
 def compared(found: np.ndarray, truth: Truth) -> dict:

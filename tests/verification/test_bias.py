@@ -18,7 +18,7 @@ SLOW = ("windows", "many_lamps", "pictures")
     pytest.param(name, marks=[pytest.mark.slow] if name in SLOW else []) for name in HOLD
 ])  # fmt: skip
 def test_no_bias_and_no_point_off(family):
-    verdict = judged(measure(family, 0, (0.03,), seeds=2, points=8, most=8000))
+    verdict = judged(list(measure(family, 0, (0.03,), seeds=2, points=8, most=8000)))
     assert verdict.unbiased, verdict
     assert verdict.off == 0, verdict
 
