@@ -69,8 +69,8 @@ def assemble(parts: list[Part], warnings: list[str]) -> Assembly:
 def _report_unsound(name: str, unfinite: int, empty: int, warnings: list[str]) -> None:
     if unfinite:
         warnings.append(
-            f'object "{name}": {unfinite} triangles with NaN or infinite vertices '
-            f"(beyond {FARTHEST:g}) left out"
+            f'object "{name}": {unfinite} triangles with vertices that are NaN, infinite or '
+            f"beyond {FARTHEST:g} left out"
         )
     if empty:
         warnings.append(f'object "{name}": {empty} triangles without area left out')

@@ -15,6 +15,7 @@ from ..solver.fields import Constant, CornerColors, Field, Texture, srgb_to_line
 # Brightness [of anything] from which on it counts as infinite: Blender keeps infinity as 3.4e38, and
 # sums of such float32 overflow.
 INFINITE = 1e37
+NO_LIGHT = f"negative, not a number or above {INFINITE:g}"  # what ``sound`` takes as 0
 
 
 class NotSimple(Exception):

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..bake.layers import FARTHEST, within_range
 from ..solver.scene import AreaLamp, Lamp, PointLamp, SunLamp
-from .colors import sound
+from .colors import NO_LIGHT, sound
 
 SMALLEST_SIZE = 1e-4  # size [m] of an area lamp without extent
 SMALLEST_CONE = np.radians(1.0)  # angle [rad] of a cone, at least: Blender's own limit
@@ -22,25 +23,31 @@ def read_lamp(thing, matrix: np.ndarray, warnings: list[str]) -> Lamp | None:
     ``matrix`` (4, 4) is its world transform. What had to be changed is added to ``warnings``.
     """
     light = thing.data
-    power = _power(thing.name, light, warnings)
-    if not np.any(power > 0.0):
+    power, bad = sound(_power(light))
+    if bad:
+        warnings.append(
+            f'lamp "{thing.name}" has a color or energy ({light.energy:g}) that is {NO_LIGHT}; that '
+            "part is taken as 0"
+        )
+    elif not np.any(power):
         warnings.append(f'lamp "{thing.name}" has no energy or a black color; it gives no light')
+    if not np.any(power):
+        return None
+    if not within_range(matrix[:3, :3] if light.type == "SUN" else matrix[:3]).all():
+        warnings.append(
+            f'lamp "{thing.name}" is left out: its place, rotation or scale is not a number, or beyond '
+            f"{FARTHEST:g}"
+        )
         return None
     return READERS[light.type](thing.name, light, matrix, power, warnings)
 
 
-def _power(name: str, light, warnings: list[str]) -> np.ndarray:
-    """(3,) energy × color × 2^exposure × blackbody tint; negative or infinite parts become 0."""
+def _power(light) -> np.ndarray:
+    """(3,) energy × color × 2^exposure × blackbody tint."""
     power = np.array(light.color, np.float64) * light.energy
     power = power * 2.0 ** getattr(light, "exposure", 0.0)
     if getattr(light, "use_temperature", False):
         power = power * np.array(light.temperature_color, np.float64)
-    power, bad = sound(power)
-    if bad:
-        warnings.append(
-            f'lamp "{name}" has a color or energy ({light.energy:g}) that is negative, infinite or '
-            "not a number; that part is taken as 0"
-        )
     return power
 
 

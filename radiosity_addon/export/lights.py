@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..solver.scene import Lamp
-from .colors import NotSimple, multiply, sound
+from .colors import NO_LIGHT, NotSimple, multiply, sound
 from .images import working_space_is_rec709
 from .lamp_detail import beam_warning
 from .lamp_shape import ShapeStage, split, tree_varies, unreadable
@@ -97,8 +97,7 @@ def _tree_light(light: Light, data, reader: Reader, shapes: Shapes, warnings: li
     color, bad = sound(color)
     if bad:
         warnings.append(
-            f'lamp "{name}": its node tree gives light that is negative, infinite or not a number; '
-            "that is taken as 0"
+            f'lamp "{name}": its node tree gives light that is {NO_LIGHT}; that is taken as 0'
         )
     return [(color, None)]
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..settings import Pass, Settings
 from ..solver.scene import Material
-from .colors import Color, NotSimple, constant, extremes, sound, to_field, values
+from .colors import NO_LIGHT, Color, NotSimple, constant, extremes, sound, to_field, values
 from .images import working_space_is_rec709
 from .parts import material_key
 from .remarks import bare_remarks, material_remarks, moved_remarks, some_names
@@ -119,7 +119,7 @@ def _clamped(color: Color, limit: float, name: str, what: str, warnings: list[st
     if not bad and not bright:
         return color
     if bad:
-        warnings.append(f'material "{name}": {what} that is negative, infinite or not a number is taken as 0')
+        warnings.append(f'material "{name}": {what} that is {NO_LIGHT} is taken as 0')
     if bright:
         top = float(np.nanmax(ends))
         warnings.append(f'material "{name}": {what} {top:.3g} is above 1; it is clamped to 1')

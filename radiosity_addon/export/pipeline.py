@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bake.exported_object import ExportedObject
+from ..bake.layers import within_range
 from ..bake.windows import TexelRect, full_rect, sheet_of, window
 from ..settings import Target
 from ..solver.scene import Scene
@@ -31,7 +32,7 @@ from .illumination import Illumination, find_illumination
 from .lights import Light, read_lights, with_node_colors
 from .materials import gloss_remarks, read_materials, scene_materials
 from .meshes import read_loop_vertices
-from .parts import Part, read_parts
+from .parts import Part, read_parts, world_vertices
 from .remarks import bent_remarks, library_remarks
 from .render_depsgraph import with_render_depsgraph
 from .shading_normals import (
@@ -41,7 +42,7 @@ from .shading_normals import (
     texel_normal_steps,  # fmt: skip
 )
 from .smooth_groups import smooth_groups
-from .targets import NO_FACES, UNTRACED, choose_objects, sort_out, uv_map_name, why_none
+from .targets import NO_FACES, NO_NUMBERS, UNTRACED, choose_objects, sort_out, uv_map_name, why_none
 from .traceless import traceless
 from .tracing import Trace, add_copies, changes_faces, face_modifiers, read_trace
 
@@ -194,7 +195,7 @@ def _object(
     """What the bake needs of one receiver, or why it is left out."""
     start, stop = placed.start, placed.stop
     if stop == start:
-        return NO_FACES
+        return NO_FACES if within_range(world_vertices(placed.part)).all() else NO_NUMBERS
     weights = vertex = groups = None
     if settings.target == Target.VERTEX:
         mesh = _find_mesh(receiver)

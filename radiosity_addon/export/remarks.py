@@ -45,7 +45,7 @@ def tree_remarks(owner: str, tree) -> list[str]:
         for what in missing_images(tree)
     ]
     remarks += [
-        f"{owner}: {what} is infinite or not a number; light that comes of it counts as 0. Give it a number"
+        f"{owner}: {what} is not a number, or above {INFINITE:g}; light above that counts as 0. Give it a smaller number"
         for what in no_numbers(tree)
     ]
     if any(not link.is_valid for node_tree in _trees(tree) for link in node_tree.links):
@@ -157,7 +157,7 @@ def missing_images(tree) -> list[str]:
 
 
 def no_numbers(tree) -> list[str]:
-    """Inputs, and values of nodes without inputs, that are infinite or not a number."""
+    """Inputs, and values of nodes without inputs, that are not numbers, or so large that they count as infinite."""
     found = {}
     for node in nodes_of(tree):
         for socket in (*node.inputs, *(node.outputs if not node.inputs else ())):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ..bake.layers import FARTHEST
 from ..settings import Target
 from .parts import Part
 
@@ -24,6 +25,7 @@ SHARED_UV = (
     "single-user (--single-user)"
 )
 NO_FACES = "has no faces with area when it is rendered"
+NO_NUMBERS = f"the vertices of its faces are NaN, infinite or beyond {FARTHEST:g} when it is rendered"
 NO_UV = 'object "{object}" has no UV map named {name!r}; unwrap it or name another map'
 UNTRACED = (
     "its modifiers make faces that cannot be traced back to its own; apply them or bake an image"

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..solver.scene import Sky, SunLamp
-from .colors import NotSimple, sound
+from .colors import NO_LIGHT, NotSimple, sound
 from .panorama import close_up, panorama, world_scene
 from .remarks import no_numbers, nodes_of, world_remarks
 from .sockets import Reader, source, uses_nodes
@@ -67,8 +67,7 @@ def _sound(radiance: np.ndarray, world, warnings: list[str]) -> np.ndarray:
     radiance, bad = sound(radiance)
     if bad and not (uses_nodes(world) and no_numbers(world.node_tree)):  # which is told already
         warnings.append(
-            f'world "{world.name}" is negative, infinite or not a number, all around or in places; '
-            "that is taken as 0"
+            f'world "{world.name}" is {NO_LIGHT}, all around or in places; that is taken as 0'
         )
     return radiance
 

@@ -148,9 +148,19 @@ def test_unsound_faces_are_left_out_with_a_warning(blender, export):
     assert len(exported.scene.triangles) == 1
     assert np.all(np.isfinite(exported.scene.vertices))
     assert exported.warnings[:2] == (
-        'object "Broken": 2 triangles with NaN or infinite vertices (beyond 1e+18) left out',
+        'object "Broken": 2 triangles with vertices that are NaN, infinite or beyond 1e+18 left out',
         'object "Broken": 1 triangles without area left out',
     )
+
+
+@pytest.mark.parametrize("value, reason", [(np.nan, "NaN"), (1.0, "no faces with area")])
+def test_an_object_is_left_out_for_what_its_vertices_are(blender, export, value, reason):
+    add_plane(blender, "Floor")
+    mesh = blender.data.meshes.new("Broken")
+    mesh.from_pydata([(value, 0, 0), (1, 0, 0), (1, 0, 0)], [], [(0, 1, 2)])
+    add_object(blender, "Broken", mesh)
+    ((name, told),) = export().skipped
+    assert name == "Broken" and reason in told
 
 
 def test_mesh_in_edit_mode_is_up_to_date(blender, export):

@@ -94,7 +94,7 @@ def test_dark_lamps_are_left_out_and_named(blender, export, attributes):
 
 BAD = {
     "negative": ("POINT", {"energy": -5.0}, 0, "negative"),
-    "infinite": ("POINT", {"energy": float("inf")}, 0, "infinite"),  # kept as 3.4e38
+    "infinite": ("POINT", {"energy": float("inf")}, 0, "above 1e+37"),  # kept as 3.4e38
     "no size": ("AREA", {"energy": 1.0, "size": 0.0}, 1, "no size"),
     "scaled to nothing": ("AREA", {"energy": 1.0, "scale": (0, 1, 1)}, 1, "no size"),
 }
@@ -107,10 +107,22 @@ def test_bad_lamps_warn_and_stay_finite(blender, export, name):
     add_lamp(blender, kind, **attributes)
     exported = export()
     assert len(exported.scene.lamps) == count
-    assert any(words in w and "Lamp" in w for w in exported.warnings)
+    (told,) = [w for w in exported.warnings if "Lamp" in w]
+    assert words in told
     for lamp in exported.scene.lamps:
         for value in vars(lamp).values():
             assert isinstance(value, str) or np.all(np.isfinite(np.asarray(value, float)))
+
+
+@pytest.mark.parametrize("place", [float("nan"), 1e30])
+@pytest.mark.parametrize("kind", ["POINT", "SUN"])
+def test_lamps_that_are_nowhere_are_left_out_and_named(blender, export, kind, place):
+    """A sun lights from everywhere alike, but that its matrix is one of numbers."""
+    add_plane(blender)
+    add_lamp(blender, kind, energy=1.0).location.x = place
+    exported = export()
+    told = [w for w in exported.warnings if w.startswith('lamp "Lamp" is left out')]
+    assert len(told) == 1 - len(exported.scene.lamps) == (kind == "POINT")
 
 
 def test_spot_without_cone(blender, export):
