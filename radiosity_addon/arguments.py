@@ -64,10 +64,13 @@ def parse(argv: list[str], opened: bool = False) -> BakeRequest:
         parser.error("--image-dir writes images; add --target image")
     if found.format and not found.image_dir:
         parser.error("--format is for image files; say where with --image-dir DIR")
-    if found.color_type == "byte" and found.target != Target.VERTEX:
+    if found.color_type and found.target != Target.VERTEX:
         parser.error("--color-type is for vertex colors; images have --format")
     if found.scale is not None and not (found.color_type == "byte" or found.format in SCALED):
         parser.error(f"--scale is for --color-type byte and --format {', '.join(SCALED)}")
+    if found.unwrap and found.uv_map:
+        parser.error(f"--unwrap is for a UV map that is made, and --uv-map {found.uv_map!r} is used as "
+                     "it is; leave one of them out")  # fmt: skip
     for option in ("atlas", "density"):
         if getattr(found, option) is not None and found.target != Target.IMAGE:
             parser.error(f"--{option} is for images; add --target image")
@@ -96,10 +99,14 @@ def _check_several(parser, found) -> None:
 
 
 def _with_options(text: str) -> str:
-    """The text with settings of several words as the options that they are."""
-    names = [each.name for each in fields(Settings) if "_" in each.name]
-    words = {name: f"--{name.replace('_', '-')}" for name in names}
-    return re.sub(rf"\b({'|'.join(words)})\b", lambda found: words[found[0]], text)
+    """The text with settings as the options that they are: those of several words wherever they are
+    named, the others before the verb."""
+    words = {each.name: f"--{each.name.replace('_', '-')}" for each in fields(Settings)}
+    several = rf"\b({'|'.join(name for name in words if '_' in name)})\b"
+    each = rf"\b({'|'.join(name for name in words if name != 'height')})\b(?=[^'\"]*? (is|are|has)\b)"
+    for pattern in (several, each):
+        text = re.sub(rf"(?<!-){pattern}", lambda found: words[found[1]], text)
+    return text
 
 
 def _unused(found) -> tuple[str, ...]:
@@ -113,7 +120,7 @@ def _unused(found) -> tuple[str, ...]:
 
 
 def _settings(found: argparse.Namespace) -> Settings:
-    given = {name: getattr(found, name) for name in ("domain", "unwrap", "margin")}
+    given = {name: getattr(found, name) for name in ("domain", "unwrap", "margin", "color_type")}
     width, height = found.resolution or (DEFAULTS.resolution, None)
     return Settings(
         **{name: value for name, value in given.items() if value is not None},
@@ -127,7 +134,6 @@ def _settings(found: argparse.Namespace) -> Settings:
         uv_map=found.uv_map,
         image_dir=found.image_dir,
         format=found.format,
-        color_type=found.color_type,
         scale=found.scale,
         name=found.name,
         passes=found.passes,

@@ -80,14 +80,14 @@ def _add_uv_maps(group) -> None:
     add("--atlas", metavar="NAME", help="image target: all objects share the image NAME_<atlas>")
     add(
         "--atlas-images",
-        type=int,
+        type=_integer,
         metavar="N",
         default=DEFAULTS.atlas_images,
         help="at most so many images for the atlas (%(default)s)",
     )
     add(
         "--density",
-        type=float,
+        type=_number,
         metavar="D",
         help="texels per meter in the atlas (as many as fit); --resolution is the most then",
     )
@@ -104,7 +104,7 @@ def _add_uv_maps(group) -> None:
     )
     add(
         "--margin",
-        type=int,
+        type=_integer,
         metavar="N",
         help=f"texels by which islands are extended ({DEFAULTS.margin})",
     )
@@ -117,8 +117,7 @@ def _add_colors(group) -> None:
     add(
         "--color-type",
         choices=COLOR_TYPES,
-        default=DEFAULTS.color_type,
-        help="vertex target: 32-bit floats, or 8 bits a channel (%(default)s)",
+        help=f"vertex target: 32-bit floats, or 8 bits a channel ({DEFAULTS.color_type})",
     )
     add(
         "--scale",
@@ -149,8 +148,8 @@ def _add_accuracy(group) -> None:
         default=DEFAULTS.quality,
         help=f"target relative error: {presets} (%(default)s)",
     )
-    add("--error", type=float, metavar="E", help="target relative error; overrides --quality")
-    add("--time-limit", type=float, metavar="S", help="the best result within S seconds of solving")
+    add("--error", type=_number, metavar="E", help="target relative error; overrides --quality")
+    add("--time-limit", type=_number, metavar="S", help="the best result within S seconds of solving")
     add(
         "--no-shading-normals",
         dest="shading_normals",
@@ -163,8 +162,8 @@ def _add_accuracy(group) -> None:
         action="store_false",
         help="leave out what metals, gloss and coatings mirror; else it goes on as from matte surfaces",
     )
-    add("--seed", type=int, metavar="N", default=DEFAULTS.seed, help="(%(default)s)")
-    add("--threads", type=int, metavar="N", default=DEFAULTS.threads, help="0: all cores")
+    add("--seed", type=_integer, metavar="N", default=DEFAULTS.seed, help="(%(default)s)")
+    add("--threads", type=_integer, metavar="N", default=DEFAULTS.threads, help="0: all cores")
 
 
 class _Parser(argparse.ArgumentParser):
@@ -190,6 +189,20 @@ def _size(text: str) -> tuple[int, int | None]:
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r}; give texels, as 1024 or 2048x1024") from None
     return width, height
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r}; give a number, such as 0.5") from None
+
+
+def _integer(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r}; give a whole number") from None
 
 
 def _scale(text: str) -> float:

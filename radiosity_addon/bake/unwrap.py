@@ -13,6 +13,7 @@ import numpy as np
 
 from ..steps import finish, scaled
 from .layers import bulk, check_editable
+from .made import read_made
 from .overlaps import overlap_steps
 from .pack import Chart, pack
 from .seams import cut_sharp_edges
@@ -22,6 +23,7 @@ from .windows import own_size
 
 # Angle [rad] between neighbors: those that differ by less may share a chart.
 ANGLE = math.radians(66)
+HOW = "unwrap"  # name [fact of a map] of the way in which its charts were made
 MOST_MAPS = 8  # number [UV maps] that Blender renders from
 ATTEMPTS = 4  # number [attempts] at a layout without overlaps
 CHECKED = 256  # edge [texels] of the image in which overlaps are looked for
@@ -71,9 +73,23 @@ def unwrap_steps(objects, name: str, size: tuple[int, int], margin: int, how: st
         uv = yield from chart_steps(shape, how, existing, gap / height, index / len(lacking))
         if how != "smart" or width != height:
             uv = pack([Chart(shape, uv)], (width, height), gap).uvs[0]
-        held.append(HeldMap(identity, each, called, uv))
+        held.append(HeldMap(identity, each, called, uv, {HOW: how}))
         yield (index + 1) / len(lacking)
     return held
+
+
+def kept_maps(objects, name: str, how: str) -> list[str]:
+    """Those of the objects of these names that have the UV map, made in another way than ``how`` would;
+    one of the user's own passes for "smart", so that nobody is told who did not ask."""
+    import bpy
+
+    kept = []
+    for each in objects:
+        item = bpy.data.objects.get(each)
+        found = find_uv_map(item.data, name) if item is not None and item.type == "MESH" else None
+        if found and read_made(item.data).get(found, {}).get(HOW, "smart") != how:
+            kept.append(each)
+    return kept
 
 
 def existing_uvs(obj) -> np.ndarray:

@@ -7,7 +7,8 @@ from ..settings import Target
 from .parts import Part
 
 NOT_RENDERED = "is not visible in renders"
-NOT_MESH = "is a {type}, which cannot hold baked colors; convert it to a mesh"
+NOT_MESH = "its type is {type}; meshes alone are baked"
+CONVERTIBLE = ("CURVE", "SURFACE", "META", "FONT")  # types of objects that Blender makes meshes of
 LINKED = (
     "its mesh is linked from a library and cannot get a color attribute; make it local "
     "(Object > Relations > Make Local > All)"
@@ -100,7 +101,8 @@ def sort_out(things, parts: list[Part], seen: set[str], settings):
 
 def _refusal(thing, own, seen, settings) -> str | None:
     if thing.type != "MESH":
-        return NOT_MESH.format(type=thing.type.lower())
+        convert = ": convert it to one" if thing.type in CONVERTIBLE else ""
+        return NOT_MESH.format(type=thing.type.lower().replace("_", " ")) + convert
     if thing.name not in own:
         return NO_FACES if thing.name in seen else NOT_RENDERED
     if settings.target == Target.VERTEX and (thing.data.library or thing.data.override_library):

@@ -9,7 +9,7 @@ from .. import memory
 from ..bake.atlas_layout import atlas_steps, check_own_maps
 from ..bake.faces import most_receivers
 from ..bake.rendered import Rendered
-from ..bake.unwrap import unwrap_steps
+from ..bake.unwrap import kept_maps, unwrap_steps
 from ..bake.uv_maps import HeldMap, give_maps, given, remove_uv_maps, take_back
 from ..bake.windows import own_size
 from ..export.exported import Exported
@@ -62,6 +62,7 @@ def prepare_steps(scene, view_layer, settings: Settings, tell=lambda fraction: N
         warnings=(
             *exported.scene.warnings,
             *exported.warnings,
+            *_warn_of_maps(exported.objects, settings),
             *_warn_of_sharing(_find(*layer)[1], exported.objects, settings),
         ),
     )
@@ -194,6 +195,17 @@ def _of_targets(held: list[HeldMap], targets) -> list[HeldMap]:
     objects = {item.session_uid: item for item in bpy.data.objects}
     meshes = {objects[t.identity].data for t in targets if t.identity in objects}
     return [h for h in held if h.identity in objects and objects[h.identity].data in meshes]
+
+
+def _warn_of_maps(targets, settings: Settings) -> list[str]:
+    """A sentence on UV maps that are there and were made in another way than is asked for."""
+    if settings.target != Target.IMAGE or settings.uv_map is not None or settings.atlas is not None:
+        return []
+    kept = kept_maps([target.name for target in targets], UV_MAP, settings.unwrap)
+    return [
+        f"the UV map {UV_MAP!r} of {_quoted(kept)} is used as it is, not made anew as for unwrap "
+        f"{settings.unwrap!r}; remove it for a new one (Remove Bake: UV Maps)"
+    ] if kept else []  # fmt: skip
 
 
 def _warn_of_sharing(view_layer, targets, settings: Settings) -> list[str]:

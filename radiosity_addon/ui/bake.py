@@ -7,7 +7,7 @@ from bpy.app.translations import pgettext_rpt as rpt_
 
 from . import background, overlay, results, session
 from .choice import chosen_objects, why_not
-from .keywords import KEYWORDS, with_keywords
+from .keywords import given_to, with_keywords, without_use
 from .progress_bar import redraw
 from .properties import settings_of
 from .report_store import store_report
@@ -45,7 +45,7 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
             return self._go_modal(context)
         if not self._begin(context):
             return {"CANCELLED"}
-        background.carry_on(context.window, self._given())
+        background.carry_on(context.window, given_to(self))
         redraw(context)
         return {"INTERFACE"}
 
@@ -85,16 +85,9 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
         """Repeat Last and Adjust Last Operation: what the button does, once this call is over, as
         a call that blocks would freeze the window."""
         window = bpy.context.window
-        press = partial(background.press, window and window.as_pointer(), self._given())
+        press = partial(background.press, window and window.as_pointer(), given_to(self))
         bpy.app.timers.register(press, first_interval=0.0)
         return {"CANCELLED"}
-
-    def _given(self) -> dict:
-        """The keywords of this call."""
-        return {
-            name: getattr(self, name)
-            for name in KEYWORDS if self.properties.is_property_set(name)
-        }  # fmt: skip
 
     def _go_modal(self, context):
         manager = context.window_manager
@@ -108,10 +101,16 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
             properties = with_keywords(context.scene.radiosity, self)
             settings = settings_of(properties, chosen_objects(context, properties))
             session.begin(session.BakeSession(context.scene.name, settings))
+            self._tell_unused(properties.target)
         except EXPECTED as error:
             self.report({"ERROR"}, str(error))
             return False
         return True
+
+    def _tell_unused(self, target: str) -> None:
+        unused = ", ".join(without_use(target, self))
+        if unused:
+            self.report({"WARNING"}, rpt_("The target {:s} has no use for: {:s}").format(target, unused))
 
     def _tick(self, context, bake):
         if not self._step(context, bake):

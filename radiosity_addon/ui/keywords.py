@@ -22,6 +22,12 @@ IMPLIED = {
     "atlas_images": ("use_atlas", True),
     "density": ("use_atlas", True),
 }
+# Keywords that one target alone has a use for.
+ONLY_FOR = {
+    "IMAGE": ("resolution", "height", "uv_map", "unwrap", "margin", "use_atlas", "atlas",
+              "atlas_images", "density", "write_files", "image_dir", "format"),
+    "VERTEX": ("domain", "byte_colors"),
+}  # fmt: skip
 PROPERTIES = {"BOOLEAN": BoolProperty, "INT": IntProperty, "FLOAT": FloatProperty,
          "STRING": StringProperty, "ENUM": EnumProperty}  # fmt: skip
 # What the registered property calls a word of its declaration, where it differs.
@@ -53,11 +59,22 @@ def _like(each):
 
 def with_keywords(properties: RadiositySettings, operator) -> SimpleNamespace:
     """The scene's settings, and in place of some those that ``operator`` was given."""
-    given = getattr(operator, "properties", None)
-    asked = {} if given is None else {
-        name: getattr(given, name) for name in KEYWORDS if given.is_property_set(name)
-    }  # fmt: skip
+    asked = given_to(operator)
     for name, (other, value) in IMPLIED.items():
         if name in asked:
             asked.setdefault(other, value)
     return SimpleNamespace(**{**{name: getattr(properties, name) for name in KEYWORDS}, **asked})
+
+
+def given_to(operator) -> dict:
+    """The keywords of a call, and their values."""
+    given = getattr(operator, "properties", None)
+    if given is None:
+        return {}
+    return {name: getattr(given, name) for name in KEYWORDS if given.is_property_set(name)}
+
+
+def without_use(target: str, operator) -> list[str]:
+    """The keywords that ``operator`` was given and that change nothing for this target."""
+    given = given_to(operator)
+    return [name for other, names in ONLY_FOR.items() if other != target for name in names if name in given]

@@ -9,6 +9,8 @@ from radiosity_addon.bake.overlaps import overlap_layers
 from radiosity_addon.bake.texels import overlapping_texels, texel_receivers
 from radiosity_addon.bake.unwrap import ensure_uv_map
 from radiosity_addon.bake.uv_maps import find_uv_map, remove_uv_maps
+from radiosity_addon.bake_job import prepare
+from radiosity_addon.settings import Settings
 from tests.export.stage import linked
 
 
@@ -164,6 +166,21 @@ def test_shared_meshes_share_the_map_and_existing_maps_stay(box, blender):
     before = triangles_uv(box)
     assert ensure_uv_map([box, twin]) == []
     assert np.array_equal(triangles_uv(box), before)
+
+
+def test_maps_that_stay_although_another_unwrap_is_asked_for_are_told(box, blender):
+    def told(**options) -> list[str]:
+        settings = Settings(target="image", resolution=16, **options)
+        return [text for text in prepare(blender.context, settings).warnings if "used as it is" in text]
+
+    assert not told(unwrap="lightmap")  # which makes the map
+    assert not told(unwrap="lightmap") and not told(uv_map="Radiosity")
+    (text,) = told()
+    assert "'Radiosity' of 'Box'" in text and "unwrap 'smart'" in text
+    box.data.uv_layers.remove(box.data.uv_layers["Radiosity"])
+    del box.data["radiosity_made"]
+    box.data.uv_layers.new(name="Radiosity")  # by the user
+    assert not told() and told(unwrap="existing")
 
 
 def test_colors_of_that_name_stay(box):

@@ -46,6 +46,19 @@ def test_keywords_imply_what_they_need(file, tmp_path):
     assert settings(target="IMAGE", image_dir=str(tmp_path)).image_dir == str(tmp_path)
 
 
+def test_keywords_of_the_other_target_are_told(file):
+    from radiosity_addon.ui.keywords import KEYWORDS, ONLY_FOR, without_use
+
+    def unused(target, **given):
+        stand_in = SimpleNamespace(is_property_set=given.__contains__, **given)
+        return without_use(target, SimpleNamespace(properties=stand_in))
+
+    assert unused("VERTEX", resolution=64, margin=2, quality="DRAFT") == ["resolution", "margin"]
+    assert unused("IMAGE", resolution=64, domain="POINT", seed=1) == ["domain"]
+    assert {name for names in ONLY_FOR.values() for name in names} <= set(KEYWORDS)
+    assert file.ops.radiosity.bake(target="VERTEX", resolution=16, quality="DRAFT") == {"FINISHED"}
+
+
 def test_wrong_keywords_are_errors(file):
     with pytest.raises(TypeError, match="PICTURE"):
         file.ops.radiosity.bake(target="PICTURE")
@@ -132,11 +145,10 @@ def test_repeating_does_not_block(file, monkeypatch):
         context=SimpleNamespace(window=SimpleNamespace(as_pointer=lambda: 7)),
     ))  # fmt: skip
     operator = SimpleNamespace(
-        options=SimpleNamespace(is_repeat=False, is_repeat_last=True), error=0.05,
-        properties=SimpleNamespace(is_property_set=lambda name: name == "error"),
+        options=SimpleNamespace(is_repeat=False, is_repeat_last=True),
+        properties=SimpleNamespace(is_property_set=lambda name: name == "error", error=0.05),
     )  # fmt: skip
-    for name in ("_again", "_given"):
-        setattr(operator, name, getattr(bake.RADIOSITY_OT_bake, name).__get__(operator))
+    operator._again = bake.RADIOSITY_OT_bake._again.__get__(operator)
     assert bake.RADIOSITY_OT_bake.execute(operator, file.context) == {"CANCELLED"}
     assert begun == []
     timers[0]()
