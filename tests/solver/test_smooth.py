@@ -127,6 +127,20 @@ def test_an_edge_at_an_angle_is_smoothed_too():
         assert not (dark[number[border.pixel]] & ~dark[number[border.other]]).any()
 
 
+@pytest.mark.parametrize("level", range(5))
+def test_ragged_islands_are_averaged(level):
+    """No texel gives more than it has, on islands of any shape whose edges cut texels, so that their middles
+    are not in line: an average of 0 and 1 lies between."""
+    random = np.random.default_rng(7)
+    some = np.flatnonzero(random.random(SIZE**2) < 0.7)
+    middle = PLACE[some] + random.uniform(-0.2, 0.2, (len(some), 3)) / SIZE * [1, 1, 0]
+    (ragged,) = build_lattices(GRID[some], middle, np.tile([0.0, 0, 1], (len(some), 1)))
+    values = (random.random((len(some), 20)) < 0.5).astype(float)
+    for picture in ragged.step(*ragged.spread(values), level=level):
+        found = ragged.read(picture)
+        assert found.min() > -1e-6 and found.max() < 1 + 1e-6
+
+
 def test_nothing_to_share():
     """No light: nothing changes and nothing is touched."""
     none = np.zeros((SIZE**2, 3), np.float32)

@@ -7,7 +7,7 @@ Near neighbors on one side stand in for them: over a texel or two light hardly v
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -28,6 +28,14 @@ class Border(ArrayStruct):
     pixel: np.ndarray
     other: np.ndarray
     weight: np.ndarray  # (k,) float32
+
+    def within(self, most: np.ndarray) -> Border:
+        """The weights of each texel made smaller where they add up to more than ``most`` (k,) of it: pairs have
+        had the rest. A kernel that gave away more than all would turn what it averages around."""
+        _, row = np.unique(self.pixel, return_inverse=True)
+        total = np.bincount(row, self.weight)[row]
+        factor = np.clip(most / total, 0, 1)
+        return replace(self, weight=(factor * self.weight).astype(np.float32))
 
     def prepared(self, size: int) -> tuple[np.ndarray, csr_matrix]:
         """Pixels (r,), and (r, size) CSR: how much they change by, from pictures of ``size``."""

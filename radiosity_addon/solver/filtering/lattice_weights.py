@@ -23,6 +23,7 @@ FLAT = 0.1  # distance [of the pair's] of a pair's middle from the texel: furthe
 ROUND = 0.3  # distance [of the pair's]: the same where faces are shaded smooth: edges up to 33° are
 STRETCH = 2.0  # width [of what texels nearby have] of a pair: wider, it does not count
 MOST = 2.0  # factor [of a pair's weight] where others are missing, at most
+MOST_GIVEN = 2 * sum(weight for *_, weight in DIRECTIONS)  # share [of the kernel] of a texel's neighbors, at most
 
 
 def build_lattices(
@@ -116,7 +117,8 @@ def _borders(
         border = find_border(lattice.pixel, number, missing, position, normal, level)
         if blocked:
             border = border.take(~_is_blocked(border, missing, blocked[level], level))
-        borders.append(border)
+        given = 2 * sum(lattice.weights[level]).ravel()
+        borders.append(border.within(MOST_GIVEN - given[lattice.inner_pixel(border.pixel)]))
     return tuple(borders)
 
 
