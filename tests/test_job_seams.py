@@ -146,6 +146,37 @@ def test_slabs_of_two_colors_have_the_same_light():
     assert one / other == pytest.approx(1, abs=0.005)
 
 
+def crowded_job(**options):
+    """The second slab as thin as 0.3 of a texel in its image, beside another that shares its texels: that one is 5 m
+    above, with a lamp that lights nothing else, a hundred times as bright."""
+    job = slab_job([(SQUARE + [0, 0, 5], QUAD)], **options)
+    first, second = job.targets
+    above = LOW + 0.5 / SIZE + np.array([0.3, EDGE]) * job.scene.vertices[job.scene.triangles[4:6], :2]
+    uv = np.concatenate([LOW + (second.uv - LOW) * [0.3 / SIZE / EDGE, 1], above])
+    crowded = replace(second, stop=6, uv=uv)
+    lamp = PointLamp("Above", np.array([0.5, 0.5, 5.5]), np.full(3, 1000.0))
+    scene = replace(job.scene, lamps=(*job.scene.lamps, lamp))
+    return replace(job, scene=scene, targets=(first, crowded))
+
+
+def test_no_light_comes_over_a_seam_from_another_island():
+    """What is shown of the second slab is mostly what is above it, of which the first one gets nothing."""
+    plain, fitted = (run(crowded_job(margin=margin)).colors for margin in (0, 8))
+    assert np.nanmax(plain[1][..., :3]) > 50 * plain[0][..., :3].max()
+    on = plain[0][..., 3] == 1
+    assert on.sum() == 100 and np.array_equal(plain[0][on], fitted[0][on])
+
+
+def test_tiles_tell_what_cannot_be_fitted():
+    """Slabs half a texel wide and 9.76 long, in tiles of six texels at most: the same words as of one piece."""
+    job = slab_job(edge=np.array([0.5 / SIZE, EDGE]))
+    tiling = Tiling(undivided=5, tile=6, survey=16, overlap=2)
+    assert len(tiles_of(job, tiling)) > 2
+    one, tiled = (run(job, tiling=each).warnings for each in (None, tiling))
+    assert sum("thinner than a texel (100 %)" in text for text in one) == 2
+    assert one == tiled
+
+
 @pytest.mark.parametrize(("edge", "told"), [(EDGE, False), (0.5 / SIZE, True)])
 def test_slabs_thinner_than_a_texel_are_warned_of(edge, told):
     """Half a texel wide and high, inside one texel of theirs: all of their surface."""

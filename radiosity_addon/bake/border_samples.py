@@ -30,6 +30,7 @@ class SeamSamples(ArrayStruct):
     other: Stencils
     weight: np.ndarray  # (k,) float64
     across: Segments  # (k,) from a little to one side to a little to the other
+    triangle: np.ndarray  # (k, 2) int: of one side and of the other
 
 
 def sample_seams(charted: Charted, edges: Edges, seams: Seams, sheets: Sheets) -> SeamSamples:
@@ -37,7 +38,7 @@ def sample_seams(charted: Charted, edges: Edges, seams: Seams, sheets: Sheets) -
     sides = seams.one, seams.other
     lengths = np.stack([_texels_along(charted, edges, part) for part in sides])
     owner, fraction, weight = _spread_evenly(lengths.max(0))
-    stencils, beside, up = [], [], []
+    stencils, beside, up, triangle = [], [], [], []
     for part in sides:
         own = edges.take(part.edge[owner])
         along = part.along[owner]
@@ -47,7 +48,9 @@ def sample_seams(charted: Charted, edges: Edges, seams: Seams, sheets: Sheets) -
         start, end = own.ends(charted.vertices[charted.triangles])
         beside.append(start + along * (end - start) + _aside(charted, own))
         up.append(face_normals_of(charted, own.triangle))
-    return SeamSamples(*stencils, weight, Segments(beside[0], up[0], beside[1], up[1]))
+        triangle.append(own.triangle)
+    across = Segments(beside[0], up[0], beside[1], up[1])
+    return SeamSamples(*stencils, weight, across, np.stack(triangle, 1))
 
 
 def _spread_evenly(length: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -10,7 +10,7 @@ from scipy.sparse.linalg import cg
 
 # Residuals [relative, the diagonal scaled to 1]: at the end, and in between.
 TOLERANCE, ROUGH = 1e-8, 1e-2
-ITERATIONS = 400  # number [iterations] of a solve, at most
+ITERATIONS = 1000  # number [iterations] of a solve, at most
 ROUNDS = 4  # number [rounds] of solving, fixing what left its bounds, and solving for the rest
 
 log = logging.getLogger(__name__)

@@ -12,6 +12,8 @@ import numpy as np
 
 from ..solver.array_struct import ArrayStruct
 
+SEEN = 1e-6  # weight [of 1]: a texel with less is not seen at a place
+
 
 @dataclass(frozen=True)
 class Stencils(ArrayStruct):

@@ -7,7 +7,8 @@ know nothing, and the two sides show what each makes of it. The values x of thes
 
     Σ_t a_t |(P x)_t − L_t|² + λ Σ_s l_s |(A x)_s − (B x)_s|² + ε |x − x₀|²
 
-P shows x at the middles of texels' covered parts, a texels each, of which L are the means: exact for
+each square over that of max(L, L̄/4), L the light there and L̄ its mean, as errors are told: a texel of the margin
+between a dark island and a bright one is seen by both, and would else have the bright one's light. P shows x at the middles of texels' covered parts, a texels each, of which L are the means: exact for
 light that is linear. A and B show both sides of seams at places that stand for l texels each. A jump
 of j counts three times the least error that it makes on the surface: j/2 at the seam that falls to 0
 within a texel to both sides, whose square is 2 (j/2)² ∫₀¹ (1 − t)² dt = j²/6. x₀ are the means, and
@@ -21,14 +22,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix, diags, vstack
 
+from ..solver.adaptive.relative_error import area_shares, mean_over, scale_of
 from .border_samples import SeamSamples
 from .bounded import solve_bounded
-from .shown import Sheets, Stencils
+from .shown import SEEN, Sheets, Stencils
 
 EQUAL = 3 / 6  # weight λ [texels per texel of length]: what a jump over a seam costs; eyes see steps first
 STAY = 1e-4  # weight ε [texels]: how much texels stay what they are without the fit
 TOLERANCE = 1e-4  # residual [relative]: far below what anybody sees
-SEEN = 1e-6  # weight [of 1]: a texel with less is not seen at a place
 LEEWAY = 0.5  # excess [of the light's span nearby] of a value over the light, at most
 NEARBY = 2  # distance [texels] up to which the light's span is taken
 
@@ -64,10 +65,12 @@ def fit_texels(
     colored[known.texel] = True
     rows = _Rows(unknown, colored, pixels)
     touched = (unknown.of(known.middle.texel) >= 0).any(1)
-    rows.add(known.middle.take(touched), known.share[touched], known.mean[touched])
-    rows.add(_difference(seams.one, seams.other), EQUAL * seams.weight)
+    counts = _Importance(light, known)
+    rows.add(known.middle.take(touched), known.share[touched] * counts.known[touched], known.mean[touched])
+    both = _difference(seams.one, seams.other)
+    rows.add(both, EQUAL * seams.weight * counts.at(both))
     alone = Stencils(chosen[:, None], np.ones((len(chosen), 1)))
-    rows.add(alone, np.full(len(chosen), STAY), guess)
+    rows.add(alone, STAY * counts.at(alone), guess)
     matrix, right = rows.normal_equations()
     low, high = _bounds(sheets, light, known.mean, chosen, guess)
     low, high = _widened(low, high, unknown, seams)
@@ -89,6 +92,27 @@ class _Numbers:
     def of(self, texel: np.ndarray) -> np.ndarray:
         """int32 of the shape of ``texel``: which of the unknown each is; -1 for others."""
         return self._number[texel]
+
+
+class _Importance:
+    """What squares of errors count for: (L̄ / max(L, L̄/4))², L the light there, as in the report."""
+
+    def __init__(self, light: _Numbers, known: Known):
+        share = area_shares(known.share)
+        self._light, self._scale = light, scale_of(known.mean, share)[:, 0]
+        self._mean = max(mean_over(share, known.mean), 1e-30)
+
+    @property
+    def known(self) -> np.ndarray:
+        """(k,) where light is known."""
+        return (self._mean / self._scale) ** 2
+
+    def at(self, places: Stencils) -> np.ndarray:
+        """(n,) at ``places`` (n,), by the brightest light that is known of what they see."""
+        number = self._light.of(places.texel)
+        there = (number >= 0) & (np.abs(places.weight) > SEEN)
+        scale = np.where(there, self._scale[number], 0).max(1)
+        return (self._mean / np.where(scale > 0, scale, self._scale.min())) ** 2
 
 
 class _Rows:

@@ -1,5 +1,4 @@
-"""Texel parts: how much of each texel lies on the surface, and where the middle of that is; and
-texels that cannot show what they should, because islands share them or are too thin. NumPy only."""
+"""Texel parts: how much of each texel lies on the surface, where the middle of that is, and whose it is. NumPy only."""
 
 from __future__ import annotations
 
@@ -7,16 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..figures import percent
 from ..solver.geometry.planar import cell_areas, cell_middles, doubled_areas
 from ..solver.receivers import Receivers
-from .shown import Sheets
+from .shown import SEEN, Sheets, Stencils
 
-NOTABLE = 0.01  # share [of the surface] of texels that cannot be fitted: less is not warned of
-TOUCH = 0.01  # share [of a texel]: an island that has less of one does not count there
 NONE, SEVERAL = -1, -2  # codes [islands] of texels without, and with more than one, island
-# Directions [quarters of a texel]: up and right of its middle.
-QUARTERS = (-1, -1), (-1, 1), (1, -1), (1, 1)
 COVERED = 0.999  # share [of a texel] covered: its mean is its value, and its island is not thinner
 
 
@@ -56,7 +50,7 @@ def anchored_texels(
 
     ``cell_texel`` and ``island`` (c,) int are the texel and the island of each cell.
     """
-    owner = _owners(sheets, cell_texel, island)
+    owner = owners(sheets, cell_texel, island)
     inside = np.full(sheets.count, NONE)
     inside[texel[covered]] = owner[texel[covered]]
     own = owner[texel]
@@ -71,7 +65,7 @@ def anchored_texels(
     return beside & alone
 
 
-def _owners(sheets: Sheets, texel: np.ndarray, island: np.ndarray) -> np.ndarray:
+def owners(sheets: Sheets, texel: np.ndarray, island: np.ndarray) -> np.ndarray:
     """(n,) the island of each texel of the images, from those of cells (c,); or NONE, or SEVERAL."""
     owner = np.full(sheets.count, NONE)
     owner[texel] = island
@@ -79,72 +73,13 @@ def _owners(sheets: Sheets, texel: np.ndarray, island: np.ndarray) -> np.ndarray
     return owner
 
 
-def crowded_shares(
-    sheets: Sheets, parts: TexelParts, texel: np.ndarray, island: np.ndarray
+def shows_own(
+    sheets: Sheets, points: Stencils, island: np.ndarray, cell_texel: np.ndarray, cell_island: np.ndarray
 ) -> np.ndarray:
-    """(c,) of each cell the share where the picture between texels is mixed with a texel of another
-    island: in each quarter of a texel it is that of this texel and of three around.
+    """(k,) bool: no texel that is seen at ``points`` (k,) on borders of ``island`` (k,) int is another island's, so
+    that what is shown there is the light of that island, or may become it.
 
-    ``texel`` and ``island`` (c,) int are of cells; those of half a texel or less are taken to lie where
-    their middles do, larger ones all over it.
+    ``cell_texel`` and ``cell_island`` (c,) int are the texel and the island of each cell.
     """
-    owner = _owners(sheets, texel, island)
-    sheet, row, column = sheets.locate(texel)
-    mixed = np.zeros((4, len(texel)), bool)
-    for dy, dx in ((y, x) for y in (-1, 0, 1) for x in (-1, 0, 1) if x or y):
-        near = sheets.texel(sheet, row + dy, column + dx)
-        other = (near >= 0) & (owner[near] != NONE) & (owner[near] != SEVERAL)
-        other &= owner[near] != island
-        for quarter, (up, right) in enumerate(QUARTERS):
-            if dy in (0, up) and dx in (0, right):
-                mixed[quarter] |= other
-    x, y = (parts.middle - np.stack([column, row], 1)).T
-    own = mixed[2 * (y > 0.5) + (x > 0.5), np.arange(len(texel))]
-    return np.where(parts.area > 0.5, mixed.mean(axis=0), own)
-
-
-def unfit_shares(
-    texel: np.ndarray, island: np.ndarray, part: np.ndarray, surface: np.ndarray,
-    crowded: np.ndarray,
-) -> tuple[int, float, float]:
-    """(texels, share, thin): how many texels islands share, are mixed with those of others, or are of
-    islands thinner than a texel; and the shares of the surface that the former, and the last, have.
-
-    ``texel``, ``island``, ``part`` [texels], ``surface`` [m²] and the share of it that is ``crowded``
-    (c,) are of cells.
-    """
-    order = np.lexsort((island, texel))
-    columns = texel, island, part, surface, crowded * surface
-    texel, island, part, surface, crowded = (x[order] for x in columns)
-    new = (np.diff(texel, prepend=-1) != 0) | (np.diff(island, prepend=-1) != 0)
-    first = np.flatnonzero(new)
-    if not len(first):
-        return 0, 0.0, 0.0
-    texel, island = texel[first], island[first]
-    part, surface, crowded = (np.add.reduceat(x, first) for x in (part, surface, crowded))
-    number = np.unique(texel, return_inverse=True)[1]
-    several = np.bincount(number, part > TOUCH) > 1
-    shared = several[number]
-    most = np.zeros(int(island.max()) + 1)
-    np.maximum.at(most, island, part)
-    thin = (most < COVERED)[island] & ~shared
-    close = np.where(shared, surface, np.where(thin, 0.0, crowded))
-    total = max(float(surface.sum()), 1e-300)
-    count = len(np.unique(texel[(close > 0) | thin]))
-    return count, float(close.sum()) / total, float(surface[thin].sum()) / total
-
-
-def unfit_warning(name: str, texels: int, shared: float, thin: float) -> str:
-    """One sentence on the texels of ``name`` that cannot show its light; "" for next to none."""
-    if shared + thin < NOTABLE:
-        return ""
-    causes = []
-    if shared >= NOTABLE / 2:
-        causes.append(f"islands less than a texel apart ({percent(shared)} of the surface)")
-    if thin >= NOTABLE / 2:
-        causes.append(f"islands thinner than a texel ({percent(thin)})")
-    return (
-        f"{name!r}: {texels} texels could not be fitted to the light beside seams: its UV map has "
-        + " and ".join(causes)
-        + "; bake more texels, or lay the map out with fewer islands and wider gaps"
-    )
+    owner = owners(sheets, cell_texel, cell_island)[points.texel]
+    return ((owner == NONE) | (owner == island[:, None]) | (points.weight <= SEEN)).all(1)

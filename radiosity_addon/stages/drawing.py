@@ -16,6 +16,7 @@ from .seam_fit import SeamFit
 from .sheets import sheets_of
 from .spool import Spool
 from .tiling import Window
+from .unfit_sheets import UnfitSheets
 
 IN_MEMORY = 1 << 30  # size [bytes] of images that are done: more go to a file
 PIXEL = 16  # size [bytes] of a pixel: four float32
@@ -35,6 +36,7 @@ class Drawing:
         self._open: dict[int, Canvas] = {}
         self._done: dict[int, np.ndarray] = {}
         self._fit = SeamFit(job, self._sheets) if job.settings.margin else None
+        self._unfit = UnfitSheets(job, self._fit) if self._fit else None
         self.warnings: list[str] = []
         self.seconds, self.texels = 0.0, 0
 
@@ -47,7 +49,9 @@ class Drawing:
         light = None if solution is None else compose(solution, self._job.settings.passes)
         if self._fit is not None and solution is not None:
             charts = self._fit.charts(part, layout, [window.target for window in windows])
-            self._fit.add(charts, layout, solution, _owned(layout, windows))
+            inside = _owned(layout, windows)
+            self._fit.add(charts, layout, solution, inside)
+            self._unfit.add(charts, layout, inside)
         for index, window in enumerate(windows):
             sheet = self._of[window.target]
             canvas = self._open.get(sheet) or Canvas(self._sheets[sheet])
@@ -71,6 +75,7 @@ class Drawing:
         images = tuple(self._done[sheet] for sheet in range(len(self._sheets)))
         if self._fit is not None and self.texels:
             self._fit.fit(images, context)
+            self.warnings += self._unfit.warnings()
         self.seconds += time.perf_counter() - began
         return images
 

@@ -15,9 +15,9 @@ import numpy as np
 from ..bake.border_samples import SeamSamples, sample_seams
 from ..bake.continuations import find_seams
 from ..bake.islands import Charted, cut_into_islands
-from ..bake.shown import Sheets
-from ..bake.texel_fit import NEARBY, SEEN, Known, fit_texels
-from ..bake.texel_parts import COVERED, TexelParts, anchored_texels, texel_parts
+from ..bake.shown import SEEN, Sheets
+from ..bake.texel_fit import NEARBY, Known, fit_texels
+from ..bake.texel_parts import COVERED, TexelParts, anchored_texels, shows_own, texel_parts
 from ..solver.array_struct import ArrayStruct
 from ..solver.direct.line_of_sight import are_free
 from ..solver.lights.context import Context
@@ -140,6 +140,7 @@ class SeamFit:
         receivers, cells = _Receivers.join(self._receivers), _Cells.join(self._cells)
         known, first = _known(self._near, receivers, self._pixels)
         seams = sample_seams(self.charted, self._edges, self._seams, self._near)
+        seams = seams.take(self._show_own(seams, cells))
         seams = seams.take(_same_material(seams, known, receivers.material[first]))
         seams = seams.take(are_free(context, seams.across))
         covered = known.share >= COVERED
@@ -153,6 +154,13 @@ class SeamFit:
             own = sheet == number
             if own.any():
                 image[row[own], column[own], :3] = value[own]
+
+    def _show_own(self, seams: SeamSamples, cells: _Cells) -> np.ndarray:
+        """(k,) bool: neither side shows another island's light, which no fit of the border can change."""
+        island = self.island[seams.triangle].T
+        both = [shows_own(self._near, side, own, cells.texel, cells.island)
+                for side, own in zip((seams.one, seams.other), island)]  # fmt: skip
+        return both[0] & both[1]
 
 
 def _chart(job: Job, sheet: np.ndarray) -> Charted:
