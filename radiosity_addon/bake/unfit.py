@@ -12,8 +12,11 @@ from ..solver.array_struct import ArrayStruct
 from .shown import Sheets
 from .texel_parts import COVERED, NONE, SEVERAL, TexelParts, owners
 
+HALF = 0.5 + 1e-6  # part [texels]: smaller ones lie in one quarter, half a texel too, whatever its last digits
 NOTABLE = 0.01  # share [of the surface] of texels that cannot be fitted: less is not warned of
 TOUCH = 0.01  # share [of a texel]: an island that has less of one does not count there
+# Distance [texels] to others' texels: a texel of two islands may be known as one's where the other's are of another part.
+BORDER = 2
 # Directions [quarters of a texel]: up and right of its middle.
 QUARTERS = (-1, -1), (-1, 1), (1, -1), (1, 1)
 
@@ -82,6 +85,17 @@ def _by_island(cells: UnfitCells, group: np.ndarray) -> tuple[UnfitCells, np.nda
     return cells.take(order), group[first][order]
 
 
+def on_borders(sheets: Sheets, texel: np.ndarray, island: np.ndarray) -> np.ndarray:
+    """(c,) bool: cells in a texel of several islands, or within BORDER texels of one that is not of theirs alone."""
+    owner, found = owners(sheets, texel, island), np.zeros(len(texel), bool)
+    sheet, row, column = sheets.locate(texel)
+    for dy in range(-BORDER, BORDER + 1):
+        for dx in range(-BORDER, BORDER + 1):
+            near = sheets.texel(sheet, row + dy, column + dx)
+            found |= (near < 0) | (owner[near] != island)
+    return found
+
+
 def crowded_shares(
     sheets: Sheets, parts: TexelParts, texel: np.ndarray, island: np.ndarray
 ) -> np.ndarray:
@@ -103,7 +117,7 @@ def crowded_shares(
                 mixed[quarter] |= other
     x, y = (parts.middle - np.stack([column, row], 1)).T
     own = mixed[2 * (y > 0.5) + (x > 0.5), np.arange(len(texel))]
-    return np.where(parts.area > 0.5, mixed.mean(axis=0), own)
+    return np.where(parts.area > HALF, mixed.mean(axis=0), own)
 
 
 def unfit_warning(name: str, texels: int, shared: float, thin: float) -> str:
