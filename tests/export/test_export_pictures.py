@@ -143,3 +143,24 @@ def test_missing_image_of_a_tree_that_cycles_evaluates(blender, export):
     exported = export()
     np.testing.assert_allclose(material_of(exported).reflectance.value, (0.5, 0, 0.5), atol=1e-4)
     assert any('"Lost"' in w and '"Material"' in w for w in exported.warnings)
+
+
+def test_each_part_of_a_tiled_image_is_where_its_uvs_are(blender, export, tmp_path):
+    """A UDIM image: red on the tile of one plane, green on that of the other."""
+    for number, color in ((1001, (1, 0, 0, 1)), (1002, (0, 1, 0, 1))):
+        part = add_image(blender, np.full((4, 4, 4), color), "Non-Color")
+        part.filepath_raw, part.file_format = str(tmp_path / f"part.{number}.png"), "PNG"
+        part.save()
+    image = blender.data.images.load(str(tmp_path / "part.1001.png"))
+    image.source, image.filepath = "TILED", str(tmp_path / "part.<UDIM>.png")
+    image.colorspace_settings.name = "Non-Color"
+    image.tiles.new(1002)
+    material = image_material(blender, image)
+    add_plane(blender, "A", material=material)
+    moved = add_plane(blender, "B", material=material)
+    for each in moved.data.uv_layers[0].data:
+        each.uv.x += 1
+    exported = export()
+    for triangle, color in ((0, (1, 0, 0)), (2, (0, 1, 0))):
+        field = exported.scene.materials[exported.scene.material[triangle]].emission
+        np.testing.assert_allclose(value_at(field, triangle, 0.3, 0.3), color, atol=1e-3)
