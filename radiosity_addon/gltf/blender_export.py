@@ -7,8 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ..bake.image import holds_bake
-from ..settings import Target
-from .dress import COLOR, TAG, UV
+from .dress import CARRIED, TAG
 
 PACKAGE = __package__.rpartition(".")[0]  # what Blender knows as the add-on
 HOOK = "glTF2ExportUserExtension"  # where the exporter looks, in the modules of enabled add-ons
@@ -119,6 +118,7 @@ def _hooked(hook):
             addons.remove(addons[PACKAGE])
 
 
-def carried(target: str, attribute: str) -> dict[str, str]:
-    """The attribute or UV map of the bake, and the name that it travels by."""
-    return {attribute: COLOR if target == Target.VERTEX else UV}
+def carried(attributes) -> dict[str, str]:
+    """The names that attributes and UV maps travel by, one each: the exporter does not tell whose they
+    are, and what one mesh calls its UV map may be a color on another."""
+    return {name: f"{CARRIED}{number}" for number, name in enumerate(sorted(set(attributes)))}

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 from .glb import Glb
 
-COLOR, UV = "_RADIOSITY_COLOR", "_RADIOSITY_UV"  # the attributes that the exporter carries
+CARRIED = "_RADIOSITY_"  # begin [of names] of the attributes that the exporter carries
 TAG = "radiosity_bake"  # in a node's extras: the name of its object
 UNLIT, LIGHTMAP = "KHR_materials_unlit", "MOZ_lightmap"
 LINEAR, CLAMP = 9729, 33071  # codes [OpenGL] of a texture's filter and wrapping
@@ -41,10 +41,12 @@ class Dress:
     """What is to be put on: ``lightmaps`` by object name, or vertex colors when None.
 
     ``colored``: the bake holds the surface's own color, so that materials become white and unlit.
+    ``carried``: by object name, the attribute that holds its colors or its lightmap's UVs.
     """
 
     colored: bool
     lightmaps: dict[str, Lightmap] | None
+    carried: dict[str, str]
 
 
 def dress(glb: Glb, wish: Dress) -> list[str]:
@@ -94,16 +96,17 @@ def _primitive(glb: Glb, primitive, wish: Dress, name: str, made, textures) -> b
     attributes = primitive["attributes"]
     for other in [key for key in attributes if key.startswith("COLOR_")]:
         del attributes[other]
+    carried = wish.carried.get(name)
+    if carried not in attributes:
+        return False
     if wish.lightmaps is None:
-        if COLOR not in attributes:
-            return False
-        attributes["COLOR_0"] = attributes.pop(COLOR)
+        attributes["COLOR_0"] = attributes.pop(carried)
         material = _unlit(_material(glb, primitive), wish.colored)
         glb.use(UNLIT)
     else:
-        if UV not in attributes or name not in wish.lightmaps:
+        if name not in wish.lightmaps:
             return False
-        slot = _second_uv(glb, attributes)
+        slot = _second_uv(glb, attributes, carried)
         material = _material(glb, primitive)
         if wish.colored:
             material = _unlit(material, True)
@@ -134,12 +137,12 @@ def _unlit(material: dict, colored: bool) -> dict:
     return kept
 
 
-def _second_uv(glb: Glb, attributes: dict) -> int:
+def _second_uv(glb: Glb, attributes: dict, carried: str) -> int:
     """Make the carried UVs TEXCOORD_1, or the next free set where 1 is another; returns which.
 
     The exporter turns its own UV maps over, as glTF counts v from the top, but no attribute.
     """
-    values = glb.floats(attributes.pop(UV)).copy()
+    values = glb.floats(attributes.pop(carried)).copy()
     values[:, 1] = 1 - values[:, 1]
     accessor = glb.add_floats(values)
     attributes.setdefault("TEXCOORD_0", accessor)
@@ -179,8 +182,9 @@ def _numbered(glb: Glb, material: dict, made: dict[str, int]) -> int:
 
 
 def _forget_carried(document: dict) -> None:
-    """Our own attributes are left where an object was not baked: no engine needs them."""
+    """Carried attributes are left where an object was not baked, or has another of these names: no
+    engine needs them."""
     for mesh in document.get("meshes", []):
         for primitive in mesh["primitives"]:
-            for name in (COLOR, UV):
-                primitive["attributes"].pop(name, None)
+            for name in [key for key in primitive["attributes"] if key.startswith(CARRIED)]:
+                del primitive["attributes"][name]

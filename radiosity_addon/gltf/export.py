@@ -43,13 +43,15 @@ def export_bake(baked: Baked, path: str | Path) -> tuple[str, ...]:
     ValueError when not one object carries the bake.
     """
     warnings: list[str] = []
-    names = _carried(baked)
-    if not names:
+    found = _attributes(baked)
+    if not found:
         raise ValueError(f"no object carries a bake called {baked.name!r}; bake before the export")
     lightmaps = _lightmaps(baked, warnings) if baked.target == Target.IMAGE else None
+    names = carried(found.values())
     export_glb(path, set(baked.objects), names)
     glb = read_glb(path)
-    dressed = dress(glb, Dress(baked.colored, lightmaps))
+    by_object = {item: names[attribute] for item, attribute in found.items()}
+    dressed = dress(glb, Dress(baked.colored, lightmaps, by_object))
     if baked.target == Target.VERTEX:
         _to_rec709(glb)
         warnings += _scale_warning(baked)
@@ -63,8 +65,8 @@ def export_bake(baked: Baked, path: str | Path) -> tuple[str, ...]:
     return tuple(warnings)
 
 
-def _carried(baked: Baked) -> dict[str, str]:
-    """The names that the bake has on the meshes: the wished one, or what stands in for it."""
+def _attributes(baked: Baked) -> dict[str, str]:
+    """By object, what the bake is called on its mesh: as wished, or what stands in for it."""
     import bpy
 
     names: dict[str, str] = {}
@@ -77,7 +79,7 @@ def _carried(baked: Baked) -> dict[str, str]:
             candidates = (baked.name, FALLBACK.format(baked.name))
             found = next((n for n in candidates if n in item.data.color_attributes), None)
         if found is not None:
-            names |= carried(baked.target, found)
+            names[item.name] = found
     return names
 
 

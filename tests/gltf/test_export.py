@@ -9,6 +9,7 @@ pytest.importorskip("bpy")
 
 from radiosity_addon.gltf import blender_export  # noqa: E402
 from radiosity_addon.gltf.glb import read_glb  # noqa: E402
+from tests.export.stage import add_plane  # noqa: E402
 from tests.one_core import main  # noqa: E402
 
 
@@ -34,6 +35,23 @@ def test_colors_in_the_file_are_those_of_the_attribute(blender, room, tmp_path):
     expected, found = rows.reshape(-1, 4), colors_in(read_glb(tmp_path / "o.glb"), "Box")
     assert expected[:, :3].max() > 1
     np.testing.assert_array_equal(np.unique(found, axis=0), np.unique(expected, axis=0))
+
+
+def test_a_name_that_is_a_color_here_and_a_map_there(blender, room, tmp_path):
+    """The box has baked colors ``Radiosity``, so that its map is called otherwise than the floor's."""
+    blender.ops.wm.open_mainfile(filepath=str(room))
+    blender.data.objects["Box"].data.color_attributes.new("Radiosity", "FLOAT_COLOR", "CORNER")
+    floor = add_plane(blender, "Floor", size=8.0)
+    floor.location.z = -2
+    blender.ops.wm.save_mainfile()
+    assert bake(room, tmp_path, "--target", "image", "--resolution", "32") == 0
+    glb = read_glb(tmp_path / "o.glb")
+    for name in ("Box", "Floor"):
+        node = next(n for n in glb.document["nodes"] if n["name"] == name)
+        (part,) = glb.document["meshes"][node["mesh"]]["primitives"]
+        assert not [key for key in part["attributes"] if key.startswith(("_", "COLOR"))]
+        assert glb.floats(part["attributes"]["TEXCOORD_1"]).shape[1] == 2
+        assert "MOZ_lightmap" in glb.document["materials"][part["material"]]["extensions"]
 
 
 def test_the_hook_is_gone_and_the_preferences_are_as_before(blender, room, tmp_path):
