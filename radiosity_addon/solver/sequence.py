@@ -244,7 +244,7 @@ def estimator_of(
 
 def _warnings(context: Context, reached: Outcome, settings: SolverSettings) -> Iterator[str]:
     """What the user should know of the numbers."""
-    rounded = rounding_warning(context.scene.vertices, context.geometry)
+    rounded = rounding_warning(context.scene, context.geometry)
     if rounded:
         yield rounded
     if reached.error > settings.target_error:

@@ -156,3 +156,13 @@ def test_numbers_out_of_range_are_refused(what):
                               receivers.square[:1])  # fmt: skip
     with pytest.raises(ValueError, match="do not exist"):
         solve(scene, receivers, Settings())
+
+
+def test_objects_are_named_that_are_too_small_for_the_scene():
+    """A ball of 1 m inside a dome for the sky, whose faces are many and large. Rays start 5e-7 of the scene's
+    extent above a face, a thirtieth of the ball where the dome is 62.5 km across."""
+    for radius, said in ((25_000.0, False), (40_000.0, True)):
+        dome, ball = meshes.icosphere(2, radius, inward=True), meshes.icosphere(1, 0.5)
+        _, _, solution = radiosity(meshes.scene([dome, ball], exitance=[[1.0], [0.0]]), 0.1, 1)
+        texts = [text for text in solution.statistics.warnings if '"part 1" less than' in text]
+        assert bool(texts) == said and not any('"part 0"' in text for text in texts)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..scene import Scene
 from .thin_triangles import edge_shrink
 
 # Ray origins leave the surface by this much [unit box]. Embree's own self-hits stop between 1e-7
@@ -19,6 +20,9 @@ SURROUND = 0.9  # radius [unit box] of a sphere around everything
 SMALLEST, LARGEST = 1e-100, 1e100  # extents [scene's length]: powers of them must be numbers, too
 # Edge [unit box] of faces: rays of smaller ones start too far from where they should.
 SMALL = 8 * OFFSET
+# Extent [unit box] of an object: of smaller ones rays start a thirtieth of their size too far out.
+SMALL_OBJECT = 32 * OFFSET
+NAMED = 3  # number [objects] that a warning names, at most
 ROUGH = 1e-4  # step [of a scene's extent] of 32-bit vertices: a larger one has lost its shape
 
 
@@ -79,10 +83,14 @@ def build_geometry(vertices: np.ndarray, triangles: np.ndarray) -> Geometry:
     return Geometry(unit, triangles, p0, e1, e2, normal, length / 2, shrink, scale, center)
 
 
-def rounding_warning(vertices: np.ndarray, geometry: Geometry) -> str | None:
-    """What to say of vertices (n, 3) where the scene's shape may be lost to rounding: they are
-    32-bit numbers too far from the origin for its size, or most faces are too small for it."""
-    return _far_from_origin(vertices, geometry) or _small_faces(geometry)
+def rounding_warning(scene: Scene, geometry: Geometry) -> str | None:
+    """What to say where the scene's shape may be lost to rounding: its vertices are 32-bit numbers too
+    far from the origin for its size, or most faces, or some of the objects, are too small for it."""
+    return (
+        _far_from_origin(scene.vertices, geometry)
+        or _small_faces(geometry)
+        or _small_objects(scene, geometry)
+    )
 
 
 def _far_from_origin(vertices: np.ndarray, geometry: Geometry) -> str | None:
@@ -110,4 +118,23 @@ def _small_faces(geometry: Geometry) -> str | None:
         f"the scene is {geometry.scale:.3g} units across and half of its faces are smaller than "
         f"{middle * geometry.scale:.2g}: light near them cannot be told apart; bake what lies far "
         "apart on its own"
+    )
+
+
+def _small_objects(scene: Scene, geometry: Geometry) -> str | None:
+    low = np.full((len(scene.objects), 3), np.inf)
+    high = -low
+    corners = geometry.vertices[geometry.triangles]
+    np.minimum.at(low, scene.object, corners.min(axis=1))
+    np.maximum.at(high, scene.object, corners.max(axis=1))
+    extent = (high - low).max(axis=1)  # -inf of objects without a face
+    some = np.flatnonzero((extent > 0) & (extent < SMALL_OBJECT))
+    if len(some) == 0:
+        return None
+    names = ", ".join(f'"{scene.objects[i]}"' for i in some[:NAMED])
+    more = f" and {len(some) - NAMED} more" if len(some) > NAMED else ""
+    return (
+        f"the scene is {geometry.scale:.3g} units across, and {names}{more} less than "
+        f"{SMALL_OBJECT * geometry.scale:.2g}: light near them cannot be told apart; bring what lies "
+        "far away nearer (a dome for the sky can be much smaller), or bake without it"
     )
