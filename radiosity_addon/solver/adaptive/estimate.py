@@ -63,6 +63,13 @@ class Estimate:
         error = np.sqrt(self.error**2 + common**2 - difference**2)
         return replace(self, error=float(error), common=float(common))
 
+    def allowing_for_chance(self) -> Estimate:
+        """With one standard deviation more of the squared error of samples. Rounds end where the estimate is
+        small enough, and that of few receivers is so by chance, too."""
+        more = self.sampled**2 * self.uncertainty
+        error, sampled = (float(np.sqrt(each**2 + more)) for each in (self.error, self.sampled))
+        return replace(self, error=error, sampled=sampled)
+
     @cached_property
     def uncertainty(self) -> float:
         """By what share of itself the squared error is uncertain, at most 1 or so: that of n receivers

@@ -145,6 +145,7 @@ class Rounds:
         replicates = self._both(request)
         light = [replicate.light for replicate in replicates]
         estimate = self.estimator.weigh(light, [replicate.uncorrected for replicate in replicates])
+        estimate = estimate.allowing_for_chance()
         share = np.mean([replicate.share_of_elements for replicate in replicates])
         if estimate.error > enough or share > FEW_ON_ELEMENTS:
             estimate = estimate.with_common(self.estimator.common(estimate), share)
