@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .materials import emitter, matte, point, sky, sun
-from .meshes import block, column, mesh_object, room
+from .quads import block, column, mesh_object, room
+from .scene_parts import emitter, matte, point, sky, sun
 
 DESKS, LAMPS = (8, 6), (10, 6)
 FLIGHTS, STEPS = 4, 15

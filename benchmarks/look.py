@@ -31,7 +31,7 @@ def show(obj, pixels: np.ndarray) -> None:
     """Give every face of ``obj`` a material that emits the baked (size, size, 3) pixels."""
     import bpy
 
-    from .materials import emitter
+    from .scene_parts import emitter
 
     size = len(pixels)
     image = bpy.data.images.new("Baked light", size, size, float_buffer=True)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from .materials import matte
 from .parity_stage import GREEN, Case, cube, glow, panel, scratch, stage
+from .scene_parts import matte
 
 BLUE = (0.1, 0.3, 0.8)
 PLACES = ((-1.3, 1.0, 0.4), (1.2, 1.2, 0.7), (1.2, -1.2, 0.3))

@@ -9,9 +9,9 @@ from functools import partial
 
 import numpy as np
 
-from .materials import matte
-from .meshes import mesh_object, room
 from .parity_stage import GRAY, Case, add_node, lamp, new_material, stage, surface
+from .quads import mesh_object, room
+from .scene_parts import matte
 
 ANGLE = "what is mirrored goes on all around, as much of it at all angles as in the mean"
 HIGH = (2.0, 2.0, 4.0)

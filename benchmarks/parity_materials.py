@@ -8,7 +8,6 @@ from functools import partial
 
 import numpy as np
 
-from .materials import sky
 from .parity_stage import (
     Case,
     add_node,
@@ -21,6 +20,7 @@ from .parity_stage import (
     stored,
     surface,
 )  # fmt: skip
+from .scene_parts import sky
 
 SPECULAR = "what faces mirror goes on all around instead of one way; a warning names metals"
 DIRECT = ("direct", "color")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from .materials import glowing, matte
 from .parity_stage import Case, panel, stage
+from .scene_parts import glowing, matte
 
 BLACK, COLORED = (0.0, 0.0, 0.0), (0.7, 0.5, 0.2)
 

@@ -8,8 +8,8 @@ from functools import partial
 
 import numpy as np
 
-from .materials import matte
 from .parity_stage import Case, add_node, empty_tree, new_material, panel, picture, stage, surface
+from .scene_parts import matte
 
 GREEN = (0.1, 0.6, 0.2)
 DIRECT = ("direct", "color")

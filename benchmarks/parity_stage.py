@@ -15,8 +15,8 @@ from typing import Callable
 
 import numpy as np
 
-from .materials import emitter, matte
-from .meshes import block, mesh_object
+from .quads import block, mesh_object
+from .scene_parts import emitter, matte
 
 PASSES = ("emit", "direct", "indirect", "color")
 GRAY, RED, GREEN = (0.6, 0.6, 0.6), (0.7, 0.15, 0.1), (0.1, 0.6, 0.2)

@@ -6,8 +6,8 @@ from functools import partial
 
 import numpy as np
 
-from .materials import sky
 from .parity_stage import Case, add_node, empty_tree, lamp, picture, stage
+from .scene_parts import sky
 
 
 def constant():

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from .look import picture
-from .materials import emitter, sky, sun
+from .scene_parts import emitter, sky, sun
 from .scenes import scene_file
 
 PROJECT = Path(__file__).resolve().parent.parent

@@ -13,8 +13,8 @@ from typing import Callable
 
 import numpy as np
 
-from .materials import emitter, glowing, matte, point, sky, sun
-from .meshes import block, column, mesh_object, room, wall_with_window
+from .quads import block, column, mesh_object, room, wall_with_window
+from .scene_parts import emitter, glowing, matte, point, sky, sun
 
 FOLDER = Path(__file__).resolve().parent.parent.parent / "shared" / "scenes"
 FURNACE_REFLECTANCE = 0.7

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.ladder import Rung, seconds_for
-from benchmarks.materials import matte, point, sky
+from benchmarks.scene_parts import matte, point, sky
 
 
 def rung(seconds, error, method="Cycles"):
@@ -123,7 +123,7 @@ def test_study_rows_survive_the_file(tmp_path):
 
 def test_quads_face_where_they_should():
     """Signed volumes ∫ x·n/3 dA: a room faces inwards, a block and a column outwards."""
-    from benchmarks.meshes import block, column, room, wall_with_window
+    from benchmarks.quads import block, column, room, wall_with_window
 
     def volume(quads):
         return sum(np.cross(q[1] - q[0], q[2] - q[0]) @ q[0] for q in quads) / 3

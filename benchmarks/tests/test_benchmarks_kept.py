@@ -32,7 +32,7 @@ def test_every_axis_is_in_the_page_of_stability():
 
 def test_bias_goes_on_where_it_stopped(tmp_path, capsys):
     """A scene, few paths: not begun after its time, done once, read again the second time; the page tells it."""
-    from benchmarks.bias import main, page, read
+    from benchmarks.bias_study import main, page, read
 
     out = tmp_path / "bias.jsonl"
     arguments = f"--families tiny_lamps --scenes 1 --seeds 1 --points 2 --errors 0.2 --out {out}"

@@ -107,7 +107,7 @@ def spread_from(scene: Scene, receivers, lit: np.ndarray) -> np.ndarray:
         (neighbors,) = build_graph(position, normal, footprints.area, 1, walls)
     else:
         (neighbors,) = build_lattices(receivers.grid, position, normal, walls=walls)
-    pictures = neighbors.spread(np.stack([lit, np.ones(len(lit))], 1).astype(np.float32))
+    pictures = neighbors.as_pictures(np.stack([lit, np.ones(len(lit))], 1).astype(np.float32))
     for level in range(neighbors.levels):
         pictures = neighbors.step(*pictures, level=level)
     light, even = (neighbors.read(picture) for picture in pictures)

@@ -31,7 +31,7 @@ def test_light_is_shared_with_what_sees_it(neighbors, wall):
         return np.full(len(one), not wall)
 
     parted = neighbors.separated(DARK, sees)
-    pictures = parted.spread(np.stack([np.where(DARK, 0.0, 1.0), np.ones(SIZE**2)], 1))
+    pictures = parted.as_pictures(np.stack([np.where(DARK, 0.0, 1.0), np.ones(SIZE**2)], 1))
     for level in range(parted.levels):
         pictures = parted.step(*pictures, level=level)
     light, even = (parted.read(picture) for picture in pictures)

@@ -40,7 +40,7 @@ def test_share_of_noise_that_is_left(level):
     random = np.random.default_rng(level)
     variance, repeats = [], 30
     for _ in range(repeats):
-        pictures = LATTICE.spread(random.normal(size=(SIZE**2, 1)))
+        pictures = LATTICE.as_pictures(random.normal(size=(SIZE**2, 1)))
         for step in range(level + 1):
             pictures = LATTICE.step(*pictures, level=step)
         variance.append((LATTICE.read(pictures[0])[INSIDE] ** 2).mean())
@@ -93,7 +93,7 @@ def test_straight_edges_are_smoothed_like_lines():
     the middle is told."""
     random, middle, kept = np.random.default_rng(0), SIZE // 2, []
     for _ in range(60):
-        pictures = LATTICE.spread(random.normal(size=(SIZE**2, 1)))
+        pictures = LATTICE.as_pictures(random.normal(size=(SIZE**2, 1)))
         for level in range(LATTICE.levels):
             pictures = replace(LATTICE, borders=()).step(*pictures, level=level)
         found = LATTICE.read(pictures[0]).reshape(SIZE, SIZE)
@@ -136,7 +136,7 @@ def test_ragged_islands_are_averaged(level):
     middle = PLACE[some] + random.uniform(-0.2, 0.2, (len(some), 3)) / SIZE * [1, 1, 0]
     (ragged,) = build_lattices(GRID[some], middle, np.tile([0.0, 0, 1], (len(some), 1)))
     values = (random.random((len(some), 20)) < 0.5).astype(float)
-    for picture in ragged.step(*ragged.spread(values), level=level):
+    for picture in ragged.step(*ragged.as_pictures(values), level=level):
         found = ragged.read(picture)
         assert found.min() > -1e-6 and found.max() < 1 + 1e-6
 

@@ -1,4 +1,4 @@
-"""The solver against the independent path tracer: the short form of ``benchmarks.bias``.
+"""The solver against the independent path tracer: the short form of ``benchmarks.bias_study``.
 
 HOLD are families whose first scene was measured to hold at 3 %. Missing: mazes (one of sixteen points
 5 % off), narrow_spots (nothing is lit, see there), and sun_through_slits, which takes minutes.

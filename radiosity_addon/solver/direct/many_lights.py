@@ -62,9 +62,9 @@ def _sampled_at_flat(
             found *= sample.irradiance[:, None]
             arriving[rows] = found * factor[rows, None] * color
         irradiance += arriving.reshape(per, count, -1).mean(axis=0)
-        level = (arriving @ mean).reshape(per, count)
-        total += level.sum(axis=0)
-        square += (level * level).sum(axis=0)
+        brightness = (arriving @ mean).reshape(per, count)
+        total += brightness.sum(axis=0)
+        square += (brightness * brightness).sum(axis=0)
     return irradiance, _variance(total, square, choices, per)
 
 

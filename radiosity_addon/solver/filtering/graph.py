@@ -34,7 +34,7 @@ class Graph:
         """All receivers."""
         return slice(None)
 
-    def spread(
+    def as_pictures(
         self, values: np.ndarray, chosen: list[int] | None = None, factor: float = 1.0
     ) -> np.ndarray:
         """(c, n) float32."""

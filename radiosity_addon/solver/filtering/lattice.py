@@ -35,7 +35,7 @@ class Lattice:
     weights: tuple  # [level][direction]: (height, width) float32 without the padding
     borders: tuple = ()  # [level] of Border, of the first levels
 
-    def spread(
+    def as_pictures(
         self, values: np.ndarray, chosen: list[int] | None = None, factor: float = 1.0
     ) -> np.ndarray:
         """(c, height, width) float32 pictures of ``factor`` times receivers' values (count, c), or

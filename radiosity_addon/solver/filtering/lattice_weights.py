@@ -66,7 +66,7 @@ def _blocked(lattice: Lattice, walls: Walls | None, levels: int) -> list[list] |
         return None
     number = np.full(lattice.shape[0] * lattice.shape[1], -1)
     number[lattice.pixel] = np.arange(lattice.index.start, lattice.index.stop)
-    close = lattice.beside(lattice.spread(walls.near[:, None])[0])
+    close = lattice.beside(lattice.as_pictures(walls.near[:, None])[0])
     center = lattice.pixel[lattice.read(close) > 0]
     result = [[] for _ in range(levels)]
     for dy, dx, _ in DIRECTIONS:
@@ -151,10 +151,10 @@ def _weights(
     """[level][direction]: (height, width) float32, without the padding, of the texels' ``position`` and
     ``normal`` (n, 3); ``flat`` (n,): see ``_Surface``."""
     surface = _Surface(
-        lattice.spread(position),
-        lattice.spread(normal),
-        lattice.spread(flat[:, None])[0],
-        lattice.spread(np.ones((len(position), 1), bool))[0] > 0,
+        lattice.as_pictures(position),
+        lattice.as_pictures(normal),
+        lattice.as_pictures(flat[:, None])[0],
+        lattice.as_pictures(np.ones((len(position), 1), bool))[0] > 0,
     )
     height, width = lattice.inner(surface.covered, 0, 0).shape
     weights = np.empty((levels, len(DIRECTIONS), height, width), np.float32)

@@ -29,7 +29,7 @@ class Neighborhood(Protocol):
     def levels(self) -> int:
         """How many kernels there are, each twice as wide as the one before."""
 
-    def spread(
+    def as_pictures(
         self, values: np.ndarray, chosen: list[int] | None = None, factor: float = 1.0
     ) -> np.ndarray:
         """(c, ...) float32 pictures of ``factor`` times the values (count, c) of all receivers, or

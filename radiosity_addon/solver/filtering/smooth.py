@@ -56,8 +56,8 @@ def smooth(
     def pictures(
         neighborhood: Neighborhood
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        replicates = [neighborhood.spread(each, lit, scale) for each in (a, b)]
-        relative = neighborhood.spread(weight, lit, 1 / scale)
+        replicates = [neighborhood.as_pictures(each, lit, scale) for each in (a, b)]
+        relative = neighborhood.as_pictures(weight, lit, 1 / scale)
         np.minimum(relative, LARGEST, out=relative)
         relative *= relative
         return _smooth_picture(neighborhood, *replicates, relative)
@@ -80,7 +80,7 @@ def smooth_map(neighborhoods: Sequence[Neighborhood], values: np.ndarray, levels
         return uniform_filter1d(values, min(WINDOW, len(values)), mode="nearest")
     result = values.copy()
     for neighborhood in neighborhoods:
-        (picture,) = neighborhood.spread(values[:, None])
+        (picture,) = neighborhood.as_pictures(values[:, None])
         for level in range(levels):
             (picture,) = neighborhood.step(picture, level=level)
         result[neighborhood.index] = neighborhood.read(picture)
@@ -91,7 +91,7 @@ def dilate(neighborhoods: Sequence[Neighborhood], chosen: np.ndarray) -> np.ndar
     """(count,) bool: ``chosen`` (count,) bool and those beside them."""
     result = chosen.copy()
     for neighborhood in neighborhoods:
-        picture = neighborhood.beside(neighborhood.spread(chosen[:, None])[0])
+        picture = neighborhood.beside(neighborhood.as_pictures(chosen[:, None])[0])
         result[neighborhood.index] = neighborhood.read(picture) > 0
     return result
 
@@ -102,7 +102,7 @@ def widest(neighborhoods: Sequence[Neighborhood], values: np.ndarray) -> np.ndar
         return np.broadcast_to(values.mean(axis=0), values.shape)
     result = np.empty_like(values)
     for neighborhood in neighborhoods:
-        pictures = neighborhood.spread(values)
+        pictures = neighborhood.as_pictures(values)
         for level in range(neighborhood.levels):
             pictures = neighborhood.step(*pictures, level=level)
         for channel, picture in enumerate(pictures):

@@ -25,6 +25,7 @@ from ..transport.rays import (
     of_first,
     shoot,
     shoot_guided,
+    sky_of,
     sums_of,
 )
 
@@ -164,8 +165,7 @@ def _ends_unknown(
     rays, count = shot.directions.shape[:2]
     weight = 1 if shot.weight is None else of_first(shot.weight, met)[unknown]
     weight = np.broadcast_to(weight / rays, (len(unknown), channels))
-    number = unknown if met.rays is None else met.rays[unknown]
-    owner = shot.numbers[number % count]
+    owner = shot.numbers[met.number(unknown) % count]
     return ends_of(met, shot.directions, entries, unknown, owner, weight)
 
 
@@ -245,6 +245,5 @@ def first_hand(
     if light is None:
         light = np.zeros((len(entries), context.channels), np.float32)
     missed = np.flatnonzero(met.hits.triangle < 0)
-    numbers = missed if met.rays is None else met.rays[missed]
-    light[missed] += context.sky(directions.reshape(-1, 3)[numbers])
+    light[missed] += sky_of(context.sky, met, missed, directions)
     return light

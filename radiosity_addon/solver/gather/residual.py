@@ -146,7 +146,7 @@ def _arrived(
         direct = first_hand(context, radiosity, table, entry, part, directions)
         light = light if direct is None else light + direct
         arriving = arriving + mean_of_rays(light, part, rays, count)
-        number = np.arange(len(entry)) if part.rays is None else part.rays
+        number = part.numbers
         for parts, some in (
             (ends, (number < count) & patches.somewhere(entry)), (lost, entry == patches.onward),
         ):  # fmt: skip

@@ -141,16 +141,16 @@ def _halved(corners: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.nda
     """Triangles (n, 3, 2) cut where a linear function is 0, by its values ``height`` (n, 3) at
     the whole triangle's corners: (k, 3, 2) parts, and (k,) which they are of."""
     weights = np.concatenate([1 - corners.sum(axis=2, keepdims=True), corners], axis=2)
-    level = np.einsum("nic,nc->ni", weights, height)
+    value = np.einsum("nic,nc->ni", weights, height)
     flat = 1e-9 * np.abs(height).max(axis=1, keepdims=True)
-    above, below = level > flat, level < -flat
+    above, below = value > flat, value < -flat
     crossed = above.any(axis=1) & below.any(axis=1)
     uncut, some = np.flatnonzero(~crossed), np.flatnonzero(crossed)
     alone = np.where(above[some].sum(axis=1) == 1, above[some].argmax(axis=1),
                      below[some].argmax(axis=1))  # fmt: skip
     order = (alone[:, None] + np.arange(3)) % 3
     tip, left, right = np.take_along_axis(corners[some], order[..., None], 1).transpose(1, 0, 2)
-    high = np.take_along_axis(level[some], order, 1)
+    high = np.take_along_axis(value[some], order, 1)
     to_left, to_right = (
         (high[:, 0] / (high[:, 0] - high[:, k])).clip(0, 1)[:, None] for k in (1, 2)
     )

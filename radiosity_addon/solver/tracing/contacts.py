@@ -48,10 +48,10 @@ def find_contacts(crossings: Crossings, receivers: Receivers, threads: int = 1) 
     def work(some: slice) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         bounds = (np.searchsorted(home, crossings.triangle[some], side) for side in
                   ("left", "right"))  # fmt: skip
-        line, box = _spread(np.arange(some.start, some.stop), *bounds)
+        line, box = _repeated(np.arange(some.start, some.stop), *bounds)
         hit = _meets_box(crossings.ends[line], low[box], high[box])
         line, box = line[hit], box[hit]
-        lines, index = _spread(line, start[box], start[box + 1])
+        lines, index = _repeated(line, start[box], start[box + 1])
         cell = order[index]
         hit = meets_cell(
             crossings.ends[lines], receivers.corners[cell], receivers.square[cell]
@@ -113,7 +113,7 @@ def _outline(corners: np.ndarray, square: np.ndarray) -> np.ndarray:
     return np.concatenate([corners, fourth[:, None]], axis=1)
 
 
-def _spread(
+def _repeated(
     values: np.ndarray, first: np.ndarray, last: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """``values`` (k,) repeated for each number from ``first`` to ``last`` (k,), and these."""

@@ -114,11 +114,11 @@ def _on_edge(
 ) -> np.ndarray:
     """(n,) bool: the others (n,) rise over triangles (n,) from an edge of theirs, and are no
     neighbors there in a mesh that bends."""
-    level = np.sort(np.abs(height), axis=1)
+    distance = np.sort(np.abs(height), axis=1)
     rises = _heights(geometry, other, triangle).max(axis=1) > TOUCHING
     mine, theirs = geometry.triangles[triangle], geometry.triangles[other]
     joined = (mine[:, :, None] == theirs[:, None]).any(axis=2).sum(axis=1) > 1
-    return rises & ~joined & (level[:, 1] <= TOUCHING) & (level[:, 2] > TOUCHING)
+    return rises & ~joined & (distance[:, 1] <= TOUCHING) & (distance[:, 2] > TOUCHING)
 
 
 def _nearest_edge(height: np.ndarray) -> np.ndarray:
@@ -152,9 +152,9 @@ def _extent(
     mine, theirs = geometry.triangles[triangle], geometry.triangles[other]
     neighbors = (mine[:, :, None] == theirs[:, None]).any(axis=(1, 2))
     tolerance = np.where(neighbors, 0, 2 * TOUCHING)[:, None]  # they touch where they are joined
-    level = tolerance[:, None] * np.array([-1.0, 1.0])[:, None]
+    limits = tolerance[:, None] * np.array([-1.0, 1.0])[:, None]
     rise = np.roll(height, -1, axis=1) - height
-    share = (level - height[:, None]) / np.where(rise == 0, 1, rise)[:, None]  # (n, 2, 3)
+    share = (limits - height[:, None]) / np.where(rise == 0, 1, rise)[:, None]  # (n, 2, 3)
     along_axis = along[:, None] + share * (np.roll(along, -1, axis=1) - along)[:, None]
     inside = (rise[:, None] != 0) & (share >= 0) & (share <= 1)
     along_axis = np.concatenate([along_axis.reshape(-1, 6), along], axis=1)

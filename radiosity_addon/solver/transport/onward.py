@@ -18,7 +18,7 @@ from ..sampling.sobol import uniform
 from ..workers.parallel import ranges
 from .patches import Patches
 from .places import Places, no_places, places_at
-from .rays import Met, shoot_shifted, sums_of
+from .rays import Met, shoot_shifted, sky_of, sums_of
 
 MOST_BOUNCES = 64  # number [bounces] of one ray: chance ends nearly all long before
 FULL_BOUNCES = 6  # number [bounces] after which chance ends rays, and their weights stay
@@ -68,9 +68,8 @@ def ends_of(
     (rays, R, 3)."""
     if met.weight is not None:
         weight = weight * met.weight[chosen]
-    number = chosen if met.rays is None else met.rays[chosen]
     length = np.minimum(np.float32(BACK), met.hits.distance[chosen] / 2)
-    back = -length[:, None] * directions.reshape(-1, 3)[number]
+    back = -length[:, None] * directions.reshape(-1, 3)[met.number(chosen)]
     return Ends(owner, places_at(entry, met.hits, chosen), weight, back)
 
 
@@ -187,12 +186,11 @@ def _go_on(
         parts = []
         for part in met:
             entry = patches.hit(part.hits)
-            number = np.arange(len(entry)) if part.rays is None else part.rays
             parts.append(ends_of(part, directions, entry, np.arange(len(entry)),
-                                 rays.owner[number], rays.weight[number]))  # fmt: skip
+                                 rays.owner[part.numbers], rays.weight[part.numbers]))  # fmt: skip
             missed = np.flatnonzero(entry == patches.miss)
             if context.sky is not None and len(missed):
-                found = context.sky(directions.reshape(-1, 3)[number[missed]])
+                found = sky_of(context.sky, part, missed, directions)
                 sky += sums_of(parts[-1].owner[missed], parts[-1].weight[missed] * found, count)
         rays = join_ends(parts, context.channels)
         ended.append(rays.take(np.flatnonzero(patches.somewhere(rays.places.entry))))

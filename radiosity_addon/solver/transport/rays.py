@@ -33,6 +33,15 @@ class Met:
     rays: np.ndarray | None = None
     weight: np.ndarray | None = None
 
+    def number(self, chosen: np.ndarray) -> np.ndarray:
+        """(k,) int: the numbers of the rays whose hits ``chosen`` (k,) int are."""
+        return chosen if self.rays is None else self.rays[chosen]
+
+    @property
+    def numbers(self) -> np.ndarray:
+        """(n,) int: those of all hits."""
+        return self.number(np.arange(len(self.hits.triangle)))
+
 
 def shoot(context: Context, points: Points, rays: int, *key: int) -> tuple[list[Met], np.ndarray]:
     """``rays`` cosine-distributed rays from each owner, shared among its points.
@@ -136,6 +145,12 @@ def of_first(weight: np.ndarray, met: Met) -> np.ndarray:
     return weight if met.rays is None else weight[met.rays]
 
 
+def sky_of(sky: Skylight, met: Met, missed: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """(k, channels) the sky's radiosity where hits ``missed`` (k,) int met nothing, of rays in
+    ``directions`` (rays, R, 3)."""
+    return sky(directions.reshape(-1, 3)[met.number(missed)])
+
+
 def sky_mean(
     sky: Skylight | None, missed: np.ndarray, met: Met, directions: np.ndarray
 ) -> np.ndarray | float:
@@ -147,6 +162,5 @@ def sky_mean(
     if sky.constant and met.rays is None:
         return missed.reshape(rays, count).mean(axis=0)[:, None] * sky.pixels[0, 0]
     light = np.zeros((len(missed), sky.pixels.shape[2]), np.float32)
-    numbers = np.flatnonzero(missed) if met.rays is None else met.rays[missed]
-    light[missed] = sky(directions.reshape(-1, 3)[numbers])
+    light[missed] = sky_of(sky, met, np.flatnonzero(missed), directions)
     return mean_of_rays(light, met, rays, count)

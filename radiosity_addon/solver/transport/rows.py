@@ -220,12 +220,11 @@ def _row_chunk(
         sky = sky + sky_mean(context.sky, missed, part, directions)
         some = places_hit(entries[-1], part.hits, patches)
         places.append(some.take(row[patches.of(some.entry)] == -1))
-        number = np.arange(rays * count) if part.rays is None else part.rays
         if part.rays is not None:
-            later.append(Later(owners[number % count], entries[-1], part.weight))
+            later.append(Later(owners[part.rays % count], entries[-1], part.weight))
         lost = np.flatnonzero(entries[-1] == patches.onward)
         weight = np.ones((len(lost), context.channels), np.float32)
-        owner = owners[number[lost] % count]
+        owner = owners[part.number(lost) % count]
         onward.append(ends_of(part, directions, entries[-1], lost, owner, weight))
     find_lost(entries[0], patches, count)
     return _RowChunk(entries[0].reshape(rays, -1).T, sky, places, later, onward)

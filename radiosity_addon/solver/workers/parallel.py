@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections import deque
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from queue import SimpleQueue
 from threading import local
 from typing import Protocol, TypeVar
@@ -79,30 +79,33 @@ def map_chunks(
     hands = [function] * count if helpers is None else [function, *helpers.hands(function)]
     if len(hands) == 1:
         return [_ticked(function(chunk), tick, i, len(chunks)) for i, chunk in enumerate(chunks)]
-    return _spread(hands, chunks, tick)
+    return _by_hands(hands, chunks, tick)
 
 
 _AT_WORK = local()  # ``here`` is true of a thread that works on a chunk
 
 
-def _spread(
+def _take(pending: deque[Future], results: list[Result_co], tick: Tick, total: int) -> None:
+    """Wait for the first that is pending."""
+    results.append(_ticked(pending.popleft().result(), tick, len(results), total))
+
+
+def _by_hands(
     hands: list[Work[Chunk_contra, Result_co]], chunks: list[Chunk_contra], tick: Tick
 ) -> list[Result_co]:
     """What the ``hands`` make of chunks, in the chunks' order."""
-    results, pending = [], deque()
+    results: list[Result_co] = []
+    pending: deque[Future] = deque()
+
     with ThreadPoolExecutor(len(hands)) as pool:
         try:
             work = _shared_work(hands)
             for chunk in chunks:
                 pending.append(pool.submit(work, chunk))
                 if len(pending) >= 2 * len(hands):
-                    results.append(
-                        _ticked(pending.popleft().result(), tick, len(results), len(chunks))
-                    )
+                    _take(pending, results, tick, len(chunks))
             while pending:
-                results.append(
-                    _ticked(pending.popleft().result(), tick, len(results), len(chunks))
-                )
+                _take(pending, results, tick, len(chunks))
         finally:
             for future in pending:
                 future.cancel()

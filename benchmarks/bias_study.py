@@ -1,6 +1,6 @@
 """Bias: the solver against the independent path tracer, at points of random scenes.
 
-    python -m benchmarks.bias [--families NAME…] [--scenes N] [--seeds N] [--seconds S] [--out FILE.jsonl]
+    python -m benchmarks.bias_study [--families NAME…] [--scenes N] [--seeds N] [--seconds S] [--out FILE.jsonl]
 
 Every error asked of a scene is a line of ``--out``; what is in there is not done again, so that a run may be
 stopped, or stops by itself after ``--seconds``, and gone on with. Delete the file when the solver has
@@ -44,7 +44,7 @@ INTRODUCTION = f"""# Bias, measured by an independent path tracer
 
 Random scenes of many families (`verification/random_scenes.py`), some points of each, solved for
 the errors asked and traced by `verification/path_tracer.py`, which shares no code with the solver.
-Regenerate with `python -m benchmarks.bias`.
+Regenerate with `python -m benchmarks.bias_study`.
 
 *direct*, *indirect*: the mean over scenes, points and seeds of our light less the tracer's, in
 shares of the point's light (or the scene's mean, where that is more), with its standard error.
@@ -65,7 +65,7 @@ def read(path: Path) -> list[dict]:
 def main(argv: list[str] | None = None) -> int:
     """Measure what is missing, print each scene, write the page; 1 where a row does not hold."""
     raw = argparse.RawDescriptionHelpFormatter
-    parser = argparse.ArgumentParser("benchmarks.bias", description=__doc__, formatter_class=raw)
+    parser = argparse.ArgumentParser("benchmarks.bias_study", description=__doc__, formatter_class=raw)
     parser.add_argument("--families", nargs="+", choices=FAMILIES, default=list(FAMILIES))
     parser.add_argument("--scenes", type=int, default=20)
     parser.add_argument("--seeds", type=int, default=3)
