@@ -48,6 +48,18 @@ def test_darkness_is_warned_of():
     assert not any("black" in text for text in run(square_job("image")).warnings)
 
 
+def told_of_light(**options) -> list[str]:
+    return [text for text in run(square_job("image", **options)).warnings if "light" in text]
+
+
+def test_dim_light_is_warned_of():
+    """An irradiance of 0.1 W/m², of which white shows 0.1/π; where only a part of the light is asked for,
+    little of it means nothing."""
+    (text,) = told_of_light(strength=0.1)
+    assert text.startswith("little light arrives: white would show 0.03 ")
+    assert told_of_light(strength=0.1, passes=("direct",)) == told_of_light() == []
+
+
 def test_job_and_result_survive_pickling():
     job = square_job("vertex")
     result = run(pickle.loads(pickle.dumps(job)))

@@ -16,7 +16,7 @@ from .draw_sheets import draw_sheets
 from .job import Job, Result
 from .joint_fits import JointFit, joint_fits
 from .layout import lay_out, shaded_layout
-from .light import has_light, warn_of_darkness
+from .light import brightest, warn_of_darkness
 from .run_tiles import run_tiles
 from .tiling import Tiling, tiles_of
 
@@ -61,7 +61,7 @@ def run(
         statistics=_charged(figures, "elements", laid_out),
         warnings=(
             *layout.warnings, *warnings,
-            *([] if has_light(solution) else warn_of_darkness(job.settings.passes)),
+            *warn_of_darkness(job.settings.passes, brightest(solution)),
             *figures.warnings,
         ),
         seconds={"fit": time.perf_counter() - started},

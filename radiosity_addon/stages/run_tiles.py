@@ -10,7 +10,7 @@ from .bury import open_part, surroundings_of
 from .drawing import Drawing
 from .job import Job, Result
 from .layout import Layout, lay_out, lay_out_part, shaded_layout
-from .light import has_light, warn_of_darkness
+from .light import brightest, warn_of_darkness
 from .tiling import Tiling, Window, part_of, survey_of
 
 STAGE = "tiles"
@@ -53,7 +53,7 @@ def run_tiles(
     receivers = shaded_layout(coarse, survey).receivers
     solve = TiledSolve(context, receivers, job.settings, cache, beside)
     drawing, texels = Drawing(job, tiles), [sum(w.width * w.height for w in tile) for tile in tiles]
-    lit = False
+    shown = 0.0
     for number, windows in enumerate(tiles):
         portions.next((1 - SURVEY) * texels[number] / sum(texels))
         part = part_of(job, windows)
@@ -63,11 +63,11 @@ def run_tiles(
         if layout.receivers.count:
             most = receivers.count * factor**2
             solution = solve.light_of(layout.receivers, share, most)
-            lit |= has_light(solution)
+            shown = max(shown, brightest(solution))
         drawing.add(part, layout, windows, solution)
         del solution
         solve.skip()
-    dark, figures = [] if lit else warn_of_darkness(job.settings.passes), solve.statistics()
+    dark, figures = warn_of_darkness(job.settings.passes, shown), solve.statistics()
     return Result(
         colors=drawing.images(context),
         statistics=figures,
