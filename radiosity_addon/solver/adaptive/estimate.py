@@ -14,7 +14,7 @@ from .relative_error import area_shares, mean_over
 # Smoothing that trades bias for noise as well as it can leaves a squared bias of half the squared noise
 # (h² against 1/h in two dimensions), and replicates come out more alike than they are, as levels are
 # chosen by the same numbers (docs/theory.md).
-BALANCE = 1.5
+BALANCE = 1.2
 # Factor [of half of what the replicates' means over wide neighborhoods differ by]: the bias of their elements
 # that their mean has. The bias falls as elements' area, of which one replicate has 1.35/0.6 = 2.25 times
 # the other's: biases of 2.25 b and b have the mean 1.625 b and half the difference 0.625 b.

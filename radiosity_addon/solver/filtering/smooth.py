@@ -119,7 +119,8 @@ def _smooth_picture(
 
     Each level is weighed against the one chosen so far, the change of the squared error averaged
     over a window that is wider than the kernel, and is taken where enough of what it should take
-    away of the noise is gone: what is missing is blur.
+    away of the noise is gone: what is missing is blur. Or it is chance, in a window of few texels: where a window twice
+    as wide has enough, it suffices that this one has any.
     """
     count, shape = len(raw_a), raw_a.shape[1:]
     now, other = [*raw_a, *raw_b], [*raw_b, *raw_a]
@@ -146,7 +147,10 @@ def _smooth_picture(
         while averaged < neighborhood.averaging_levels(level):
             (noise,), averaged = neighborhood.step(noise, level=averaged), averaged + 1
         remains = np.float32(neighborhood.variance_kept(level))
-        better = mean < MARGIN * noise * (remains - kept)
+        top = min(averaged, neighborhood.levels - 1)
+        wide, wide_noise = neighborhood.step(mean, noise, level=top)
+        removed = MARGIN * (remains - kept)
+        better = (mean < noise * removed) | ((mean < 0) & (wide < wide_noise * removed))
         for chosen, new in zip([*best, gain], [*after, total]):
             np.copyto(chosen, new, where=better)
         np.copyto(kept, remains, where=better)
