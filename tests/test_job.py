@@ -16,6 +16,7 @@ from radiosity_addon.bake.texels import texel_receivers
 from radiosity_addon.bake_job import run, without_bare
 from radiosity_addon.solver.progress import Canceled, silent
 from radiosity_addon.solver.receivers import concatenate
+from radiosity_addon.solver.sequence import late_warning
 from radiosity_addon.stages.layout import lay_out, slice_receivers
 from tests.square import UV, square_job
 
@@ -58,6 +59,16 @@ def test_dim_light_is_warned_of():
     (text,) = told_of_light(strength=0.1)
     assert text.startswith("little light arrives: white would show 0.03 ")
     assert told_of_light(strength=0.1, passes=("direct",)) == told_of_light() == []
+
+
+def test_a_time_limit_that_is_not_kept_is_told():
+    """65,536 texels get their first rays in no tenth of a second."""
+    assert late_warning(7.4, 5.0) == late_warning(7.4, None) == []
+    (text,) = late_warning(22.04, 5.0)
+    assert text.startswith("solving took 22.0 s, above the time limit of 5 s")
+    warnings = run(square_job("image", resolution=256, time_limit=0.1)).warnings
+    assert any("above the time limit of 0.1 s" in text for text in warnings)
+    assert not any("time limit" in text for text in run(square_job("image", time_limit=60)).warnings)
 
 
 def test_job_and_result_survive_pickling():

@@ -43,6 +43,8 @@ from .scene import Scene
 from .solution import Solution, Statistics
 from .workers.parallel import thread_count
 
+LATE = 1.5  # factor [of the time limit]: solves that took longer are told
+
 
 @np.errstate(under="ignore")  # light that vanishes beside the brightest is nothing
 def solve(
@@ -180,7 +182,10 @@ def statistics_of(opened: OpenSolve, reached: Outcome, settings: SolverSettings)
         estimated_error=reached.error,
         error_95=reached.error_95,
         energy=energy,
-        warnings=(*opened.lost, *_warnings(context, reached, settings)),
+        warnings=(
+            *opened.lost, *_warnings(context, reached, settings),
+            *late_warning(sum(rounds.clock.laps.values()), settings.time_limit),
+        ),
         seconds={**rounds.clock.laps, "embree": context.embree_seconds + second.embree_seconds},
     )
 
@@ -240,6 +245,16 @@ def estimator_of(
     emission = footprint_means(lambda regions: context.mean_emission(regions)[0], footprints)
     surface = Surface(first.placed.diffuse, emission, footprints.area)
     return ErrorEstimator(surface, neighborhoods, passes, threads, sees, project, brightness)
+
+
+def late_warning(seconds: float, limit: float | None) -> list[str]:
+    """What to say of ``seconds`` of solving: all receivers get their first rays, whatever the limit."""
+    if limit is None or seconds < LATE * limit:
+        return []
+    return [
+        f"solving took {seconds:.1f} s, above the time limit of {limit:g} s: the first rays of all texels or "
+        "faces are shot whatever it is; lower the resolution, or bake fewer objects"
+    ]
 
 
 def _warnings(context: Context, reached: Outcome, settings: SolverSettings) -> Iterator[str]:
