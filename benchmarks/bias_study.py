@@ -17,6 +17,8 @@ from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
 
+import numpy as np
+
 from benchmarks.machine import commit
 from verification.bias import LIMIT, MOST, POINTS, measure, verdicts
 from verification.random_scenes import FAMILIES
@@ -35,9 +37,19 @@ def page(records: list[dict]) -> str:
                      f"| {both[0]} | {both[1]}{mark} | {100 * v.worst:+.1f} | {v.off} "
                      f"| {f'{v.told / v.measured:.2f}' if v.measured > LEAST else '–'} |")  # fmt: skip
     good = sum(v.unbiased and v.off == 0 for v in found)
-    commits = ", ".join(sorted({r["commit"] for r in records}))
-    lines.append(f"\n{good} of {len(found)} rows hold (commit {commits}).")
+    lines.append(f"\n{good} of {len(found)} rows hold.\n")
+    lines += by_commit(records)
     return "\n".join(lines) + "\n"
+
+
+def by_commit(records: list[dict]) -> list[str]:
+    """The lines of a table: all families together, of each commit."""
+    lines = ["| commit | asked | scenes | told, % | measured, % |", "|---|---|---|---|---|"]
+    for key in sorted({(r["commit"], -r["asked"]) for r in records}):
+        some = [r for r in records if (r["commit"], -r["asked"]) == key]
+        told, measured = (100 * np.sqrt(np.mean([r[name] ** 2 for r in some])) for name in ("told", "measured"))
+        lines.append(f"| {key[0]} | {-100 * key[1]:g} % | {len(some)} | {told:.2f} | {measured:.2f} |")
+    return lines
 
 
 INTRODUCTION = f"""# Bias, measured by an independent path tracer
@@ -51,15 +63,17 @@ shares of the point's light (or the scene's mean, where that is more), with its 
 *biased*: more than {100 * LIMIT:g} % and more than three standard errors. *worst point*: the
 largest deviation beyond four standard errors. *points off*: deviations of direct or indirect light
 beyond four standard errors and beyond the error asked. *told / measured*: the solver's estimate
-over its true relative error, both in the mean square; a dash where the tracer's noise hides it.
+over its true relative error, both in the mean square; a dash where the tracer's noise hides it. The last
+table has both for all families together, in root mean squares over scenes, by the commit that they were solved at.
 """
 
 
 def read(path: Path) -> list[dict]:
-    """The records of a file, none where it is not there."""
+    """The records of a file, the last of each scene and error; none where it is not there."""
     if not path.exists():
         return []
-    return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+    records = map(json.loads, path.read_text(encoding="utf-8").splitlines())
+    return list({(r["family"], r["scene"], r["asked"]): r for r in records}.values())
 
 
 def main(argv: list[str] | None = None) -> int:

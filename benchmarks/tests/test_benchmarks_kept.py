@@ -43,6 +43,8 @@ def test_bias_goes_on_where_it_stopped(tmp_path, capsys):
     assert capsys.readouterr().out.startswith("tiny_lamps")
     main(arguments)
     assert capsys.readouterr().out == ""
-    (record,) = read(out)
+    out.write_text(2 * out.read_text(encoding="utf-8"), encoding="utf-8")
+    (record,) = read(out)  # what was done twice counts once
     assert (record["family"], record["scene"], record["asked"]) == ("tiny_lamps", 0, 0.2)
     assert "| tiny lamps | 20 % | 1 |" in page([record])
+    assert f"| {record['commit']} | 20 % | 1 | {100 * record['told']:.2f} |" in page([record])
