@@ -147,11 +147,12 @@ def _too_large(names, parts, tried: list[Packed], settings) -> str:
     most = max(used / edge for each in tried for used, edge in zip(each.extent, settings.size))
     images = "one image" if len(parts) == 1 else f"{len(parts)} images"
     asked = f"{settings.density:g} texels per meter and a margin of {settings.margin}"
+    lower = f"lower --density (about {0.9 * (settings.density or 0) / most:.2g} fit) or --margin"
     if settings.density is None:
-        asked = f"a margin of {settings.margin}"
+        asked, lower = f"a margin of {settings.margin}", "lower --margin"
     return (
         f"the charts of {len(names)} objects do not fit into {images} of {width} x {height} texels "
-        f"at {asked}: they take {most:.3g} times an edge; lower --density or --margin, raise "
+        f"at {asked}: they take {most:.3g} times an edge; {lower}, raise "
         "--resolution or --atlas-images, or bake fewer --objects"
     )
 

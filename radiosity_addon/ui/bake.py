@@ -11,6 +11,7 @@ from .keywords import given_to, with_keywords, without_use
 from .progress_bar import redraw
 from .properties import settings_of
 from .report_store import store_report
+from .words import by_labels
 
 # What bad input and failing disks raise; anything else is a fault of ours and shows its traceback.
 EXPECTED = (ValueError, OSError, RuntimeError, MemoryError, ImportError)
@@ -103,7 +104,7 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
             session.begin(session.BakeSession(context.scene.name, settings))
             self._tell_unused(properties.target)
         except EXPECTED as error:
-            self.report({"ERROR"}, str(error))
+            self.report({"ERROR"}, by_labels(str(error)))
             return False
         return True
 
@@ -128,7 +129,7 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
                 raise bake.failure
             bake.step(context)
         except EXPECTED as error:
-            self.report({"ERROR"}, str(error) or type(error).__name__)
+            self.report({"ERROR"}, by_labels(str(error)) or type(error).__name__)
             session.end()
             return False
         except BaseException:
@@ -142,7 +143,7 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
         overlay.outdate()
         results.look_again()
         for warning in bake.report["warnings"]:
-            self.report({"WARNING"}, warning)
+            self.report({"WARNING"}, by_labels(warning))
         self.report({"WARNING" if noteworthy(bake.report) else "INFO"}, summary(bake.report))
         return {"FINISHED"}
 

@@ -3,6 +3,8 @@
 import bpy
 from bpy.app.translations import pgettext_iface as iface_
 
+from .words import by_labels
+
 LINE = 36  # length [characters] of a text in one line of a sidebar as wide as Blender opens it
 CHARACTER = 5.6  # width [pixels at scale 1] of a character, rather more than less
 BESIDE = 80  # width [pixels at scale 1] of the icon, the tabs and the borders beside a text
@@ -26,7 +28,7 @@ def broken(text: str, width: int) -> list[str]:
 def draw_note(column, text: str, icon: str, less: int = 0) -> None:
     """The whole text, broken into lines, the icon before the first; lines are ``less`` characters
     shorter than the region has room for."""
-    for index, line in enumerate(broken(text, line_length(bpy.context) - less)):
+    for index, line in enumerate(broken(by_labels(text), line_length(bpy.context) - less)):
         column.label(text=line, icon="BLANK1" if index else icon, translate=False)
 
 

@@ -1,8 +1,27 @@
-"""Numbers in words, for panels. The templates are whole sentences, so that they translate."""
+"""Numbers in words, for panels, and settings by their labels. The templates are whole sentences, so that
+they translate."""
+
+import re
 
 from bpy.app.translations import pgettext_iface as iface_
 
 from .. import figures
+from .properties import RadiositySettings
+
+# What an option is in the panel, where it is not the property of its name.
+PROPERTIES = {"objects": "objects_from", "name": "bake_name", "scale": "auto_scale", "color_type": "byte_colors"}
+BUTTONS = {"single_user": "Make Meshes Single-User"}
+
+
+def by_labels(text: str) -> str:
+    """The text with the command line's options (``--density``) as the panel's labels (*Density*)."""
+    return re.sub(r"--([a-z]+(?:-[a-z]+)*)", _label, text)
+
+
+def _label(option: re.Match) -> str:
+    name = option[1].replace("-", "_")
+    found = RadiositySettings.bl_rna.properties.get(PROPERTIES.get(name, name))
+    return iface_(BUTTONS.get(name, found.name if found else option[0]))
 
 
 def duration(seconds: float) -> str:

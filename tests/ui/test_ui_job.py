@@ -59,6 +59,21 @@ def test_keywords_of_the_other_target_are_told(file):
     assert file.ops.radiosity.bake(target="VERTEX", resolution=16, quality="DRAFT") == {"FINISHED"}
 
 
+def test_messages_name_what_stands_in_the_panel(file):
+    """Not the command line's options; what is none of them stays."""
+    from radiosity_addon.options import build_parser
+    from radiosity_addon.ui.words import by_labels
+
+    assert by_labels("lower --density or raise --atlas-images, --uv-map: see --single-user; --bogus -- 2") == (
+        "lower Density or raise Most Images, UV Map: see Make Meshes Single-User; --bogus -- 2")  # fmt: skip
+    told = "objects resolution atlas-images density unwrap uv-map margin format color-type scale name".split()
+    known = {word for action in build_parser()._actions for word in action.option_strings}
+    assert all(f"--{name}" in known and "--" not in by_labels(f"--{name}") for name in told)
+    # Squares of 2 m at 1000 texels per meter in 16 texels.
+    with pytest.raises(RuntimeError, match=r"lower Density \(about [\d.]+ fit\) or Margin, raise Resolution"):
+        file.ops.radiosity.bake(target="IMAGE", resolution=16, atlas="A", density=1000.0)
+
+
 def test_wrong_keywords_are_errors(file):
     with pytest.raises(TypeError, match="PICTURE"):
         file.ops.radiosity.bake(target="PICTURE")
