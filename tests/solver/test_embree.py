@@ -1,6 +1,9 @@
 """Tracer: nothing that Embree would read wrongly gets through, nothing that it says is lost."""
 
 import logging
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -122,3 +125,19 @@ def test_what_the_device_logs_is_raised(application):
         with pytest.raises(RuntimeError, match="Embree failed: ERROR: out of memory"):
             method(ABOVE, DOWN)
     assert not embree._DEVICE.messages  # said once
+
+
+MANY_SCENES = """
+import numpy as np
+from radiosity_addon.solver.tracing.embree import Tracer
+kept = [Tracer(np.eye(3) / 2, np.array([[0, 1, 2]])) for _ in range(3000)]
+print(len(kept))
+"""
+
+
+def test_thousands_of_scenes_are_held():
+    """One for each closed mesh, as a market's fruits: with a device each, the process ended by a segmentation
+    fault at about the thousandth. In a process of its own, so that it may end."""
+    root = Path(embree.__file__).parents[3]
+    run = subprocess.run([sys.executable, "-c", MANY_SCENES], cwd=root, capture_output=True, text=True)
+    assert (run.returncode, run.stdout) == (0, "3000\n"), run.stderr

@@ -9,10 +9,12 @@ from __future__ import annotations
 import logging
 import time
 from dataclasses import dataclass
+from functools import cache
 from threading import Lock
 
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore import EmbreeDevice
 from embreex.rtcore_scene import EmbreeScene
 
 
@@ -37,6 +39,13 @@ _DEVICE = _DeviceErrors()
 _LOG = logging.getLogger("embreex")
 _LOG.addHandler(_DEVICE)
 _LOG.setLevel(logging.ERROR)  # whatever the application shows
+
+
+@cache
+def _device() -> EmbreeDevice:
+    """The one device of all scenes. With a device each, as embreex makes them, a process ends by a
+    segmentation fault at about the thousandth scene."""
+    return EmbreeDevice()
 
 
 @dataclass(frozen=True)
@@ -74,7 +83,7 @@ class Tracer:
         self._empty = len(triangles) == 0
         if self._empty:
             return
-        self._scene = EmbreeScene()
+        self._scene = EmbreeScene(_device())
         self._mesh = TriangleMesh(self._scene, vertices, triangles)
         # The first call commits the scene (builds the tree); it must not happen on two threads.
         one = np.zeros((1, 3), np.float32)
