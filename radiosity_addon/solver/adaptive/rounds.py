@@ -267,7 +267,7 @@ def least_error_of(history: list[Past], shadows: float, enough: float) -> float:
     1 / rays, from the last two rounds, and ``shadows``, the square that is left to direct light; 0 where
     it is well below ``enough``, or they cannot tell: the first round's rays are not aimed yet, and
     the squares are uncertain."""
-    if len(history) < 3 or history[-1].rays < TELLING * history[-2].rays:
+    if len(history) < 3 or history[-1].rays <= TELLING * history[-2].rays:
         return 0.0
     before, now = history[-2:]
     left = now.rays * now.square - before.rays * before.square
