@@ -55,14 +55,29 @@ def light_receivers(
 ) -> LitPatches:
     """The patches of receivers, lit directly at ``per`` points on each of their ``footprints``."""
     everyone = np.arange(footprints.count)
-    shift = uniform((footprints.count, 3), *key, 7)
-    points = footprint_points(footprints, everyone, shift, per, *key, 6)
-    points = replace(points, barycentric=points.uv)
+    points = _points_on(footprints, everyone, per, key)
     reflectance, lit, deviation = light_points(context, points, key)
     total = max(footprints.area.sum(), 1e-300)
     return LitPatches(
         everyone, points, reflectance.mean(axis=0), lit, deviation, footprints.area / total
     )
+
+
+def brightness_and_noise(
+    context: Context, footprints: Footprints, some: np.ndarray, per: int, key: tuple[int, ...]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Of ``some`` (k,) int footprints the mean (k,) of reflectance × direct irradiance over ``per`` points and all
+    channels, and its standard deviation (k,) at a point by the choice among many lights."""
+    _, lit, noise = _lit_at(context, _points_on(footprints, some, per, key), key)
+    return lit.mean(axis=(0, 2)), np.sqrt(noise.mean(axis=0))
+
+
+def _points_on(
+    footprints: Footprints, some: np.ndarray, per: int, key: tuple[int, ...]
+) -> Points:
+    shift = uniform((len(some), 3), *key, 7)
+    points = footprint_points(footprints, some, shift, per, *key, 6)
+    return replace(points, barycentric=points.uv)
 
 
 def light_points(
@@ -71,14 +86,22 @@ def light_points(
     """Reflectance (per, R, channels) at points (per, R), the mean (R, channels) of reflectance ×
     direct irradiance, and its standard deviation (R,) over the points, mean of channels, less what
     the choice among many lights adds."""
+    reflectance, lit, noise = _lit_at(context, points, key)
+    deviation = np.sqrt(np.maximum(lit.std(axis=0).mean(axis=1) ** 2 - noise.mean(axis=0), 0))
+    return reflectance, lit.mean(axis=0), deviation
+
+
+def _lit_at(
+    context: Context, points: Points, key: tuple[int, ...]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Reflectance and reflectance × direct irradiance (per, R, channels) at points (per, R), and the variance
+    (per, R) of that by the choice among many lights."""
     per, count = points.shape
-    single = points.single()
-    irradiance, variance = direct_at(context, single, (*key, 8), STAGE)
+    irradiance, variance = direct_at(context, points.single(), (*key, 8), STAGE)
     triangle = points.triangle.ravel()
     faces = context.geometry.normal[triangle]
     front = np.einsum("nc,nc->n", points.normal.reshape(-1, 3), faces) > 0
     reflectance = context.reflectance(triangle, points.uv.reshape(-1, 2), front)
     lit = (reflectance * irradiance).reshape(per, count, context.channels)
-    noise = (reflectance.mean(axis=1) ** 2 * variance).reshape(per, -1).mean(axis=0)
-    deviation = np.sqrt(np.maximum(lit.std(axis=0).mean(axis=1) ** 2 - noise, 0))
-    return reflectance.reshape(lit.shape), lit.mean(axis=0), deviation
+    noise = (reflectance.mean(axis=1) ** 2 * variance).reshape(per, -1)
+    return reflectance.reshape(lit.shape), lit, noise

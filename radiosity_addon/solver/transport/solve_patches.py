@@ -19,7 +19,7 @@ from ..sampling.points import PointSampler
 from ..scene import Scene
 from ..workers.parallel import ranges
 from .emission import emission_to_find
-from .lit_patches import LitPatches, light_patches, light_receivers
+from .lit_patches import LitPatches, brightness_and_noise, light_patches, light_receivers
 from .patches import Patches, ReceiverPatches
 from .places import Places, no_places, places_hit
 from .radiosity import Radiosity, solve_rows
@@ -33,6 +33,9 @@ MAX_REFINEMENTS = 6  # number [rounds] of dividing elements on which direct ligh
 # Deviation [of the error asked for, relative to the mean light]: rays that end on a patch whose direct
 # light deviates by more from its mean go onward, as no one value stands for it.
 VARIED = 100.0
+# Radiosity [as above]: rays go onward from brighter patches where noise of the choice among lights, as beside a lamp of
+# many faces, hides how much the light varies inside; and number [points of such a patch] that tell.
+BRIGHT, BRIGHT_POINTS = 300.0, 16
 HALVINGS = 2  # number [halvings of its edges] of an element that brings a bias
 
 
@@ -97,9 +100,14 @@ def varied_patches(
 ) -> np.ndarray:
     """(P,) bool: patches of receivers in which direct light varies by much. They are lit at points of
     their own for this: chosen by those that light the rows, what is left would be too dark, as bright
-    parts that no point met stay."""
+    parts that no point met stay. Bright ones of which that cannot be told count as well."""
     lit = light_receivers(context, own.footprints, plan.patch_points, (*key, 16))
-    return lit.deviation > VARIED * tolerance * float((lit.share @ lit.lit).mean())
+    unit = tolerance * float((lit.share @ lit.lit).mean())
+    varied, bright = lit.deviation > VARIED * unit, np.flatnonzero(lit.lit.mean(axis=1) > VARIED * unit)
+    if len(bright):
+        again = brightness_and_noise(context, own.footprints, bright, BRIGHT_POINTS, (*key, 17))
+        varied[bright] |= (again[0] > BRIGHT * unit) & (again[1] > VARIED * unit)
+    return varied
 
 
 def extended(
