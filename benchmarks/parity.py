@@ -105,7 +105,7 @@ def source_digest(group: str) -> str:
     import bpy
 
     digest = hashlib.sha256(repr(bpy.app.version).encode())
-    for name in (f"parity_{group}", "parity_stage", "materials", "meshes", "cycles"):
+    for name in (f"parity_{group}", "parity_stage", "scene_parts", "quads", "cycles"):
         digest.update((Path(__file__).parent / f"{name}.py").read_bytes())
     return digest.hexdigest()[:16]
 
