@@ -3,6 +3,7 @@
 import numpy as np
 
 from radiosity_addon.settings import Settings
+from radiosity_addon.solver.receivers import Receivers
 from radiosity_addon.solver.scene import SunLamp
 from radiosity_addon.solver.sequence import solve
 from verification import meshes
@@ -52,7 +53,7 @@ def test_edges_across_texels_without_neighbors():
     scene, lit = field_under_stripes()
     whole = meshes.triangle_receivers(scene)
     kept = whole.triangle < len(lit)
-    receivers = type(whole)(
+    receivers = Receivers(
         int(kept.sum()), whole.receiver[kept], whole.triangle[kept], whole.corners[kept], whole.square[kept]
     )
     found = solve(scene, receivers, Settings(error=asked, threads=1, passes=("direct",)))

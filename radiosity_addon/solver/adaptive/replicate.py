@@ -191,13 +191,17 @@ class Replicate:
     def _correct(self) -> None:
         """Find the correction, and what of it are elements'."""
         regions = self._regions(self.residuals)
-        gathered = self.light.bounced / np.maximum(self.light.rays, 1)
-        light = gathered, area_shares(self.placed.footprints.area)
+        light = self._gathered_light()
         self.correction = find_correction(self.residuals, regions, *light)
         on_elements = self.residuals.places.entry >= self.radiosity.patches.cells
         if on_elements.any():
             theirs = find_correction(self.residuals.of_visits(on_elements), regions, *light)
             self.found_on_elements = theirs.found
+
+    def _gathered_light(self) -> tuple[np.ndarray, np.ndarray]:
+        """(R, channels) mean irradiance that rays brought to receivers, and (R,) these' shares of the surface."""
+        gathered = self.light.bounced / np.maximum(self.light.rays, 1)
+        return gathered, area_shares(self.placed.footprints.area)
 
     def give(self) -> Radiosity:
         """The radiosities of now."""
@@ -251,9 +255,7 @@ class Replicate:
         """All light so far, with what corrects its bias."""
         uncorrected = None
         if self.correction is not None:
-            gathered = self.light.bounced / np.maximum(self.light.rays, 1)
-            area = area_shares(self.placed.footprints.area)
-            self.light.correction[:], uncorrected = self.correction.share(gathered, area)
+            self.light.correction[:], uncorrected = self.correction.share(*self._gathered_light())
         return RoundResult(
             self.light, self._figures(), uncorrected, self.found_on_elements, self.share_of_elements
         )

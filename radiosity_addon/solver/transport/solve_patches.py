@@ -105,8 +105,10 @@ def varied_patches(
     unit = tolerance * float((lit.share @ lit.lit).mean())
     varied, bright = lit.deviation > VARIED * unit, np.flatnonzero(lit.lit.mean(axis=1) > VARIED * unit)
     if len(bright):
-        again = brightness_and_noise(context, own.footprints, bright, BRIGHT_POINTS, (*key, 17))
-        varied[bright] |= (again[0] > BRIGHT * unit) & (again[1] > VARIED * unit)
+        brightness, noise = brightness_and_noise(
+            context, own.footprints, bright, BRIGHT_POINTS, (*key, 17)
+        )
+        varied[bright] |= (brightness > BRIGHT * unit) & (noise > VARIED * unit)
     return varied
 
 
