@@ -12,12 +12,12 @@ import argparse
 import json
 
 from radiosity_addon.solver.workers.parallel import thread_count
+from verification.comparable_texels import comparable_texels, triangle_uvs
 from verification.error import reference_noise
-from verification.texels import comparable_texels, triangle_uvs
 
-from .bake import our_bake, warm_up
 from .ladder import Rung, cycles_ladder, judged, seconds_for, table
 from .machine import machine
+from .our_bake import our_bake, warm_up
 from .references import cycles_references
 
 PASSES = ("emit", "direct", "indirect", "color")

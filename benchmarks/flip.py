@@ -23,12 +23,12 @@ import numpy as np
 from scipy.ndimage import binary_dilation
 
 from radiosity_addon.bake.dilate import extend_islands
-from verification.texels import doubled_texels
+from verification.comparable_texels import doubled_texels
 
-from .bake import our_bake, warm_up
 from .cycles import cycles_bake
 from .denoise import denoise
 from .look import picture, show
+from .our_bake import our_bake, warm_up
 from .scenes import SCENES, build
 
 EXPOSURE = {"living_room": 1.5, "room": 1.5}  # stops

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .bake import our_bake, warm_up
+from .our_bake import our_bake, warm_up
 from .scenes import SCENES, build
 
 # camera, what it looks at, horizontal field of view [rad]

@@ -16,8 +16,8 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
+from verification.comparable_texels import comparable_texels, triangle_uvs
 from verification.error import Measured, reference_noise, relative_error
-from verification.texels import comparable_texels, triangle_uvs
 
 from . import (
     parity_geometry,
@@ -29,9 +29,9 @@ from . import (
     parity_shading,
     parity_worlds,
 )
-from .bake import our_bake, warm_up
 from .cycles import cycles_bake
 from .machine import machine
+from .our_bake import our_bake, warm_up
 from .parity_stage import Case
 from .references import SEEDS, kept
 

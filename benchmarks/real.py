@@ -23,9 +23,9 @@ from radiosity_addon.stages.layout import lay_out
 from radiosity_addon.stages.prepare import prepare
 from verification.error import relative_error
 
-from .bake import our_bake, warm_up
 from .ladder import Rung, cycles_ladder, judged, seconds_for
 from .machine import commit, machine
+from .our_bake import our_bake, warm_up
 from .references import References
 
 UV_MAP = "Lightmap"

@@ -18,7 +18,7 @@ from radiosity_addon.settings import Settings
 from radiosity_addon.stages.prepare import prepare
 from radiosity_addon.stages.run import run
 
-from .bake import warm_up
+from .our_bake import warm_up
 from .scenes import SCENES, build
 
 INSIDE = "inside Embree"

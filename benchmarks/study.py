@@ -20,12 +20,12 @@ from pathlib import Path
 import numpy as np
 
 from radiosity_addon.solver.workers.parallel import thread_count
+from verification.comparable_texels import comparable_texels, doubled_texels, triangle_uvs
 from verification.error import Measured, reference_noise, relative_error
-from verification.texels import comparable_texels, doubled_texels, triangle_uvs
 
-from .bake import our_bake, warm_up
 from .ladder import cycles_ladder
 from .machine import machine
+from .our_bake import our_bake, warm_up
 from .references import References, cycles_references
 from .scenes import SCENES, SceneMissing, StudyScene, build
 

@@ -246,7 +246,7 @@ def _check_module(name: str) -> None:
 
 def _export(job, path: Path) -> tuple[str, ...]:
     """Write the scene with the bake as glTF; returns warnings. Raises RuntimeError."""
-    from .gltf.export import export_bake
+    from .gltf.export_bake import export_bake
     from .gltf.wish import of_job
 
     return export_bake(of_job(job), path)

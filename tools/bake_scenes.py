@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from radiosity_addon.settings import Settings
 from radiosity_addon.stages.tiling import Tiling
 
-from .scene_parts import (
+from .bake_scene_parts import (
     INWARD,
     OUTWARD,
     add_box,

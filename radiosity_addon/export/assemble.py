@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bake.layers import FARTHEST, within_range
-from .materials import Palette, slot_keys
-from .meshes import sound_triangles
+from .material_slots import Palette, slot_keys
+from .mesh_arrays import sound_triangles
 from .parts import Part, is_mirrored, world_vertices
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..bake.texels import width_and_height
-from .materials import slot_keys
+from .material_slots import slot_keys
 from .panorama import set_up_cycles
 from .parts import Part, material_key
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from ..bake.exported_object import CornerMap
 from ..bake.layers import bulk
-from .meshes import read_loop_vertices
-from .tracing import Trace
+from .mesh_arrays import read_loop_vertices
+from .mesh_trace import Trace
 
 NEGLIGIBLE = 1e-6  # weight [of 1]: smaller ones are rounding
 LEAST_SOURCED = 0.5  # weight [of 1]: a corner that has less of the user's corners has no source

@@ -15,7 +15,7 @@ from .atlas import atlas_texels, make_atlas
 from .bake_stage import aim, bake_pass, bake_stage, user_materials
 from .colors import ZERO, Color, Mapping, constant
 from .gloss import has_gloss, sent_on
-from .materials import Palette, slot_keys
+from .material_slots import Palette, slot_keys
 from .parts import Part, world_vertices
 from .shaders import SurfaceShader
 from .sides import sees_sides, show_back

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from ..solver.scene import Sky
 from .images import working_space_is_rec709
 from .light_links import emission_links, lit_objects, shading_objects
-from .lights import Light
+from .light_objects import Light
 from .parts import Part
 from .sockets import Reader
 from .traceless import traceless

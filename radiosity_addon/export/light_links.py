@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .lights import Light
+from .light_objects import Light
 
 
 def lit_objects(lights: list[Light], parts) -> tuple[np.ndarray | None, ...] | None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bake.own_materials import own_material
-from .meshes import MeshArrays, read_mesh
+from .mesh_arrays import MeshArrays, read_mesh
 
 NOT_MODELED = {"VOLUME": "volume", "CURVES": "hair", "POINTCLOUD": "point cloud"}
 

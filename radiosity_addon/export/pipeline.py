@@ -29,9 +29,10 @@ from .corner_weights import one_hot, traced
 from .evaluated import ATLAS, evaluate_steps
 from .exported import Exported
 from .illumination import Illumination, find_illumination
-from .lights import Light, read_lights, with_node_colors
-from .materials import gloss_remarks, read_materials, scene_materials
-from .meshes import read_loop_vertices
+from .light_objects import Light, read_lights, with_node_colors
+from .material_slots import gloss_remarks, read_materials, scene_materials
+from .mesh_arrays import read_loop_vertices
+from .mesh_trace import Trace, add_copies, changes_faces, face_modifiers, read_trace
 from .parts import Part, read_parts, world_vertices
 from .remarks import bent_remarks, library_remarks
 from .render_depsgraph import with_render_depsgraph
@@ -44,7 +45,6 @@ from .shading_normals import (
 from .smooth_groups import smooth_groups
 from .targets import NO_FACES, NO_NUMBERS, UNTRACED, choose_objects, sort_out, uv_map_name, why_none
 from .traceless import traceless
-from .tracing import Trace, add_copies, changes_faces, face_modifiers, read_trace
 
 EDITED = "was deleted or edited while the scene was read"
 

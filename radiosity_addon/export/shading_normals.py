@@ -13,7 +13,7 @@ from ..bake.windows import TexelRect
 from ..solver.geometry.vectors import unit_rows
 from .assemble import Placed, corner_loops
 from .bake_stage import aim, bake_pass, bake_stage, user_materials
-from .materials import slot_keys
+from .material_slots import slot_keys
 from .parts import Part, material_key, world_vertices
 from .remarks import bends_light, turns_shaders
 from .traceless import traceless

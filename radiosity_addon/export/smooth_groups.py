@@ -11,7 +11,7 @@ import numpy as np
 from ..bake.layers import bulk
 from ..bake.seams import face_normals, next_corners
 from ..components import connected_components
-from .meshes import read_loop_vertices
+from .mesh_arrays import read_loop_vertices
 
 SMOOTH_ANGLE = np.radians(30.0)  # angle [rad] between faces: Blender's own where none is set
 

@@ -11,10 +11,10 @@ def register() -> None:
     """Add every class and property to Blender."""
     import bpy
 
-    from . import bake, keys, keywords, lifetime, menus, presets, progress_bar, properties
+    from . import bake_operators, keys, keywords, lifetime, menus, presets, progress_bar, properties
 
     for cls in _classes():
-        if cls is bake.RADIOSITY_OT_bake:
+        if cls is bake_operators.RADIOSITY_OT_bake:
             cls.__annotations__ = keywords.annotations()  # of the settings, registered by now
         bpy.utils.register_class(cls)
     properties.register_properties()
@@ -49,7 +49,7 @@ def unregister() -> None:
 def _classes() -> tuple:
     """Every class, in the order in which Blender is told of them and shows the panels."""
     from . import (
-        bake,
+        bake_operators,
         export_button,
         panels,
         presets,
@@ -61,5 +61,5 @@ def _classes() -> tuple:
         view,
     )
 
-    rooms = (bake, view, preview, remove, shared_meshes, export_button, presets, panels, report_panel)
-    return (properties.RadiositySettings, *(cls for room in rooms for cls in room.CLASSES))
+    modules = (bake_operators, view, preview, remove, shared_meshes, export_button, presets, panels, report_panel)
+    return (properties.RadiositySettings, *(cls for module in modules for cls in module.CLASSES))

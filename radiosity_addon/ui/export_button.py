@@ -21,7 +21,7 @@ class RADIOSITY_OT_export_gltf(CarriesBake, bpy.types.Operator, ExportHelper):
     def execute(self, context):
         # Here, as enabling the add-on must be quick.
         from ..files import Publication, check_writable
-        from ..gltf.export import export_bake
+        from ..gltf.export_bake import export_bake
         from ..gltf.wish import of_settings
 
         names = tuple(item.name for item in baked_objects(context))

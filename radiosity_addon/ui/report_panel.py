@@ -6,7 +6,7 @@ from bpy.app.translations import pgettext_iface as iface_
 from ..figures import figure
 from ..report import by_reason
 from . import words
-from .bake import noteworthy
+from .bake_operators import noteworthy
 from .lines import draw_note, pair
 from .panels import RadiosityPanel
 from .report_store import load_report, report_text

@@ -23,7 +23,7 @@ from .payload import PACKAGE
 # Shares [of the progress bar] from and to which the solver has it.
 SOLVE_FROM, SOLVE_TO = 0.05, 0.97
 # What reading and writing import, in pieces. SciPy and embreex are the solver's process's alone.
-IMPORTS = ("bake.texels", "bake.unwrap", "export.shaders", "export.materials", "export.lights",
+IMPORTS = ("bake.texels", "bake.unwrap", "export.shaders", "export.material_slots", "export.light_objects",
            "export.world", "export.evaluated", "export.pipeline", "stages.prepare",
            "stages.apply", "report")
 _pace = Pace()

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from radiosity_addon.solver.sampling.streams import Stream
 
-SOLVER = Path(__file__).resolve().parents[2] / "radiosity_addon" / "solver"
+ROOT = Path(__file__).resolve().parents[2]
+SOLVER = ROOT / "radiosity_addon" / "solver"
 # From the lowest to the highest. A module imports its own layer's package or lower ones only.
 LAYERS = (
     "workers", "array_struct", "progress", "passes", "fields", "scene", "receivers", "solution", "check", "geometry",
@@ -52,28 +53,22 @@ def test_no_import_points_upward():
     assert upward == []
 
 
+def names_of_modules(folder: Path) -> list[str]:
+    """Of the modules and packages in a folder; a package's main module has its name."""
+    packages = [path.parent.name for path in folder.rglob("__init__.py") if path.parent != folder]
+    return packages + [
+        path.stem for path in folder.rglob("*.py")
+        if path.stem not in ("__init__", "__main__", "conftest", path.parent.name)
+    ]  # fmt: skip
+
+
 def test_module_names_are_used_once():
-    """The same name in two packages of the add-on would stand for two things."""
-    package = SOLVER.parent
-    names = [p.stem for p in package.rglob("*.py") if p.stem not in ("__init__", "__main__")]
-    assert sorted({name for name in names if names.count(name) > 1}) == []
-
-
-def test_no_parameter_lacks_a_type():
-    """Ruff's ANN001 to ANN003 hold the same; here for those who run the tests only."""
-    bare = []
-    for path in SOLVER.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if not isinstance(node, ast.FunctionDef):
-                continue
-            words = node.args
-            every = [*words.posonlyargs, *words.args, *words.kwonlyargs, words.vararg, words.kwarg]
-            bare += [
-                f"{path.relative_to(SOLVER)}:{node.lineno} {node.name}({word.arg})"
-                for word in every
-                if word and word.annotation is None and word.arg not in ("self", "cls")
-            ]
-    assert bare == []
+    """The same name in two packages would stand for two things; so would one of the add-on's beside it."""
+    names = names_of_modules(SOLVER.parent)
+    beside = {name: names_of_modules(ROOT / name) for name in ("verification", "benchmarks", "tools", "tests")}
+    every = names + [name for found in beside.values() for name in found]
+    assert len(names) > 250 and all(beside.values())
+    assert sorted({name for name in every if every.count(name) > 1}) == []
 
 
 def test_keys_name_their_stream():

@@ -9,7 +9,7 @@ from radiosity_addon.solver.adaptive.replicate import build_replicate
 from radiosity_addon.solver.fields import Constant, Texture
 from radiosity_addon.solver.scene import Material, Scene, SunLamp
 from verification import exact, meshes
-from verification.texels import texel_receivers
+from verification.comparable_texels import texel_receivers
 
 TEXELS = 64  # of the image that holds both squares, side by side: 32 × 64 each
 FLOOR = np.array([[0.0, 1, 0], [0, 0, 0], [1, 0, 0], [1, 1, 0]])

@@ -17,7 +17,7 @@ from radiosity_addon.solver.transport.lit_patches import light_receivers
 from radiosity_addon.solver.transport.patches import Patches, build_receiver_patches
 from radiosity_addon.solver.transport.solve_patches import varied_patches
 from verification import meshes
-from verification.texels import texel_receivers
+from verification.comparable_texels import texel_receivers
 
 UV = np.array([[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]], float)
 FLOOR = meshes.polygon(np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]))

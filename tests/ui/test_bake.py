@@ -31,9 +31,9 @@ def test_operator_bakes_and_reports(file):
 def press(bpy) -> None:
     """What the button does in a window, events and all: Blender's module has none, so a plain
     object with the operator's functions takes its place, and a loop the timer's."""
-    from radiosity_addon.ui import background, bake, session
+    from radiosity_addon.ui import background, bake_operators, session
 
-    functions = {k: v for k, v in vars(bake.RADIOSITY_OT_bake).items() if not k.startswith("__")}
+    functions = {k: v for k, v in vars(bake_operators.RADIOSITY_OT_bake).items() if not k.startswith("__")}
     button = type("Button", (), {**functions, "report": lambda *_: None})()
     button._progress = background.Progress()
     assert button._begin(bpy.context)

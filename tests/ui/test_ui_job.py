@@ -96,7 +96,7 @@ def test_error_in_per_cent_is_the_error(file):
      (3, 1, 4, "Baked 3 objects, 1 left out, 4 warnings")],
 )  # fmt: skip
 def test_last_message(addon, baked, left_out, warnings, text):
-    from radiosity_addon.ui.bake import summary
+    from radiosity_addon.ui.bake_operators import summary
 
     objects = [{"baked": True}] * baked + [{"baked": False}] * left_out
     assert summary({"objects": objects, "warnings": ["a"] * warnings}) == text
@@ -150,11 +150,11 @@ def test_menus_offer_the_bake_as_the_button_does(addon):
 
 def test_repeating_does_not_block(file, monkeypatch):
     """A window's Repeat Last calls ``execute``; the bake is then started as the button does."""
-    from radiosity_addon.ui import background, bake
+    from radiosity_addon.ui import background, bake_operators
 
     begun, timers = [], []
     monkeypatch.setattr(background, "press", lambda *words: begun.append(words))
-    monkeypatch.setattr(bake, "bpy", SimpleNamespace(
+    monkeypatch.setattr(bake_operators, "bpy", SimpleNamespace(
         app=SimpleNamespace(
             background=False, timers=SimpleNamespace(register=lambda f, **_: timers.append(f))),
         context=SimpleNamespace(window=SimpleNamespace(as_pointer=lambda: 7)),
@@ -163,8 +163,8 @@ def test_repeating_does_not_block(file, monkeypatch):
         options=SimpleNamespace(is_repeat=False, is_repeat_last=True),
         properties=SimpleNamespace(is_property_set=lambda name: name == "error", error=0.05),
     )  # fmt: skip
-    operator._again = bake.RADIOSITY_OT_bake._again.__get__(operator)
-    assert bake.RADIOSITY_OT_bake.execute(operator, file.context) == {"CANCELLED"}
+    operator._again = bake_operators.RADIOSITY_OT_bake._again.__get__(operator)
+    assert bake_operators.RADIOSITY_OT_bake.execute(operator, file.context) == {"CANCELLED"}
     assert begun == []
     timers[0]()
     assert begun == [(7, {"error": 0.05})]
@@ -173,7 +173,7 @@ def test_repeating_does_not_block(file, monkeypatch):
 @pytest.mark.parametrize("kind", [ValueError, KeyError])
 def test_failure_of_the_timers_step_is_the_operators_to_tell(file, monkeypatch, kind):
     """A timer has no report: the bake waits for the operator, which says it or shows its traceback."""
-    from radiosity_addon.ui import background, bake, properties, session
+    from radiosity_addon.ui import background, bake_operators, properties, session
 
     def fail(self, context):
         self.cancel()
@@ -184,15 +184,15 @@ def test_failure_of_the_timers_step_is_the_operators_to_tell(file, monkeypatch, 
     monkeypatch.setattr(session.BakeSession, "step", fail)
     ticker = background.Ticker(session.current(), None, {})
     ticker._step()
-    assert session.current().wants_operator and bake.RADIOSITY_OT_bake.poll(file.context)
+    assert session.current().wants_operator and bake_operators.RADIOSITY_OT_bake.poll(file.context)
     told: list = []
     operator = SimpleNamespace(report=lambda *words: told.append(words))
     if kind is ValueError:
-        assert bake.RADIOSITY_OT_bake._step(operator, file.context, session.current()) is False
+        assert bake_operators.RADIOSITY_OT_bake._step(operator, file.context, session.current()) is False
         assert told == [({"ERROR"}, "no such thing")]
     else:
         with pytest.raises(KeyError):
-            bake.RADIOSITY_OT_bake._step(operator, file.context, session.current())
+            bake_operators.RADIOSITY_OT_bake._step(operator, file.context, session.current())
     assert session.current() is None
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from verification.texels import comparable_texels, doubled_texels, triangle_uvs
+from verification.comparable_texels import comparable_texels, doubled_texels, triangle_uvs
 
 
 def test_texels_on_which_another_face_lies(blender):

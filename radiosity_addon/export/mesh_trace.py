@@ -1,4 +1,4 @@
-"""Tracing: which of the user's faces, and which of their corners, an evaluated corner came from.
+"""Mesh trace: which of the user's faces, and which of their corners, an evaluated corner came from.
 
 A temporary copy of an object carries attributes through its modifiers: the face a face came from (plus
 one, so that 0 means none); and of each corner its position before them, its face, and a 1 at its number
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bake.layers import bulk
-from .meshes import read_loop_vertices
+from .mesh_arrays import read_loop_vertices
 
 FACE, POSITION = "radiosity_face", "radiosity_position"
 SOURCE, SHARE = "radiosity_source", "radiosity_share_{}"

@@ -1,4 +1,4 @@
-"""Meshes: evaluated geometry as arrays."""
+"""Mesh arrays: evaluated geometry as arrays."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lights: every light object that the render sees, whom it lights, and what shades it.
+"""Light objects: every light object that the render sees, whom it lights, and what shades it.
 
 A light hidden from diffuse rays lights nothing that is baked, as in Cycles; a portal gives no light
 of its own.

@@ -1,6 +1,6 @@
 """Workers: what a bake takes of 1, 2, 4 and 8 processes in all, and what it would take on as many cores.
 
-    python -m benchmarks.workers FILE.blend [--error 0.03] [--size 512] [--threads 1 2 4 8] [--uv-map Lightmap]
+    python -m benchmarks.worker_counts FILE.blend [--error 0.03] [--size 512] [--threads 1 2 4 8] [--uv-map Lightmap]
 
 Each bake is the command line's, as users start it. Processor seconds are those of all its processes, from
 the first to the last, Blender's and the libraries' import among them; with more processes than cores its own
@@ -112,7 +112,7 @@ def parts_of(path: Path, error: float, size: int, uv_map: str) -> Parts:
 def main(arguments=None) -> None:
     """Print both tables."""
     raw = argparse.RawDescriptionHelpFormatter
-    parser = argparse.ArgumentParser("benchmarks.workers", description=__doc__, formatter_class=raw)
+    parser = argparse.ArgumentParser("benchmarks.worker_counts", description=__doc__, formatter_class=raw)
     parser.add_argument("file", type=Path)
     parser.add_argument("--error", type=float, default=0.03)
     parser.add_argument("--size", type=int, default=512)

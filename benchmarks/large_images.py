@@ -1,4 +1,4 @@
-"""Large images and many of them, as commands: python -m benchmarks.tiles [--sizes 1024 2048 4096]
+"""Large images and many of them, as commands: python -m benchmarks.large_images [--sizes 1024 2048 4096]
 
 The Cornell box at each resolution, and with ``--objects N`` so many boxes in a room with an image of
 ``--resolution`` each. Prints seconds in all and for a million texels, and the most memory that both

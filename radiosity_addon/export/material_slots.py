@@ -1,4 +1,4 @@
-"""Materials: from the parts' slots to the scene's materials.
+"""Material slots: from the parts' slots to the scene's materials.
 
 A material that can be read gives one scene material for all parts; one that Cycles has to
 evaluate gives one per part, because its color may depend on the object.
