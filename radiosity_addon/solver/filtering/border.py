@@ -32,19 +32,22 @@ class Border(ArrayStruct):
     def within(self, most: np.ndarray) -> Border:
         """The weights of each texel made smaller where they add up to more than ``most`` (k,) of it: pairs have
         had the rest. A kernel that gave away more than all would turn what it averages around."""
-        _, row = np.unique(self.pixel, return_inverse=True)
-        total = np.bincount(row, self.weight)[row]
-        factor = np.clip(most / total, 0, 1)
+        _, row, total = self._rows()
+        factor = np.clip(most / total[row], 0, 1)
         return replace(self, weight=(factor * self.weight).astype(np.float32))
 
     def prepared(self, size: int) -> tuple[np.ndarray, csr_matrix]:
         """Pixels (r,), and (r, size) CSR: how much they change by, from pictures of ``size``."""
-        pixels, row = np.unique(self.pixel, return_inverse=True)
+        pixels, row, total = self._rows()
         rows = np.concatenate([row, np.arange(len(pixels))])
-        total = np.bincount(row, self.weight, len(pixels))
         values = np.concatenate([self.weight, -total]).astype(np.float32)
         columns = np.concatenate([self.other, pixels])
         return pixels, csr_matrix((values, (rows, columns)), shape=(len(pixels), size))
+
+    def _rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The pixels (r,) that are among ``pixel``, the row (k,) of each there, and the sums (r,) of weights."""
+        pixels, row = np.unique(self.pixel, return_inverse=True)
+        return pixels, row, np.bincount(row, self.weight, len(pixels))
 
 
 def find_border(

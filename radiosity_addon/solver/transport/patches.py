@@ -44,11 +44,11 @@ class ReceiverPatches:
     """P patches of receivers, which lie where ``footprints`` tells.
 
     ``patch`` (R,) int32: of a receiver that is one; NOTHING where elements are finer, ONWARD where it
-    has none, SEVERAL where it is more than one. Those are found in ``keys`` (k,) int64, sorted:
-    receiver · n_triangles + triangle, and their ``values`` (k,) int32. ``cut`` (n_triangles,) bool are
-    triangles of which receivers have a part only; ``pairs`` (m,) int64, sorted, those of the same
-    numbers on them that have a cell. On the rest of such a triangle lies what is buried, or too small,
-    and a texel's light there is that of other faces in it.
+    has none, SEVERAL where it is more than one. ``cut`` (n_triangles,) bool are triangles of which
+    receivers have a part only: on the rest lies what is buried, or too small, and a texel's light there is
+    that of other faces in it. The patches of SEVERAL, and of all receivers on ``cut`` triangles, are found
+    by ``keys`` (k,) int64, sorted: receiver · n_triangles + triangle, of those that have a cell there, and
+    their ``values`` (k,) int32.
     """
 
     map: ReceiverMap
@@ -56,7 +56,6 @@ class ReceiverPatches:
     keys: np.ndarray
     values: np.ndarray
     cut: np.ndarray
-    pairs: np.ndarray
     baked: np.ndarray  # (n_triangles,) bool: has patches, or is of an object that mostly has
     footprints: Footprints
     first: np.ndarray  # (R,) int32: each receiver's first triangle,
@@ -94,20 +93,20 @@ class ReceiverPatches:
         some = np.flatnonzero(receiver >= 0)
         receiver = receiver[some]
         found = np.take(self.patch, receiver)
-        several = np.flatnonzero(found == SEVERAL)
-        if len(several):
-            key = receiver[several].astype(np.int64) * len(self.baked) + triangle[some[several]]
-            index = _find(self.keys, key)
-            found[several] = np.where(index >= 0, self.values[index], ONWARD)
-        at_cut = np.flatnonzero(self.cut[triangle[some]])
-        found[at_cut[~self._has_cell(receiver[at_cut], triangle[some[at_cut]])]] = ONWARD
+        asked = np.flatnonzero((found == SEVERAL) | self.cut[triangle[some]])
+        if len(asked):
+            found[asked] = self._of_cells(receiver[asked], triangle[some[asked]])
         found += (found >= 0) * np.where(front[some], 0, np.int32(self.footprints.count))
         patch[some] = found
         return patch
 
-    def _has_cell(self, receiver: np.ndarray, triangle: np.ndarray) -> np.ndarray:
-        """(n,) bool: receivers have a cell on triangles, each of which is cut."""
-        return _find(self.pairs, receiver.astype(np.int64) * len(self.baked) + triangle) >= 0
+    def _of_cells(self, receiver: np.ndarray, triangle: np.ndarray) -> np.ndarray:
+        """(n,) int32 patches of what receivers have on triangles; ONWARD where that is nothing."""
+        if len(self.keys) == 0:
+            return np.full(len(receiver), ONWARD, np.int32)
+        key = receiver.astype(np.int64) * len(self.baked) + triangle
+        index = np.minimum(np.searchsorted(self.keys, key), len(self.keys) - 1)
+        return np.where(self.keys[index] == key, self.values[index], np.int32(ONWARD))
 
 
 @dataclass(frozen=True)
@@ -223,14 +222,6 @@ class Patches:
         return np.concatenate([values[: self.first], none, sides])
 
 
-def _find(keys: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """(n,) int: where among sorted ``keys`` (k,) the ``wanted`` (n,) are, -1 for those that are not."""
-    if len(keys) == 0:
-        return np.full(len(wanted), -1)
-    index = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
-    return np.where(keys[index] == wanted, index, -1)
-
-
 def build_receiver_patches(
     receivers: Receivers, footprints: Footprints, objects: np.ndarray, areas: np.ndarray,
     largest: float, divided: np.ndarray | None,
@@ -258,12 +249,11 @@ def build_receiver_patches(
     several = np.zeros(footprints.count, bool)
     several[owner[group != patch[owner]]] = True
     patch[several] = SEVERAL
-    some = several[owner[first]]
     cut = np.bincount(footprints.triangle, cell_area, triangles) < COMPLETE * areas
+    some = several[owner[first]] | cut[footprints.triangle[first]]
     grouped = footprints.grouped(group)
     return ReceiverPatches(
-        receiver_map, patch, pair[some],
-        group[first[some]].astype(np.int32), cut, pair[cut[footprints.triangle[first]]], baked, grouped,
+        receiver_map, patch, pair[some], group[first[some]].astype(np.int32), cut, baked, grouped,
         footprints.triangle[footprints.start[:-1]], footprints.area.astype(np.float32),
         np.sqrt(grouped.area).astype(np.float32),
     )
