@@ -1,7 +1,7 @@
 """Corner maps: colors at evaluated corners as weighted sums over the user's own loops.
 
 Without modifiers that change faces the weights are one-hot. Otherwise they are those by which Blender
-itself mixed the corners of the face that a corner came from (see ``tracing``). Where it came from
+itself mixed the corners of the face that a corner came from (see ``mesh_trace``). Where it came from
 several faces, or from one of more corners than are numbered, they are barycentric ones of its
 position before the modifiers, in the nearest triangle of the face that its own face came from.
 """

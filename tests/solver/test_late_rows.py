@@ -1,4 +1,4 @@
-"""What the system did not know of when it was solved: pockets, and places on a cut."""
+"""What the system did not know of when it was solved: pockets, and places without a patch."""
 
 from types import SimpleNamespace
 
@@ -10,7 +10,7 @@ from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.transport.onward import Ends, ends_of, go_on
 from radiosity_addon.solver.transport.places import Places
-from radiosity_addon.solver.transport.rays import Met, find_lost
+from radiosity_addon.solver.transport.rays import Met
 from verification import meshes
 from verification.stability_scenes import radiosity, worst
 
@@ -33,13 +33,6 @@ def test_pockets_that_few_rays_find_keep_their_light():
     assert worst(found, 1.0) < 1e-4
 
 
-def test_what_lies_on_a_cut_counts_as_what_the_next_ray_met():
-    entries = np.array([5, 9, 7, 8, 9, 6])  # three rays from each of two owners
-    patches = SimpleNamespace(elements=SimpleNamespace(has_cuts=True), nowhere=9)
-    find_lost(entries, patches, 2)
-    assert entries.tolist() == [5, 8, 7, 8, 5, 6]
-
-
 def test_rays_go_on_from_where_nothing_stands():
     """Rays to within 1e-7 of a wall that stands on the floor, from all directions on its one side: they go
     on from that side. Points drawn in from the edges of the floor's triangles are on the other, too."""
@@ -59,9 +52,8 @@ def test_rays_go_on_from_where_nothing_stands():
     hits = context.tracer.intersect((target - 0.2 * way).astype(np.float32), way)
     some = np.flatnonzero(np.isin(hits.triangle, (0, 1)))
     assert len(some) > count / 3
-    met, nobody = Met(hits), np.zeros(len(some), np.int64)
-    entry = np.zeros(count, np.int32)
-    ends = ends_of(met, way[None], entry, some, nobody, np.ones((len(some), 1)))
+    met, nobody = Met(hits, np.zeros(count, np.int32)), np.zeros(len(some), np.int64)
+    ends = ends_of(met, way[None], some, nobody, np.ones((len(some), 1)))
     points = ends.points(context, np.zeros((len(some), 3), np.float32))
     drawn_in = ends.places.points(context.geometry, np.zeros((len(some), 3), np.float32))
     assert (points.position[0, :, 0] < edge).all()
@@ -72,7 +64,7 @@ def test_rays_go_on_from_where_nothing_stands():
 class NoPatches:
     """As ``Patches``, of a surface without any."""
 
-    miss, onward = 0, 1
+    miss, onward, elements = 0, 1, SimpleNamespace(has_cuts=False)
 
     def hit(self, hits):
         return np.where(hits.triangle < 0, self.miss, self.onward)

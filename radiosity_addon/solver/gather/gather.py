@@ -16,15 +16,17 @@ from ..sampling.guide import Guide, Lesson, PlainRays, sums_by_bin
 from ..sampling.points import Points, PointSampler, grouped_chunks
 from ..sampling.sobol import sobol
 from ..transport.onward import Ends, ends_of, go_on, join_ends
+from ..transport.patches import Patches
 from ..transport.radiosity import Radiosity
 from ..transport.rays import (
     RAYS_PER_CHUNK,
     Met,
-    find_lost,
+    Shot,
+    guided_directions,
     mean_of_rays,
     of_first,
+    shared_directions,
     shoot,
-    shoot_guided,
     sky_of,
     sums_of,
 )
@@ -54,14 +56,13 @@ class Bundle:
 
 
 @dataclass(frozen=True)
-class _Shot:
-    """Rays of some of a bundle's owners, and what they met."""
+class _ShotBundle:
+    """Rays of some of a bundle's owners that were shot, and how they count."""
 
     numbers: np.ndarray  # (R,) int: the owners' in the bundle
     key: tuple[int, ...]
     points: Points
-    met: list[Met]
-    directions: np.ndarray  # (rays, R, 3) float32
+    rays: Shot
     share: np.ndarray | None  # (rays · R, 1) that counts, as owners are shaded; None: all
     weight: np.ndarray | None  # (rays · R, 1) the same times what guided rays weigh; None: 1
     bins: np.ndarray | None  # (rays, R) of the guide's; None: no guide
@@ -108,47 +109,49 @@ class _GatherChunk:
     learns: bool
 
     def __call__(self, chunk: tuple[int, slice]) -> tuple[slice, _Brought, Lesson | None]:
-        shot = _shoot(self.context, self.bundle, *chunk)
+        shot = _shoot(self.context, self.radiosity.patches, self.bundle, *chunk)
         found = _brought_by(self.context, self.radiosity, self.emitted, shot, self.learns)
         lesson = _lesson(self.bundle, shot, found.light) if self.learns else None
         return chunk[1], replace(found, light=None), lesson
 
 
-def _shoot(context: Context, bundle: Bundle, group: int, chosen: slice) -> _Shot:
+def _shoot(
+    context: Context, patches: Patches, bundle: Bundle, group: int, chosen: slice
+) -> _ShotBundle:
     """The rays of the owners ``chosen``, a ``group``."""
     points, owners = bundle.sample_points(chosen, group), bundle.owners[chosen]
-    key, weight, bins = (*bundle.key, group, 3), None, None
+    key, weight, share, bins = (*bundle.key, group, 3), None, None, None
     if bundle.guide is None:
-        met, directions = shoot(context, points, bundle.rays, *key)
+        directions = shared_directions(points, bundle.rays, *key)
     else:
-        met, directions, bins = shoot_guided(
-            context, points, bundle.rays, bundle.guide, owners, *key
-        )
+        directions, bins = guided_directions(points, bundle.rays, bundle.guide, owners, *key)
+    rays = shoot(context, patches, points, directions, resolved=True)
+    if bins is not None:
+        bins = rays.replaced(bins)
         weight = np.take(bundle.guide.weight, bins.ravel())[:, None]
-    share = None if points.shade is None else points.shade.share_of_rays(directions)
-    if share is not None:
+    if points.shade is not None:
+        share = rays.replaced(points.shade.share_of_rays(rays.directions))
         weight = share if weight is None else weight * share
     numbers = np.arange(len(bundle.owners))[chosen]
-    return _Shot(numbers, key, points, met, directions, share, weight, bins)
+    return _ShotBundle(numbers, key, points, rays, share, weight, bins)
 
 
 def _brought_by(
-    context: Context, radiosity: Radiosity, emitted: np.ndarray | None, shot: _Shot, learns: bool
+    context: Context, radiosity: Radiosity, emitted: np.ndarray | None, shot: _ShotBundle,
+    learns: bool,
 ) -> _Brought:
     """Means over the ``rays`` of each owner of the shot, (count, channels). ``emitted``: see
     ``first_hand_table``. The light of each ray is kept where ``learns``."""
-    patches, (rays, count) = radiosity.patches, shot.directions.shape[:2]
+    directions = shot.rays.directions
+    rays, count = directions.shape[:2]
     bounced, first, brought, ends = 0.0, 0.0, None, []
-    for part in shot.met:
-        entries = patches.hit_resolved(part.hits)
-        unknown = _unknown(radiosity, part, entries, shot.share)
+    for part in shot.rays.met:
+        unknown = _unknown(radiosity, part, shot.share)
         if len(unknown):
-            ends.append(_ends_unknown(shot, part, entries, unknown, context.channels))
-        if part.rays is None:
-            find_lost(entries, patches, count)
-        light = np.take(radiosity.reflected, entries, axis=0)
+            ends.append(_ends_unknown(shot, part, unknown, context.channels))
+        light = np.take(radiosity.reflected, part.entry, axis=0)
         bounced = bounced + mean_of_rays(light, part, rays, count, shot.weight)
-        direct = first_hand(context, radiosity, emitted, entries, part, shot.directions)
+        direct = first_hand(context, radiosity, emitted, part, directions)
         if direct is not None:
             first = first + mean_of_rays(direct, part, rays, count, shot.weight)
             light = light + direct
@@ -158,18 +161,17 @@ def _brought_by(
     return _Brought(bounced, first, ends, brought)
 
 
-def _ends_unknown(
-    shot: _Shot, met: Met, entries: np.ndarray, unknown: np.ndarray, channels: int
-) -> Ends:
+def _ends_unknown(shot: _ShotBundle, met: Met, unknown: np.ndarray, channels: int) -> Ends:
     """Where the hits ``unknown`` (k,) int lie; their weights are shares of owners' means."""
-    rays, count = shot.directions.shape[:2]
+    directions = shot.rays.directions
+    rays, count = directions.shape[:2]
     weight = 1 if shot.weight is None else of_first(shot.weight, met)[unknown]
     weight = np.broadcast_to(weight / rays, (len(unknown), channels))
     owner = shot.numbers[met.number(unknown) % count]
-    return ends_of(met, shot.directions, entries, unknown, owner, weight)
+    return ends_of(met, directions, unknown, owner, weight)
 
 
-def _lesson(bundle: Bundle, shot: _Shot, light: np.ndarray) -> Lesson:
+def _lesson(bundle: Bundle, shot: _ShotBundle, light: np.ndarray) -> Lesson:
     """Of rays that brought ``light`` (rays · R,)."""
     if shot.bins is not None:
         return sums_by_bin(shot.bins, light)
@@ -177,11 +179,9 @@ def _lesson(bundle: Bundle, shot: _Shot, light: np.ndarray) -> Lesson:
     return PlainRays(places, shot.points.shift[:, 2], owners, light)
 
 
-def _unknown(
-    radiosity: Radiosity, met: Met, entries: np.ndarray, share: np.ndarray | None
-) -> np.ndarray:
-    """(k,) int: hits with ``entries`` (n,) of which nothing is known, of rays that count at all."""
-    unknown = np.take(radiosity.unknown, entries) | (entries == radiosity.patches.onward)
+def _unknown(radiosity: Radiosity, met: Met, share: np.ndarray | None) -> np.ndarray:
+    """(k,) int: hits of which nothing is known, of rays that count at all."""
+    unknown = np.take(radiosity.unknown, met.entry) | (met.entry == radiosity.patches.onward)
     unknown = np.flatnonzero(unknown)
     return unknown if share is None else unknown[of_first(share, met)[unknown, 0] > 0]
 
@@ -228,14 +228,14 @@ def first_hand_table(context: Context, radiosity: Radiosity) -> np.ndarray | Non
 
 
 def first_hand(
-    context: Context, radiosity: Radiosity, emitted: np.ndarray | None, entries: np.ndarray,
-    met: Met, directions: np.ndarray,
+    context: Context, radiosity: Radiosity, emitted: np.ndarray | None, met: Met,
+    directions: np.ndarray,
 ) -> np.ndarray | None:
     """(k, channels) float32 light from the sky, and emission met; None where there is neither. A
     near ray takes a picture's value where it ends, a far one the mean over the cell."""
-    light = None if emitted is None else np.take(emitted, entries, axis=0)
+    light = None if emitted is None else np.take(emitted, met.entry, axis=0)
     if radiosity.varied is not None:
-        near = np.take(radiosity.varied, entries) > NEAR * met.hits.distance
+        near = np.take(radiosity.varied, met.entry) > NEAR * met.hits.distance
         some = np.flatnonzero(near & (met.hits.triangle >= 0))
         uv = np.stack([met.hits.u[some], met.hits.v[some]], 1).astype(float)
         found = context.emission(met.hits.triangle[some], uv, met.hits.front[some])
@@ -243,7 +243,7 @@ def first_hand(
     if context.sky is None or context.sky.constant:
         return light
     if light is None:
-        light = np.zeros((len(entries), context.channels), np.float32)
+        light = np.zeros((len(met.entry), context.channels), np.float32)
     missed = np.flatnonzero(met.hits.triangle < 0)
     light[missed] += sky_of(context.sky, met, missed, directions)
     return light

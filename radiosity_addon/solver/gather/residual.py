@@ -23,7 +23,7 @@ from ..sampling.sobol import uniform
 from ..transport.onward import Ends, ends_of, join_ends
 from ..transport.places import Places, no_places
 from ..transport.radiosity import Radiosity
-from ..transport.rays import Met, find_lost, mean_of_rays, shoot_shifted, sums_of
+from ..transport.rays import Shot, mean_of_rays, own_directions, shoot, sums_of
 from ..workers.parallel import ranges
 from .gather import first_hand, first_hand_table, follow_onward, light_at
 
@@ -101,10 +101,10 @@ def _follow(
     """Paths from ``owners`` (n,)."""
     count = len(owners)
     points = footprint_points(footprints, owners, uniform((count, 3), *key, 2), 1, *key)
-    met, directions = shoot_shifted(context, points, 1, *key, 3)
-    known, ends = _arrived(context, radiosity, table, met, directions, count, (*key, 6))
+    shot = _shoot(context, radiosity, points, 1, *key, 3)
+    known, ends = _arrived(context, radiosity, table, shot, (*key, 6))
     if points.shade is not None:
-        share = points.shade.share_of_rays(directions)
+        share = points.shade.share_of_rays(shot.directions)
         known, ends = known * share, replace(ends, weight=ends.weight * share[ends.owner])
     known = known + _direct(context, points, (*key, 4))
     lack = np.zeros((count, context.channels))
@@ -130,31 +130,35 @@ def _follow(
     )
 
 
+def _shoot(context: Context, radiosity: Radiosity, points: Points, rays: int, *key: int) -> Shot:
+    """``rays`` from each owner of points, with a shift of its own."""
+    directions = own_directions(points, rays, *key)
+    return shoot(context, radiosity.patches, points, directions, resolved=True)
+
+
 def _arrived(
-    context: Context, radiosity: Radiosity, table: np.ndarray | None, met: list[Met],
-    directions: np.ndarray, count: int, key: tuple[int, ...],
+    context: Context, radiosity: Radiosity, table: np.ndarray | None, shot: Shot,
+    key: tuple[int, ...],
 ) -> tuple[np.ndarray, Ends]:
-    """(R, channels) irradiance that rays (rays, R) bring by the table, and where the first of each
-    owner's rays ended, with all that it met on its way."""
-    arriving, rays, patches = 0.0, len(directions), radiosity.patches
-    ends, lost = [], []
-    for part in met:
-        entry = patches.hit_resolved(part.hits)
-        if part.rays is None:
-            find_lost(entry, patches, count)
-        light = np.take(radiosity.reflected, entry, axis=0)
-        direct = first_hand(context, radiosity, table, entry, part, directions)
+    """(R, channels) irradiance that rays bring by the table, and where the first of each of the R
+    owners' rays ended, with all that it met on its way."""
+    arriving, patches, (rays, count) = 0.0, radiosity.patches, shot.directions.shape[:2]
+    ends, onward = [], []
+    for part in shot.met:
+        light = np.take(radiosity.reflected, part.entry, axis=0)
+        direct = first_hand(context, radiosity, table, part, shot.directions)
         light = light if direct is None else light + direct
         arriving = arriving + mean_of_rays(light, part, rays, count)
         number = part.numbers
         for parts, some in (
-            (ends, (number < count) & patches.somewhere(entry)), (lost, entry == patches.onward),
+            (ends, (number < count) & patches.somewhere(part.entry)),
+            (onward, part.entry == patches.onward),
         ):  # fmt: skip
             some = np.flatnonzero(some)
             weight = np.ones((len(some), context.channels))
-            parts.append(ends_of(part, directions, entry, some, number[some], weight))
-    lost = join_ends(lost, context.channels)
-    light, first, after = follow_onward(context, radiosity, lost, rays * count, key)
+            parts.append(ends_of(part, shot.directions, some, number[some], weight))
+    onward = join_ends(onward, context.channels)
+    light, first, after = follow_onward(context, radiosity, onward, rays * count, key)
     light += first + light_at(radiosity.reflected, after, rays * count)
     arriving = arriving + light.reshape(rays, count, -1).mean(axis=0)
     ends.append(after.take(np.flatnonzero(after.owner < count)))
@@ -167,13 +171,10 @@ def _step(
 ) -> tuple[np.ndarray, Ends]:
     """The weighted residual (k, channels) where paths are, and where they go on to."""
     places = ends.places
-    front = places.front
-    points = places.points(context.geometry, uniform((len(front), 3), *key, 1))
-    reflectance = context.reflectance(places.triangle, places.uv, front)
-    met, directions = shoot_shifted(context, points, NEXT_RAYS, *key, 2)
-    arriving, after = _arrived(
-        context, radiosity, table, met, directions, len(front), (*key, 7)
-    )
+    points = places.points(context.geometry, uniform((len(places.front), 3), *key, 1))
+    reflectance = context.reflectance(places.triangle, places.uv, places.front)
+    shot = _shoot(context, radiosity, points, NEXT_RAYS, *key, 2)
+    arriving, after = _arrived(context, radiosity, table, shot, (*key, 7))
     arriving = arriving + _direct(context, points, (*key, 3))
     known = radiosity.reflected[places.entry]
     residual = reflectance * arriving - known

@@ -1,6 +1,6 @@
 """Form factors between patches, each with its standard error: for teaching, research and tests.
 
-The solver itself does not need it: its elements make rows of their own (``transport``).
+The solver itself does not need it: its elements make rows of their own (``rows``).
 """
 
 from __future__ import annotations

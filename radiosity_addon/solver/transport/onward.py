@@ -6,6 +6,8 @@ Nothing is averaged over such a place, so no light leaks there; each ray finds i
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import Generic, Protocol
 
 import numpy as np
 
@@ -15,10 +17,10 @@ from ..geometry.triangles import OFFSET
 from ..lights.context import Context
 from ..sampling.points import Points
 from ..sampling.sobol import uniform
-from ..workers.parallel import ranges
+from ..workers.parallel import Result_co, ranges
 from .patches import Patches
 from .places import Places, no_places, places_at
-from .rays import Met, shoot_shifted, sky_of, sums_of
+from .rays import Met, own_directions, shoot, sky_of, sums_of
 
 MOST_BOUNCES = 64  # number [bounces] of one ray: chance ends nearly all long before
 FULL_BOUNCES = 6  # number [bounces] after which chance ends rays, and their weights stay
@@ -60,17 +62,15 @@ class Ends(ArrayStruct):
 
 
 def ends_of(
-    met: Met, directions: np.ndarray, entry: np.ndarray, chosen: np.ndarray, owner: np.ndarray,
-    weight: np.ndarray,
+    met: Met, directions: np.ndarray, chosen: np.ndarray, owner: np.ndarray, weight: np.ndarray
 ) -> Ends:
-    """Of the hits ``chosen`` (k,) of a part with ``entry`` (n,), as ``owner`` (k,) has them;
-    ``weight`` (k, channels) beside what came through surfaces. Rays started in ``directions``
-    (rays, R, 3)."""
+    """Of the hits ``chosen`` (k,) of a part, as ``owner`` (k,) has them; ``weight`` (k, channels)
+    beside what came through surfaces. Rays started in ``directions`` (rays, R, 3)."""
     if met.weight is not None:
         weight = weight * met.weight[chosen]
     length = np.minimum(np.float32(BACK), met.hits.distance[chosen] / 2)
     back = -length[:, None] * directions.reshape(-1, 3)[met.number(chosen)]
-    return Ends(owner, places_at(entry, met.hits, chosen), weight, back)
+    return Ends(owner, places_at(met, chosen), weight, back)
 
 
 def join_ends(parts: list[Ends], channels: int) -> Ends:
@@ -127,14 +127,12 @@ def go_on(
     context: Context, patches: Patches, rays: Ends, count: int, key: tuple[int, ...]
 ) -> Onward:
     """Follow ``rays`` that ended on no patch; their owners are below ``count``."""
-    chunks = ranges(len(rays.owner), FOLLOWED_PER_CHUNK)
-    if len(chunks) < 2:
+    if len(rays.owner) <= FOLLOWED_PER_CHUNK:
         return _go_on(context, patches, rays, count, key)
-    found = context.map_chunks(_OnwardChunk(context, patches, rays, key), chunks, STAGE)
-    sky = np.zeros((count, context.channels))
-    for owners, part in found:
+    sky, parts = np.zeros((count, context.channels)), []
+    for owners, part in follow_in_chunks(context, partial(_go_on, context, patches), rays, key, STAGE):
         sky[owners] += part.sky
-    parts = [part for _, part in found]
+        parts.append(part.of(owners))
     first, later = zip(*(part.divided() for part in parts))
     passed, lit, ends = (
         join_ends(some, context.channels)
@@ -143,30 +141,33 @@ def go_on(
     return Onward(passed, lit, ends, sky, len(rays.owner))
 
 
-@dataclass(frozen=True)
-class _OnwardChunk:
-    """Follows a slice of ``rays``: their owners (n,) int, and what came of them, its sky by these."""
+class Follow(Protocol[Result_co]):
+    """What comes of ``rays``, whose owners are below ``count``."""
 
-    context: Context
-    patches: Patches
+    def __call__(self, rays: Ends, count: int, key: tuple[int, ...], /) -> Result_co: ...
+
+
+def follow_in_chunks(
+    context: Context, follow: Follow[Result_co], rays: Ends, key: tuple[int, ...], stage: str
+) -> list[tuple[np.ndarray, Result_co]]:
+    """What comes of ``rays``, chunk by chunk, by their owners' numbers within each, and these owners (n,) int."""
+    chunks = ranges(len(rays.owner), FOLLOWED_PER_CHUNK)
+    return context.map_chunks(_FollowChunk(follow, rays, key), chunks, stage)
+
+
+@dataclass(frozen=True)
+class _FollowChunk(Generic[Result_co]):
+    """Follows a slice of ``rays``."""
+
+    follow: Follow[Result_co]
     rays: Ends
     key: tuple[int, ...]
 
-    def __call__(self, chunk: slice) -> tuple[np.ndarray, Onward]:
-        owners, rays = own_numbers(self.rays.take(chunk))
-        key = chunk_key(self.key, chunk)
-        return owners, _go_on(self.context, self.patches, rays, len(owners), key).of(owners)
-
-
-def own_numbers(rays: Ends) -> tuple[np.ndarray, Ends]:
-    """The owners (k,) int of rays, and these with their owners' numbers among them."""
-    owners, number = np.unique(rays.owner, return_inverse=True)
-    return owners, replace(rays, owner=number.reshape(-1))
-
-
-def chunk_key(key: tuple[int, ...], chunk: slice) -> tuple[int, ...]:
-    """That of a chunk of what has this key: its own, but for the first."""
-    return (*key, *([chunk.start] if chunk.start else []))
+    def __call__(self, chunk: slice) -> tuple[np.ndarray, Result_co]:
+        rays = self.rays.take(chunk)
+        owners, number = np.unique(rays.owner, return_inverse=True)
+        key = (*self.key, *([chunk.start] if chunk.start else []))
+        return owners, self.follow(replace(rays, owner=number.reshape(-1)), len(owners), key)
 
 
 def _go_on(
@@ -182,15 +183,14 @@ def _go_on(
             break
         lit.append(rays)
         points = rays.points(context, uniform((len(rays.owner), 3), *key, bounce, 2))
-        met, directions = shoot_shifted(context, points, 1, *key, bounce, 4)
+        shot = shoot(context, patches, points, own_directions(points, 1, *key, bounce, 4))
         parts = []
-        for part in met:
-            entry = patches.hit(part.hits)
-            parts.append(ends_of(part, directions, entry, np.arange(len(entry)),
+        for part in shot.met:
+            parts.append(ends_of(part, shot.directions, np.arange(len(part.entry)),
                                  rays.owner[part.numbers], rays.weight[part.numbers]))  # fmt: skip
-            missed = np.flatnonzero(entry == patches.miss)
+            missed = np.flatnonzero(part.entry == patches.miss)
             if context.sky is not None and len(missed):
-                found = sky_of(context.sky, part, missed, directions)
+                found = sky_of(context.sky, part, missed, shot.directions)
                 sky += sums_of(parts[-1].owner[missed], parts[-1].weight[missed] * found, count)
         rays = join_ends(parts, context.channels)
         ended.append(rays.take(np.flatnonzero(patches.somewhere(rays.places.entry))))

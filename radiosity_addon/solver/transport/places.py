@@ -9,8 +9,8 @@ import numpy as np
 from ..array_struct import ArrayStruct
 from ..geometry.triangles import Geometry
 from ..sampling.points import Points, points_on
-from ..tracing.embree import Hits
 from .patches import Patches
+from .rays import Met
 
 
 @dataclass(frozen=True)
@@ -40,14 +40,15 @@ class Places(ArrayStruct):
         return Places(entry, self.triangle, self.u, self.v, self.front)
 
 
-def places_hit(entries: np.ndarray, hits: Hits, patches: Patches) -> Places:
-    """The hits with ``entries`` (n,) that met something that is somewhere."""
-    return places_at(entries, hits, np.flatnonzero(patches.somewhere(entries)))
+def places_hit(met: Met, patches: Patches) -> Places:
+    """Those of what rays met that are somewhere."""
+    return places_at(met, np.flatnonzero(patches.somewhere(met.entry)))
 
 
-def places_at(entries: np.ndarray, hits: Hits, some: np.ndarray) -> Places:
-    """Of the hits with ``entries`` (n,) those ``some`` (k,) int."""
-    return Places(entries[some], hits.triangle[some], hits.u[some], hits.v[some], hits.front[some])
+def places_at(met: Met, some: np.ndarray) -> Places:
+    """Of what rays met those ``some`` (k,) int."""
+    entry, hits = met.entry[some], met.hits
+    return Places(entry, hits.triangle[some], hits.u[some], hits.v[some], hits.front[some])
 
 
 def no_places() -> Places:

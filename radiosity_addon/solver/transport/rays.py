@@ -1,6 +1,7 @@
 """Rays: bundles of cosine-distributed rays from points, what they meet, and means over them.
 
-Rows of form factors and the final gather shoot, follow transmission and look up what was met here.
+Seeds, rows of form factors, the final gather and paths shoot, follow transmission and look up what was
+met in one function: ``shoot``.
 """
 
 from __future__ import annotations
@@ -26,10 +27,11 @@ class Met:
     """What rays met: all of them first, then those that went on through a surface.
 
     ``rays`` (k,) numbers the rays, ``weight`` (k, channels) the share of their light; both None for
-    the first, which is every ray with weight 1.
+    the first, which is every ray with weight 1. ``entry`` (k,) int32 is the hits' (see ``patches``).
     """
 
     hits: Hits
+    entry: np.ndarray
     rays: np.ndarray | None = None
     weight: np.ndarray | None = None
 
@@ -40,31 +42,92 @@ class Met:
     @property
     def numbers(self) -> np.ndarray:
         """(n,) int: those of all hits."""
-        return self.number(np.arange(len(self.hits.triangle)))
+        return self.number(np.arange(len(self.entry)))
 
 
-def shoot(context: Context, points: Points, rays: int, *key: int) -> tuple[list[Met], np.ndarray]:
-    """``rays`` cosine-distributed rays from each owner, shared among its points.
+@dataclass(frozen=True)
+class Shot:
+    """Rays that were shot, equally many from each of R owners; ray m of owner r has the number m·R + r.
 
-    Returns what they met and their directions (rays, R, 3) float32; ray (m, r) has the number
-    m·R + r. ``rays`` is a multiple of the points per owner.
+    A ray that ends on a cut of an element, so near that either part may be meant, is replaced by its owner's
+    next ray in every respect: the ``lost`` (k,) int by the rays ``by`` (k,) int.
     """
-    return _trace(context, points, _shared_directions(points, sobol(rays, 2, *key)))
+
+    met: list[Met]
+    directions: np.ndarray  # (rays, R, 3) float32
+    lost: np.ndarray
+    by: np.ndarray
+
+    def replaced(self, values: np.ndarray) -> np.ndarray:
+        """Values of all rays, of any shape, with those of lost rays replaced as these were."""
+        if len(self.lost) == 0:
+            return values
+        flat = values.reshape(-1).copy()
+        flat[self.lost] = flat[self.by]
+        return flat.reshape(values.shape)
 
 
-def shoot_shifted(
-    context: Context, points: Points, rays: int, *key: int
-) -> tuple[list[Met], np.ndarray]:
+def shoot(
+    context: Context, patches: Patches, points: Points, directions: np.ndarray, resolved: bool = False
+) -> Shot:
+    """Shoot rays in ``directions`` (per, rays per point, R, 3) float32 from ``points`` (per, R), follow them
+    through surfaces that transmit, and look up which of ``patches`` they meet. ``resolved``: rays go onward
+    where they end nearer to a patch than its own size (``Patches.hit_resolved``)."""
+    origins = np.empty_like(directions)
+    origins[:] = points.position[:, None]
+    origins, flat = origins.reshape(-1, 3), directions.reshape(-1, 3)
+    find = patches.hit_resolved if resolved else patches.hit
+    hits = context.tracer.intersect(origins, flat)
+    entry = find(hits)
+    lost, by = _lost(entry, patches, points.shape[1])
+    if len(lost):
+        origins[lost], flat[lost], entry[lost] = origins[by], flat[by], entry[by]
+        for array in (hits.triangle, hits.u, hits.v, hits.front, hits.distance):
+            array[lost] = array[by]
+    met = [Met(hits, entry)]
+    if context.transmits.any():
+        later = followed(context, origins, flat, hits)
+        met += [Met(hits, find(hits), number, weight) for number, hits, weight in later]
+    return Shot(met, flat.reshape(-1, *directions.shape[2:]), lost, by)
+
+
+def _lost(entry: np.ndarray, patches: Patches, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The rays (k,) int that ended nowhere, of all rays (rays · count,) with the entries ``entry``; and of each
+    the next (k,) of the same owner that ended somewhere. They cannot be followed from where they ended: that
+    may be the other side of a wall."""
+    nothing = np.zeros(0, np.int64)
+    if not patches.elements.has_cuts:
+        return nothing, nothing
+    lost = np.flatnonzero(entry == patches.nowhere)
+    by = lost
+    for _ in range(len(entry) // count - 1 if len(lost) else 0):
+        by = np.where(entry[by] == patches.nowhere, (by + count) % len(entry), by)
+    return lost, by
+
+
+def shared_directions(points: Points, rays: int, *key: int) -> np.ndarray:
+    """(points, rays per point, R, 3) float32: ``rays`` cosine-distributed rays of each of R owners, shared
+    among its points; the same for all owners but for a rotation. Matrix products make them. ``rays`` is a
+    multiple of the points per owner."""
+    # Consecutive Sobol points cover the hemisphere evenly by themselves; every n-th would not.
+    per, count = points.shape
+    axes = points.axes(points.shift[:, 2])
+    axes = axes.reshape(3, -1, 3 * count).swapaxes(0, 1)
+    local = cosine_directions(sobol(rays, 2, *key)).reshape(len(axes), -1, 3)
+    return (local @ axes).reshape(per, -1, count, 3)
+
+
+def own_directions(points: Points, rays: int, *key: int) -> np.ndarray:
     """The same with a shift of the set for each owner, so that owners' errors are independent."""
-    return _trace(context, points, _own_directions(points, *_own_samples(points, rays, *key)))
+    return _lifted(points, *_own_samples(points, rays, *key))
 
 
-def shoot_guided(
-    context: Context, points: Points, rays: int, guide: Guide, owners: np.ndarray, *key: int
-) -> tuple[list[Met], np.ndarray, np.ndarray]:
+def guided_directions(
+    points: Points, rays: int, guide: Guide, owners: np.ndarray, *key: int
+) -> tuple[np.ndarray, np.ndarray]:
     """The same as ``guide`` aims them for ``owners`` (R,), and its bins (rays, R) that they are in."""
     *xi, bins = guide.aim(owners, *_own_samples(points, rays, *key))
-    return *_trace(context, points, _own_directions(points, *xi)), bins
+    return _lifted(points, *xi), bins
 
 
 def _own_samples(points: Points, rays: int, *key: int) -> list[np.ndarray]:
@@ -73,33 +136,8 @@ def _own_samples(points: Points, rays: int, *key: int) -> list[np.ndarray]:
     return [shifted(table[:, axis, None], points.shift[:, axis]) for axis in (0, 1)]
 
 
-def _trace(
-    context: Context, points: Points, directions: np.ndarray
-) -> tuple[list[Met], np.ndarray]:
-    """Rays in ``directions`` (per, rays per point, R, 3) from the points: see ``shoot``."""
-    origins = np.empty_like(directions)
-    origins[:] = points.position[:, None]
-    origins, flat = origins.reshape(-1, 3), directions.reshape(-1, 3)
-    met = [Met(context.tracer.intersect(origins, flat))]
-    if context.transmits.any():
-        later = followed(context, origins, flat, met[0].hits)
-        met += [Met(hits, number, weight) for number, hits, weight in later]
-    return met, flat.reshape(-1, *directions.shape[2:])
-
-
-def _shared_directions(points: Points, xi: np.ndarray) -> np.ndarray:
-    """(per, rays per point, R, 3) float32 at places ``xi`` (rays, 2) of the square, the same for
-    all owners but for a rotation. Matrix products make them."""
-    # Consecutive Sobol points cover the hemisphere evenly by themselves; every n-th would not.
-    per, count = points.shape
-    axes = points.axes(points.shift[:, 2])
-    axes = axes.reshape(3, -1, 3 * count).swapaxes(0, 1)
-    local = cosine_directions(xi).reshape(len(axes), -1, 3)
-    return (local @ axes).reshape(per, -1, count, 3)
-
-
-def _own_directions(points: Points, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """(per, rays per point, R, 3) float32 at places (rays, R) of the square."""
+def _lifted(points: Points, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """(points, rays per point, R, 3) float32 at ``u`` and ``v`` (rays, R) of the square."""
     per, count = points.shape
     axes = points.axes()
     local = [axis.reshape(per, -1, count) for axis in cosine_lifted(u, v)]
@@ -109,15 +147,6 @@ def _own_directions(points: Points, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         x += y
         np.add(x, z, out=directions[..., axis])
     return directions
-
-
-def find_lost(entries: np.ndarray, patches: Patches, count: int) -> None:
-    """Give rays that end on a cut of an element, on none of its parts for certain, the entry of the owner's
-    next ray: ``entries`` (rays · count,) of all rays, changed in place. A ray that went on from there
-    might start on the other side of a wall."""
-    if patches.elements.has_cuts:
-        lost = np.flatnonzero(entries == patches.nowhere)
-        entries[lost] = entries[(lost + count) % len(entries)]
 
 
 def mean_of_rays(

@@ -23,7 +23,7 @@ from .lit_patches import LitPatches, light_patches
 from .onward import Ends, Onward, ends_of, go_on, join_ends
 from .patches import Patches
 from .places import Places, no_places, places_hit
-from .rays import RAYS_PER_CHUNK, Met, find_lost, shoot, sky_mean
+from .rays import RAYS_PER_CHUNK, Shot, shared_directions, shoot, sky_mean
 
 MAX_GENERATIONS = 64  # number [generations] of sides seen by sides seen by ... receivers
 STAGE = "transport"
@@ -191,8 +191,9 @@ class _TraceChunk:
         group, chosen = chunk
         owners = np.arange(self.points.shape[1])[chosen]
         points = self.points.take(chosen)
-        met, directions = shoot(self.context, points, self.rays, *self.key, group, 3)
-        return chosen, _row_chunk(self.context, self.patches, met, directions, owners, self.row)
+        directions = shared_directions(points, self.rays, *self.key, group, 3)
+        shot = shoot(self.context, self.patches, points, directions)
+        return chosen, _row_chunk(self.context, self.patches, shot, owners, self.row)
 
 
 @dataclass(frozen=True)
@@ -207,27 +208,22 @@ class _RowChunk:
 
 
 def _row_chunk(
-    context: Context, patches: Patches, met: list[Met], directions: np.ndarray,
-    owners: np.ndarray, row: np.ndarray,
+    context: Context, patches: Patches, shot: Shot, owners: np.ndarray, row: np.ndarray
 ) -> _RowChunk:
-    """Of rays in ``directions`` (rays, R, 3) from the rows ``owners`` (R,); ``row`` as in
-    ``trace_transport``."""
-    rays, count = directions.shape[:2]
-    sky, entries, places, later, onward = 0.0, [], [], [], []
-    for part in met:
-        entries.append(patches.hit(part.hits))
-        missed = entries[-1] == patches.miss
-        sky = sky + sky_mean(context.sky, missed, part, directions)
-        some = places_hit(entries[-1], part.hits, patches)
+    """Of rays that were shot from the rows ``owners`` (R,); ``row`` as in ``trace_transport``."""
+    rays, count = shot.directions.shape[:2]
+    sky, places, later, onward = 0.0, [], [], []
+    for part in shot.met:
+        sky = sky + sky_mean(context.sky, part.entry == patches.miss, part, shot.directions)
+        some = places_hit(part, patches)
         places.append(some.take(row[patches.of(some.entry)] == -1))
         if part.rays is not None:
-            later.append(Later(owners[part.rays % count], entries[-1], part.weight))
-        lost = np.flatnonzero(entries[-1] == patches.onward)
-        weight = np.ones((len(lost), context.channels), np.float32)
-        owner = owners[part.number(lost) % count]
-        onward.append(ends_of(part, directions, entries[-1], lost, owner, weight))
-    find_lost(entries[0], patches, count)
-    return _RowChunk(entries[0].reshape(rays, -1).T, sky, places, later, onward)
+            later.append(Later(owners[part.rays % count], part.entry, part.weight))
+        going = np.flatnonzero(part.entry == patches.onward)
+        weight = np.ones((len(going), context.channels), np.float32)
+        owner = owners[part.number(going) % count]
+        onward.append(ends_of(part, shot.directions, going, owner, weight))
+    return _RowChunk(shot.met[0].entry.reshape(rays, -1).T, sky, places, later, onward)
 
 
 def form_factors(

@@ -23,7 +23,7 @@ from .lit_patches import LitPatches, brightness_and_noise, light_patches, light_
 from .patches import Patches, ReceiverPatches
 from .places import Places, no_places, places_hit
 from .radiosity import Radiosity, solve_rows
-from .rays import shoot
+from .rays import shared_directions, shoot
 from .rows import RowSamples, light_patches_met, trace_transport
 
 SEEDS_PER_ELEMENT = 40  # number [rays of receivers for each element] that look for elements
@@ -197,10 +197,9 @@ class _SeedChunk:
 
     def __call__(self, chunk: slice) -> Places:
         points = self.sample_points(self.some[chunk], 0)
-        met, _ = shoot(self.context, points, SEED_RAYS, *self.key, 10, chunk.start)
-        return Places.join(
-            [places_hit(self.patches.hit(m.hits), m.hits, self.patches) for m in met]
-        )
+        directions = shared_directions(points, SEED_RAYS, *self.key, 10, chunk.start)
+        shot = shoot(self.context, self.patches, points, directions)
+        return Places.join([places_hit(part, self.patches) for part in shot.met])
 
 
 def _refined(
