@@ -30,7 +30,6 @@ def warm_up() -> None:
     import scipy.ndimage  # noqa: F401
     import scipy.sparse.linalg  # noqa: F401
     import scipy.spatial  # noqa: F401
-    from scipy.stats import qmc  # noqa: F401
 
     import radiosity_addon.solver.sequence  # noqa: F401
     import radiosity_addon.stages.apply  # noqa: F401

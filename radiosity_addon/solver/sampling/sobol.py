@@ -8,9 +8,9 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from scipy.stats import qmc
 
 from ..geometry.vectors import tangents
+from .sobol_set import BITS, SobolSet
 
 SCRAMBLES = 4  # number [scrambled sets] that shifts are made of
 GROUPS = 8  # number [point sets] of neighboring receivers: their errors are independent
@@ -36,8 +36,8 @@ def sobol(count: int, dimensions: int, *key: int) -> np.ndarray:
 @lru_cache(maxsize=256)
 def _scrambled(exponent: int, dimensions: int, which: int) -> np.ndarray:
     """(2^exponent, dimensions) uint32: the leading digits of a scrambled Sobol set."""
-    engine = qmc.Sobol(dimensions, scramble=True, rng=np.random.default_rng(which))
-    return (engine.random_base2(exponent) * 2.0**32).astype(np.uint32)
+    found = SobolSet(dimensions, np.random.default_rng(which)).points(0, 1 << exponent)
+    return found << np.uint32(32 - BITS)
 
 
 def uniform(shape: tuple[int, ...], *key: int) -> np.ndarray:

@@ -9,10 +9,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import qmc
 
 from ..geometry.triangles import OFFSET, Geometry, build_geometry
 from ..sampling.sobol import cosine_directions, tangent_frames
+from ..sampling.sobol_set import BITS, SobolSet
 from ..sampling.streams import Stream
 from ..scene import Scene
 from ..tracing.embree import Tracer
@@ -104,9 +104,9 @@ def _patch(geometry: Geometry, patch: np.ndarray, number: int) -> _Patch:
 def _blocks(rays: int, key: tuple[int, ...]) -> Iterator[np.ndarray]:
     """Yield the scrambled Sobol set of this key, (n, 5) float64 in [0, 1), n <= BLOCK at a time."""
     generator = np.random.default_rng(np.random.SeedSequence(key))
-    engine = qmc.Sobol(DIMENSIONS, scramble=True, rng=generator)
-    for _ in range(0, rays, BLOCK):
-        yield engine.random(min(rays, BLOCK))
+    points = SobolSet(DIMENSIONS, generator)
+    for first in range(0, rays, BLOCK):
+        yield points.points(first, min(rays, BLOCK)) * 2.0**-BITS
 
 
 def _first_met(geometry: Geometry, tracer: Tracer, patch: _Patch, xi: np.ndarray) -> np.ndarray:
