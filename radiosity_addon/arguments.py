@@ -89,7 +89,7 @@ def parse(argv: list[str], opened: bool = False) -> BakeRequest:
 
 
 def _check_several(parser, found) -> None:
-    """Files that one bake would write over another's; and one file named twice."""
+    """Refuse files that one bake would write over another's, and a file that is named twice."""
     for option in ("output", "report", "image_dir", "export"):
         if getattr(found, option):
             parser.error(f"--{option.replace('_', '-')} is for one file and {len(found.scene)} are "
@@ -99,8 +99,8 @@ def _check_several(parser, found) -> None:
 
 
 def _with_options(text: str) -> str:
-    """The text with settings as the options that they are: those of several words wherever they are
-    named, the others before the verb."""
+    """The text with the names of settings replaced by those of options. Names of several words are replaced
+    everywhere, others (``error``) only where a verb follows, as they are words of plain English, too."""
     words = {each.name: f"--{each.name.replace('_', '-')}" for each in fields(Settings)}
     several = rf"\b({'|'.join(name for name in words if '_' in name)})\b"
     each = rf"\b({'|'.join(name for name in words if name != 'height')})\b(?=[^'\"]*? (is|are|has)\b)"

@@ -1,8 +1,8 @@
 """Child process: a Python process beside this one that is asked for things and answers. No bpy.
 
-It is started before Blender is, as it takes as long to import SciPy. It reads what it is asked from
-its standard input and answers on its standard output; when its input ends, so does it. What it works
-on it holds until it is given something else.
+It is started before Blender is, as it takes as long to import SciPy. It reads requests from its standard
+input, writes answers to its standard output, and ends when its input does. A scene that a request opens
+is kept for later requests, until another one is opened.
 """
 
 from __future__ import annotations
@@ -61,15 +61,15 @@ class ChildProcess:
         self.close()
 
     def ask(self, request: Request | Opening) -> None:
-        """Start what is asked for."""
+        """Send a request; its answer is among the next ``answers``."""
         self._asked += 1
-        with suppress(OSError):  # it has ended: the answers tell
+        with suppress(OSError):  # it has ended: ``answers`` raises
             pickle.dump(request, self._process.stdin, PROTOCOL)
             self._process.stdin.flush()
 
     def answers(self) -> list:
-        """What came of all that was asked for since the last answers, when it is there; raises
-        what one of them raised, ProcessLost if the process has ended."""
+        """Wait for the answers to all requests since the last call, in their order. Raises what one of them
+        raised over there, and ProcessLost if the process has ended."""
         asked, self._asked = self._asked, 0
         found = [self._answer() for _ in range(asked)]
         for status, value in found:
@@ -140,7 +140,7 @@ def _peak_memory(helpers: OpenHelpers | None) -> int:
 
 
 def _portable(error: Exception) -> Exception:
-    """The error as it can be told to another process."""
+    """The error, or one like it that can be pickled."""
     error.add_note("".join(traceback.format_exception(error)))
     try:
         return pickle.loads(pickle.dumps(error))

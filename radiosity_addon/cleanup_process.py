@@ -1,8 +1,8 @@
 """Cleanup process: a small process that outlives this one and removes its temporary files. No bpy.
 
 A process that is killed outright cannot clean up, but its end of a pipe is closed by the system.
-It waits at the other end; unless it is told that all is done, it removes what it was
-told about.
+The cleanup process waits at the other end, and removes then what it was asked to watch, unless it has been
+dismissed.
 """
 
 from __future__ import annotations

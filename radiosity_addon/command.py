@@ -116,7 +116,8 @@ def _fail(terminal: Terminal, message: str) -> int:
 
 
 def _starved(error: MemoryError) -> str:
-    """What ``memory.require`` says is complete; NumPy only says how much it did not get."""
+    """What to say where memory has run out. ``memory.require`` says what to do; NumPy only says how much it
+    did not get."""
     text = str(error)
     return text if ";" in text else (
         f"memory has run out ({text or 'no more is given'}); lower --resolution, name fewer "
@@ -125,6 +126,7 @@ def _starved(error: MemoryError) -> str:
 
 
 def _last_act(terminal: Terminal, publication: files.Publication, temporary: TemporaryFolders) -> None:
+    """Before the process is ended the hard way: remove files, and say that it was interrupted."""
     publication.discard()
     temporary.remove()
     terminal.fail(_interrupted(publication))
@@ -138,7 +140,7 @@ def _interrupted(publication: files.Publication) -> str:
 
 
 def _check(request: arguments.BakeRequest) -> None:
-    """Raise what EXPECTED lists for wishes that cannot come true, before any work is done."""
+    """Raise what EXPECTED lists for a request that cannot be carried out, before any work is done."""
     request.settings.check()
     check_input(request)
     check_destinations(request)
@@ -246,10 +248,9 @@ def _check_module(name: str) -> None:
 
 def _export(job, path: Path) -> tuple[str, ...]:
     """Write the scene with the bake as glTF; returns warnings. Raises RuntimeError."""
-    from .gltf.export_bake import export_bake
-    from .gltf.wish import of_job
+    from .gltf.export_bake import baked_by, export_bake
 
-    return export_bake(of_job(job), path)
+    return export_bake(baked_by(job), path)
 
 
 def _save(bpy, path: Path) -> None:
@@ -264,7 +265,7 @@ def _save(bpy, path: Path) -> None:
 
 
 def _is_complete(path: Path) -> bool:
-    """Whether a .blend has its end: Blender does not tell when a compressed one gets cut short."""
+    """Whether a .blend has its end: Blender does not say when a compressed one gets cut short."""
     with open(path, "rb") as handle:
         start = handle.read(len(PLAIN))
         handle.seek(max(0, path.stat().st_size - TAIL))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-SMALLEST = 1e-3  # share [%]: smaller ones are told as less than it
+SMALLEST = 1e-3  # share [%]: smaller ones are shown as less than it
 LARGEST = 1e9  # number [of any unit]: smaller ones have no exponent
 
 

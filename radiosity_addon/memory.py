@@ -20,7 +20,7 @@ OVERLAPS = 1.1  # factor [texels of a tile], with those that others have, too
 SURVEYED = 600.0  # memory [bytes of each texel of the survey] that stays
 # Memory [bytes of each texel] that is done, and of the largest image's, measured.
 KEPT, DRAWN = 8.0, 60.0
-ROUND = 16  # edge [texels]: edges of images that are told to fit are multiples of it
+ROUND = 16  # edge [texels]: edges that are suggested for images are multiples of it
 
 
 def peak_memory() -> int:

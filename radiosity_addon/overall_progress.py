@@ -1,7 +1,7 @@
 """One fraction for the whole of a solve, from stages that come again.
 
-The solver tells the fraction of a stage, and repeats stages until the error is met: nobody knows
-beforehand how often. So each run of a stage takes a share of what is left, and the whole grows
+The solver reports the fraction of a stage that is done, and repeats stages until the error is met: nobody
+knows beforehand how often. So each run of a stage takes a share of what is left, and the whole grows
 toward 1 without ever going back.
 """
 
@@ -18,8 +18,8 @@ OTHER = 0.3  # share [of the time left] of stages that are not among these
 class OverallProgress:
     """A progress callback that passes the fraction of the whole on to another one."""
 
-    def __init__(self, tell: Callable[[str, float], None]) -> None:
-        self._tell = tell
+    def __init__(self, progress: Callable[[str, float], None]) -> None:
+        self._progress = progress
         self._stage, self._fraction = "", 0.0
         self._start, self._share = 0.0, 0.0  # of the stage that runs
 
@@ -29,4 +29,4 @@ class OverallProgress:
             self._share = SHARES.get(stage, OTHER) * (1 - self._start)
             self._stage = stage
         self._fraction = min(max(fraction, 0.0), 1.0)
-        self._tell(stage, self._start + self._share * self._fraction)
+        self._progress(stage, self._start + self._share * self._fraction)

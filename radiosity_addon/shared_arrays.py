@@ -32,13 +32,13 @@ class SharedArrays:
         self._shared: dict[int, Path] = {}
         self._number = 0
 
-    def shared(self, array: np.ndarray, turned: bool) -> str:
-        """The path of the file that holds the array, its transpose where it is ``turned``, which is written
+    def shared(self, array: np.ndarray, transposed: bool) -> str:
+        """The path of the file that holds the array, its transpose where it is ``transposed``, which is written
         when it is asked for first. Raises OSError where there is no room for it."""
         key = id(array)
         if key not in self._shared:
             array.flags.writeable = False
-            path = self._written(np.ascontiguousarray(array.T if turned else array))
+            path = self._written(np.ascontiguousarray(array.T if transposed else array))
             self._shared[key] = path
             weakref.finalize(array, self._drop, key, path)
         return str(self._shared[key])
@@ -101,8 +101,8 @@ class _Packer(pickle.Pickler):
             once = thing[tuple(slice(0, 1) if each else slice(None) for each in repeated)]
             return "repeated", once, thing.shape
         self.shared.append(thing)
-        turned = thing.flags.f_contiguous and not thing.flags.c_contiguous
-        return "array", self._arrays.shared(thing, turned), thing.dtype, thing.shape, turned
+        transposed = thing.flags.f_contiguous and not thing.flags.c_contiguous
+        return "array", self._arrays.shared(thing, transposed), thing.dtype, thing.shape, transposed
 
 
 class MappedArrays:
@@ -140,6 +140,6 @@ class _Unpacker(PickleReader):
             return self._held[rest[0]]
         if what == "repeated":
             return np.broadcast_to(*rest)
-        path, dtype, shape, turned = rest
+        path, dtype, shape, transposed = rest
         flat = self._arrays.of(path, dtype)
-        return flat.reshape(shape[::-1]).T if turned else flat.reshape(shape)
+        return flat.reshape(shape[::-1]).T if transposed else flat.reshape(shape)

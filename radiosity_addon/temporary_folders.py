@@ -1,8 +1,8 @@
 """Temporary folders: Blender's own, which goes however this process ends. No bpy.
 
-Blender makes a folder when it starts and removes it when it ends in peace, but not when it is
-ended. So a cleanup process is told of it; and where Blender is a module still to be imported, it makes its
-folder in one of ours, which is there to be told of before.
+Blender makes a temporary folder when it starts and removes it when it quits, but not when it is killed: so
+a cleanup process watches the folder. Where Blender is a module that is still to be imported, a folder of ours
+is made and watched first, and Blender makes its own in there.
 """
 
 from __future__ import annotations

@@ -69,7 +69,7 @@ def _lacking(names: list[str], map_name: str, settings) -> list[str]:
 
     items = [bpy.data.objects[name] for name in names]
     facts = [_facts(item, map_name) for item in items]
-    wanted = [_wish(item, settings) for item in items]
+    wanted = [_layout_key(item, settings) for item in items]
     lacking = [n for n, f, w in zip(names, facts, wanted)
                if f.get("atlas") != settings.atlas or f.get("layout") != w]  # fmt: skip
     several = len({f.get("packed") for f in facts}) > 1
@@ -82,8 +82,8 @@ def _facts(item, map_name: str) -> dict:
     return read_made(item.data).get(found, {}) if found else {}
 
 
-def _wish(item, settings) -> str:
-    """What decides where an object's charts lie."""
+def _layout_key(item, settings) -> str:
+    """What decides where an object's charts lie, as text: another text asks for another layout."""
     return json.dumps([
         *settings.size, settings.atlas_images, settings.density, settings.margin, settings.unwrap,
         density_factor(item), len(item.data.loops),
@@ -169,7 +169,7 @@ def _held(names: list[str], packed: list, map_name: str, settings) -> list[HeldM
         called = find_uv_map(item.data, map_name) or free_name(item.data, map_name)
         facts = {
             "atlas": settings.atlas, "sheet": number, "size": list(size),
-            "layout": _wish(item, settings), "packed": digest.hexdigest()[:16],
+            "layout": _layout_key(item, settings), "packed": digest.hexdigest()[:16],
         }  # fmt: skip
         before = None
         if called in item.data.uv_layers:

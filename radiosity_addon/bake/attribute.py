@@ -14,7 +14,7 @@ FALLBACK = "{} Color"  # where something that is no color attribute holds the na
 def write_colors(
     obj, name: str, colors: np.ndarray, domain: str, data_type: str = "FLOAT_COLOR"
 ) -> list[str]:
-    """Write linear ``colors`` (n_loops or n_vertices, 3) as attribute of type ``kind``, alpha 1.
+    """Write linear ``colors`` (n_loops or n_vertices, 3) as an attribute of type ``data_type``, alpha 1.
 
     ``domain`` is "corner" or "point"; with "point", vertices past the last row belong to no face
     and become black. An attribute of that name, type and domain is overwritten, a color

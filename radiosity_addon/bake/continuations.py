@@ -77,8 +77,8 @@ def _weld(charted: Charted, edges: Edges) -> tuple[np.ndarray, np.ndarray]:
 
 def _parts(edge: np.ndarray, along: np.ndarray, points: np.ndarray) -> Parts:
     """Parts of edges (k,) between ``points`` (k, 2) in the order of their numbers."""
-    turned = points[:, 0] > points[:, 1]
-    along = np.where(turned[:, None], along[:, ::-1], along)
+    backward = points[:, 0] > points[:, 1]
+    along = np.where(backward[:, None], along[:, ::-1], along)
     return Parts(edge, along, points.min(1), points.max(1))
 
 

@@ -92,7 +92,7 @@ class CornerFit:
 
 
 def corner_fit(
-    target: ExportedObject, receivers: Receivers, weights: np.ndarray, domain: str = "corner",
+    target: ExportedObject, receivers: Receivers, weights: np.ndarray, domain: str = Domain.CORNER.value,
     hidden: np.ndarray | None = None, joined: np.ndarray | None = None,
     hanging: Hanging | None = None,
 ) -> CornerFit:

@@ -107,8 +107,8 @@ def _open_edges(triangles: np.ndarray, group: np.ndarray) -> Edges:
     n = len(triangles)
     edges = Edges(np.tile(np.arange(n), 3), np.repeat(np.arange(3), n))
     ends = np.stack([*edges.ends(triangles), *edges.ends(group)], 1).astype(np.int64)
-    turned = ends[:, 0] > ends[:, 1]
-    ends[turned] = ends[turned][:, [1, 0, 3, 2]]
+    backward = ends[:, 0] > ends[:, 1]
+    ends[backward] = ends[backward][:, [1, 0, 3, 2]]
     order = np.lexsort(ends.T)
     new = (np.diff(ends[order], axis=0, prepend=-2) != 0).any(1)
     first = np.flatnonzero(new)

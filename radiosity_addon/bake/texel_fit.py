@@ -7,7 +7,7 @@ know nothing, and the two sides show what each makes of it. The values x of thes
 
     Σ_t a_t |(P x)_t − L_t|² + λ Σ_s l_s |(A x)_s − (B x)_s|² + ε |x − x₀|²
 
-each square over that of max(L, L̄/4), L the light there and L̄ its mean, as errors are told: a texel of the margin
+each square over that of max(L, L̄/4), L the light there and L̄ its mean, as errors are judged: a texel of the margin
 between a dark island and a bright one is seen by both, and would else have the bright one's light. P shows x at the middles of texels' covered parts, a texels each, of which L are the means: exact for
 light that is linear. A and B show both sides of seams at places that stand for l texels each. A jump
 of j counts three times the least error that it makes on the surface: j/2 at the seam that falls to 0

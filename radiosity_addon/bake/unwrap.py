@@ -80,7 +80,7 @@ def unwrap_steps(objects, name: str, size: tuple[int, int], margin: int, how: st
 
 def kept_maps(objects, name: str, how: str) -> list[str]:
     """Those of the objects of these names that have the UV map, made in another way than ``how`` would;
-    one of the user's own passes for "smart", so that nobody is told who did not ask."""
+    one of the user's own passes for "smart", so that nobody is warned who did not ask."""
     import bpy
 
     kept = []
@@ -163,5 +163,5 @@ def _smart(gap: float) -> None:
 def _lightmap() -> None:
     import bpy
 
-    with redirect_stdout(StringIO()):  # it tells of its work there
+    with redirect_stdout(StringIO()):  # Blender reports its work there
         bpy.ops.uv.lightmap_pack(PREF_CONTEXT="ALL_FACES", PREF_PACK_IN_ONE=True)

@@ -57,17 +57,17 @@ def _evaluate_part(part: Part, keys, palette: Palette, like, gloss: bool):
         return {}, None
     atlas = make_atlas(_areas(part, chosen))
     stage, thing, image = bake_stage(part, chosen, keys, atlas.size, atlas.bake, like)
-    cells = {}
+    texels = {}
     for key in keys:
         mine = np.array([name == key for name in part.materials])[slot_keys(part)[chosen]]
-        cells[key] = atlas_texels(atlas, mine)
+        texels[key] = atlas_texels(atlas, mine)
     originals = user_materials(keys)
     temporary = Temporary(stage, thing, image, gloss)
-    fronts = _surfaces(temporary, {k: m.copy() for k, m in originals.items()}, cells)
-    turned = {k: m.copy() for k, m in originals.items() if sees_sides(m.node_tree)}
-    for material in turned.values():
+    fronts = _surfaces(temporary, {k: m.copy() for k, m in originals.items()}, texels)
+    copies = {k: m.copy() for k, m in originals.items() if sees_sides(m.node_tree)}
+    for material in copies.values():
         show_back(material.node_tree)
-    backs = _surfaces(temporary, turned, cells) if turned else {}
+    backs = _surfaces(temporary, copies, texels) if copies else {}
     found = {key: palette.add(key, fronts[key], backs.get(key)) for key in keys}
     bpy.data.batch_remove([thing, thing.data, image, stage])
     return found, (chosen, atlas.lookup)
@@ -88,12 +88,12 @@ class Temporary:
         return bake_pass(self.stage, self.thing, self.image, bake_type, set(passes))
 
 
-def _surfaces(temporary: Temporary, materials: dict, cells: dict) -> dict[str, SurfaceShader]:
-    """What temporary materials {key: bpy material} show on the texels ``cells[key]``; each takes
+def _surfaces(temporary: Temporary, materials: dict, texels: dict) -> dict[str, SurfaceShader]:
+    """What temporary materials {key: bpy material} show on the texels ``texels[key]``; each takes
     the slot of its key. They are used up and removed."""
     import bpy
 
-    keys, slots = list(cells), temporary.thing.data.materials
+    keys, slots = list(texels), temporary.thing.data.materials
     for key, material in materials.items():
         aim(material, temporary.image)
         slots[keys.index(key)] = material
@@ -108,10 +108,10 @@ def _surfaces(temporary: Temporary, materials: dict, cells: dict) -> dict[str, S
     sent = sent_on(diffuse, mirrored, through) if glossy else None
     mapping, found = Mapping(temporary.image.name, ATLAS, "EXTEND", "Linear"), {}
     for key in materials:
-        color = functools.partial(_color, cells=cells[key], mapping=mapping)
+        color = functools.partial(_color, texels=texels[key], mapping=mapping)
         found[key] = SurfaceShader(color(diffuse), color(emission), color(through) if key in clear else ZERO)
         if key in glossy:
-            share = float(np.mean([mirrored[some].mean() for some in cells[key]]))
+            share = float(np.mean([mirrored[some].mean() for some in texels[key]]))
             sharp = share if share > COATING else 0.0
             found[key] = replace(found[key], reflectance=color(sent), glossy=share, sharp=sharp)
     for index in range(len(keys)):
@@ -126,9 +126,9 @@ def _areas(part: Part, chosen: np.ndarray) -> np.ndarray:
     return 0.5 * np.linalg.norm(cross, axis=1)
 
 
-def _color(pixels: np.ndarray, cells, mapping: Mapping) -> Color:
+def _color(pixels: np.ndarray, texels, mapping: Mapping) -> Color:
     """A picture as a color; a constant when it varies by less than FLAT."""
-    inside = [pixels[rows, columns].reshape(-1, 3) for rows, columns in cells]
+    inside = [pixels[rows, columns].reshape(-1, 3) for rows, columns in texels]
     low = np.min([values.min(axis=0) for values in inside], axis=0)
     high = np.max([values.max(axis=0) for values in inside], axis=0)
     if np.max(high - low) <= FLAT * np.max(np.abs(high)):

@@ -1,7 +1,7 @@
 """Lamp detail: finer pictures of lamps' light by direction, where a coarse one leaves too much out.
 
 A picture is interpolated between the middles of its pixels. What that leaves out of a narrow beam,
-second differences tell: the error of linear interpolation over a step h is h² f″ / 8 at most.
+second differences show: the error of linear interpolation over a step h is h² f″ / 8 at most.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ..figures import percent
 # tenth of the power is off by three times as much.
 TOLERANCE, WARNED = 0.004, 0.01
 FINEST = 5760  # width [pixels] of a picture, at most: a sixteenth of a degree each
-BLOCK = 15  # side of the parts that are looked at [pixels]: it divides a picture's edges
+BLOCK = 15  # edge [pixels] of the parts that are looked at: it divides a picture's edges
 # Numbers [parts, pixels] that are rendered anew in one doubling: some seconds.
 MOST_PARTS, MOST_PIXELS = 32, 400_000
 

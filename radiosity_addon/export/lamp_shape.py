@@ -1,6 +1,6 @@
 """Lamp shape: how a lamp's light varies with direction, by its node tree (IES files and others).
 
-Cycles itself tells: it renders the inside of a white sphere around a copy of the lamp, once with its
+Cycles itself is asked: it renders the inside of a white sphere around a copy of the lamp, once with its
 tree and once with a plain one. The quotient of both pictures is what the tree makes of the lamp, for
 every direction and whatever nodes it has. Call inside ``traceless()``.
 """
@@ -19,7 +19,7 @@ from .traceless import temporary_camera
 
 # Widths [pixels] of the first picture: half a degree each, finer where an IES text has narrow beams.
 WIDTH, WIDTHS = 720, (720, 1440, 2880)
-GLANCE = 16  # width of a picture that only tells whether anything varies [pixels]
+GLANCE = 16  # width [pixels] of a picture that only shows whether anything varies
 # Numbers [rings, slices] of the sphere: its facets cancel out in the quotient.
 RINGS, SLICES = 32, 64
 ASKEW = (0.3, 0.5, 0.7)  # how it is turned [rad]: no pixel's middle lies on an edge, where rays slip through

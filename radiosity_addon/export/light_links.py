@@ -32,7 +32,7 @@ def _linked_parts(light: Light, which: str, parts) -> np.ndarray | None:
 
 
 def _chosen(collection, parts) -> np.ndarray | None:
-    """Indices of the parts that a light linking collection tells; None without one.
+    """Indices of the parts that a light linking collection lists; None without one.
 
     As in Cycles: when the collection includes anything, only that; else all but what it excludes.
     """

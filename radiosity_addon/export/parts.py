@@ -27,7 +27,7 @@ class Part:
 
 
 def material_key(material) -> str | None:
-    """A name that tells local and linked materials apart; None stays None."""
+    """A name by which local and linked materials of one name differ; None stays None."""
     if material is None:
         return None
     library = material.library

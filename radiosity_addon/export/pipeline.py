@@ -90,12 +90,12 @@ def steps(scene, view_layer, settings, progress):
     yield 0.5
     for fraction in evaluate_steps(read.parts, palette, lambda: _find_scene(name), settings.glossy_bounces):
         yield 0.5 + 0.2 * fraction
-    turned, windows = {}, [(None, None)] * len(read.receivers)
+    texel_normals, windows = {}, [(None, None)] * len(read.receivers)
     if settings.target == Target.IMAGE:
         windows = [_window(*pair) for pair in zip(read.receivers, geometry.placed)]
     if settings.target == Target.IMAGE and settings.shading_normals:
         rects = [(placed, *found) for placed, found in zip(geometry.placed, windows)]
-        for fraction in texel_normal_steps(rects, lambda: _find_scene(name), turned):
+        for fraction in texel_normal_steps(rects, lambda: _find_scene(name), texel_normals):
             yield 0.7 + 0.1 * fraction
     elif settings.shading_normals:
         warnings += bent_remarks(bent_materials(read.parts[: len(read.receivers)]))
@@ -103,7 +103,7 @@ def steps(scene, view_layer, settings, progress):
     yield 0.8
     objects, skipped = [], list(read.skipped)
     for number, (receiver, placed) in enumerate(zip(read.receivers, geometry.placed)):
-        found = _object(receiver, placed, settings, turned.get(number), *windows[number])
+        found = _object(receiver, placed, settings, texel_normals.get(number), *windows[number])
         if isinstance(found, str):
             skipped.append((receiver.name, found))
         else:

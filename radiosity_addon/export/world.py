@@ -148,8 +148,8 @@ def _close_up_rays(toward: np.ndarray, angle: float) -> tuple[np.ndarray, np.nda
 
     rotation = np.array(Vector(toward).to_track_quat("-Z", "Y").to_matrix(), np.float64)
     half = np.tan(angle / 2.0)
-    places = ((np.arange(CLOSE_UP) + 0.5) / CLOSE_UP * 2.0 - 1.0) * half
-    x, y = np.meshgrid(places, places)
+    middles = ((np.arange(CLOSE_UP) + 0.5) / CLOSE_UP * 2.0 - 1.0) * half
+    x, y = np.meshgrid(middles, middles)
     rays = np.stack([x, y, -np.ones_like(x)], axis=-1)
     length = np.linalg.norm(rays, axis=-1)
     weight = (2.0 * half / CLOSE_UP) ** 2 / length**4

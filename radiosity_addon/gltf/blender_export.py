@@ -119,6 +119,6 @@ def _hooked(hook):
 
 
 def carried(attributes) -> dict[str, str]:
-    """The names that attributes and UV maps travel by, one each: the exporter does not tell whose they
+    """The names that attributes and UV maps travel by, one each: the exporter does not say whose they
     are, and what one mesh calls its UV map may be a color on another."""
     return {name: f"{CARRIED}{number}" for number, name in enumerate(sorted(set(attributes)))}

@@ -49,13 +49,13 @@ class Dress:
     carried: dict[str, str]
 
 
-def dress(glb: Glb, wish: Dress) -> list[str]:
+def dress(glb: Glb, bake: Dress) -> list[str]:
     """Change the document; returns the names of the objects that carry their bake now."""
     document = glb.document
     pristine = copy.deepcopy(document.get("meshes", []))
     nodes = document.get("nodes", [])
     tagged = [node for node in nodes if TAG in node.get("extras", {})]
-    taken = {n["mesh"] for n in nodes if "mesh" in n and n not in tagged and wish.lightmaps}
+    taken = {n["mesh"] for n in nodes if "mesh" in n and n not in tagged and bake.lightmaps}
     made: dict[str, int] = {}
     textures: dict[str, int] = {}
     dressed = []
@@ -64,7 +64,7 @@ def dress(glb: Glb, wish: Dress) -> list[str]:
         if "mesh" not in node:
             continue
         mesh = copy.deepcopy(pristine[node["mesh"]])
-        if not all([_primitive(glb, p, wish, name, made, textures) for p in mesh["primitives"]]):
+        if not all([_primitive(glb, p, bake, name, made, textures) for p in mesh["primitives"]]):
             continue
         node["mesh"] = _put_mesh(document, node["mesh"], mesh, taken)
         dressed.append(name)
@@ -91,27 +91,27 @@ def _put_mesh(document: dict, index: int, mesh: dict, taken: set[int]) -> int:
     return len(document["meshes"]) - 1
 
 
-def _primitive(glb: Glb, primitive, wish: Dress, name: str, made, textures) -> bool:
+def _primitive(glb: Glb, primitive, bake: Dress, name: str, made, textures) -> bool:
     """Dress one primitive; False when it does not carry the bake."""
     attributes = primitive["attributes"]
     for other in [key for key in attributes if key.startswith("COLOR_")]:
         del attributes[other]
-    carried = wish.carried.get(name)
+    carried = bake.carried.get(name)
     if carried not in attributes:
         return False
-    if wish.lightmaps is None:
+    if bake.lightmaps is None:
         attributes["COLOR_0"] = attributes.pop(carried)
-        material = _unlit(_material(glb, primitive), wish.colored)
+        material = _unlit(_material(glb, primitive), bake.colored)
         glb.use(UNLIT)
     else:
-        if name not in wish.lightmaps:
+        if name not in bake.lightmaps:
             return False
         slot = _second_uv(glb, attributes, carried)
         material = _material(glb, primitive)
-        if wish.colored:
+        if bake.colored:
             material = _unlit(material, True)
             glb.use(UNLIT)
-        _add_lightmap(glb, material, wish.lightmaps[name], slot, textures)
+        _add_lightmap(glb, material, bake.lightmaps[name], slot, textures)
     primitive["material"] = _numbered(glb, material, made)
     return True
 

@@ -15,7 +15,9 @@ from ..bake.png import png_bytes
 from ..bake.primaries import to_rec709
 from ..bake.uv_maps import find_uv_map
 from ..figures import figure, percent
-from ..settings import Target
+from ..settings import Settings, Target
+from ..solver.passes import Pass
+from ..stages.job import Job
 from .blender_export import carried, export_glb
 from .dress import Dress, Lightmap, dress
 from .glb import read_glb, write_glb
@@ -34,6 +36,23 @@ class Baked:
     uv_map: str
     colored: bool
     atlas: str | None = None  # whose images the objects share; None: one for each
+
+
+def baked_by(job: Job) -> Baked:
+    """All objects of a bake."""
+    return baked_with(job.settings, tuple(target.name for target in job.targets))
+
+
+def baked_with(settings: Settings, objects: tuple[str, ...]) -> Baked:
+    """These objects, baked with these settings, now or earlier."""
+    return Baked(
+        objects=objects,
+        target=settings.target,
+        name=settings.name,
+        uv_map=settings.uv_map or Settings().name,
+        colored=Pass.COLOR in settings.passes,
+        atlas=settings.atlas,
+    )
 
 
 def export_bake(baked: Baked, path: str | Path) -> tuple[str, ...]:
@@ -66,7 +85,7 @@ def export_bake(baked: Baked, path: str | Path) -> tuple[str, ...]:
 
 
 def _attributes(baked: Baked) -> dict[str, str]:
-    """By object, what the bake is called on its mesh: as wished, or what stands in for it."""
+    """By object, what the bake is called on its mesh: as asked for, or what stands in for it."""
     import bpy
 
     names: dict[str, str] = {}

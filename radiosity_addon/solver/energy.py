@@ -44,8 +44,8 @@ def energy_balance(context: Context) -> dict:
     batches = context.sources.batches
     near = [*(batch for batch in batches if not batch.distant), _unsampled_faces(context)]
     distant = [*(batch for batch in batches if batch.distant), *(() if context.sky is None else (context.sky,))]
-    inside = _all_of_it(_sent_out(context, near, Stream.PARTICLES_OF_LIGHTS), near)
-    outside = _sent_out(context, distant, Stream.PARTICLES_FROM_AFAR)
+    inside = _with_exact_power(_emitted(context, near, Stream.PARTICLES_OF_LIGHTS), near)
+    outside = _emitted(context, distant, Stream.PARTICLES_FROM_AFAR)
     met = context.tracer.intersect(outside.origin, outside.direction).triangle >= 0
     particles = _join([inside, outside.take(np.flatnonzero(met))], context.channels)
     emitted = particles.weight.sum(axis=0)
@@ -99,7 +99,7 @@ def _go_on(
     return _particles(points.position[0], direction, weight).take(both > 0), lost
 
 
-def _all_of_it(particles: Particles, emitters: list) -> Particles:
+def _with_exact_power(particles: Particles, emitters: list) -> Particles:
     """With weights that add up to the power of all ``emitters``, exactly."""
     reached = particles.weight.sum(axis=0)
     exact = sum((emitter.power.sum(axis=0) for emitter in emitters), np.zeros(len(reached)))
@@ -107,7 +107,7 @@ def _all_of_it(particles: Particles, emitters: list) -> Particles:
     return replace(particles, weight=particles.weight * factor)
 
 
-def _sent_out(context: Context, emitters: list, key: int) -> Particles:
+def _emitted(context: Context, emitters: list, key: int) -> Particles:
     """Particles of all lights of ``emitters``: they have ``color``, ``power`` and ``leave`` of a
     ``LightBatch``."""
     powers = [emitter.power for emitter in emitters]

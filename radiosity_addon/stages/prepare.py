@@ -28,24 +28,24 @@ def prepare(context, settings: Settings, progress: Progress = silent) -> Job:
     Raises ValueError for a choice of objects that cannot be baked, MemoryError when the images
     asked for do not fit; then, or when stopped, the file is as it was.
     """
-    def tell(fraction: float) -> None:
+    def report(fraction: float) -> None:
         progress("export", fraction)
 
-    job, held = finish(prepare_steps(context.scene, context.view_layer, settings, tell), tell)
+    job, held = finish(prepare_steps(context.scene, context.view_layer, settings, report), report)
     give_maps(held)
     return job
 
 
-def prepare_steps(scene, view_layer, settings: Settings, tell=lambda fraction: None):
+def prepare_steps(scene, view_layer, settings: Settings, report=lambda fraction: None):
     """The steps of ``prepare``, which return the Job and the UV maps that were made: those are in
-    the file only within a step. ``tell(fraction)`` may raise during the longest one."""
+    the file only within a step. ``report(fraction)`` may raise during the longest one."""
     settings.check()
     view_layer.update()  # what a script has just linked is not in its list before
     settings = replace(settings, objects=matching(view_layer, settings.objects))
     names, layer = _candidates(view_layer, settings), (scene.name, view_layer.name)
     _check_images(names, settings)
     held = yield from _map_steps(view_layer, names, settings)
-    exporting = _export_steps(*_find(*layer), settings, tell)
+    exporting = _export_steps(*_find(*layer), settings, report)
     with given(held):
         fraction = next(exporting)  # all that looks at UV maps
     yield fraction
@@ -87,10 +87,10 @@ def _map_steps(view_layer, names: list[str], settings: Settings):
     return (yield from atlas_steps(names, others, UV_MAP, settings))
 
 
-def _export_steps(scene, view_layer, settings: Settings, tell):
+def _export_steps(scene, view_layer, settings: Settings, report):
     from ..export.pipeline import steps
 
-    return steps(scene, view_layer, settings, tell)
+    return steps(scene, view_layer, settings, report)
 
 
 def _find(scene_name: str, layer_name: str):

@@ -29,8 +29,8 @@ def run(
     ``cache`` (solver.adaptive.solve_cache.SolveCache) has solves of an earlier bake to use
     again, and takes this one's.
     ``beside`` (replicate_process) does half of the work in another process.
-    ``tiling`` tells which bakes are done in tiles; None: those of more texels than usual.
-    Raises solver.progress.Canceled (or whatever else ``progress`` raises) when told to stop.
+    ``tiling`` says which bakes are done in tiles; None: those of more texels than usual.
+    Raises solver.progress.Canceled (or whatever else ``progress`` raises) to stop.
     """
     from ..solver.sequence import Options, open_scene, solve_opened
 

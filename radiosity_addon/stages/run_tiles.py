@@ -20,20 +20,20 @@ SURVEY = 0.05  # share [of the time] that the survey takes
 class Portions:
     """A progress callback for a bake of several solves: each has a share of the whole."""
 
-    def __init__(self, tell: Progress):
-        self._tell, self._low, self._high = tell, 0.0, 0.0
-        self._progress = OverallProgress(self._advance)
+    def __init__(self, progress: Progress):
+        self._progress, self._low, self._high = progress, 0.0, 0.0
+        self._solve = OverallProgress(self._advance)
 
     def next(self, share: float) -> None:
         """Start with the next one."""
         self._low, self._high = self._high, self._high + share
-        self._progress = OverallProgress(self._advance)
+        self._solve = OverallProgress(self._advance)
 
     def _advance(self, stage: str, fraction: float) -> None:
-        self._tell(STAGE, min(self._low + (self._high - self._low) * fraction, 1.0))
+        self._progress(STAGE, min(self._low + (self._high - self._low) * fraction, 1.0))
 
     def __call__(self, stage: str, fraction: float) -> None:
-        self._progress(stage, fraction)
+        self._solve(stage, fraction)
 
 
 def run_tiles(

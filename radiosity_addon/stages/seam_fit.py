@@ -107,10 +107,10 @@ class SeamFit:
         target = np.array(targets)[number]
         corner = np.array([(rect.row, rect.column) for rect in rects])[number]
         row, column = (receivers.grid[:, 1:].astype(np.int64) + corner).T
-        cells = target[receivers.receiver]
-        triangle = receivers.triangle + self._shift[cells]
+        cell_target = target[receivers.receiver]
+        triangle = receivers.triangle + self._shift[cell_target]
         parts = texel_parts(receivers, self.charted.uv, triangle)
-        return Charts(self._sheet_of[target], row, column, triangle, cells, parts)
+        return Charts(self._sheet_of[target], row, column, triangle, cell_target, parts)
 
     def add(self, charts: Charts, layout: Layout, solution: Solution, inside: np.ndarray | None = None) -> None:
         """Keep what is known of receivers near seams; None or (count,) bool: of those ``inside``."""

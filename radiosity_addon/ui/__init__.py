@@ -47,7 +47,7 @@ def unregister() -> None:
 
 
 def _classes() -> tuple:
-    """Every class, in the order in which Blender is told of them and shows the panels."""
+    """Every class, in the order in which they are registered and the panels are shown."""
     from . import (
         bake_operators,
         export_button,

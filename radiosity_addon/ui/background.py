@@ -1,4 +1,4 @@
-"""A timer takes the steps of a bake until there is something to write, or a failure to tell.
+"""A timer takes the steps of a bake until there is something to write, or a failure to report.
 
 No operator runs meanwhile: Blender saves no file by itself (auto-save) while one runs modally. The
 bake operator is invoked at the end, as only an operator makes an undo step and reports.
@@ -45,7 +45,7 @@ class Ticker:
     def _step(self) -> None:
         try:
             self._bake.step(bpy.context)
-        except Exception as error:  # noqa: BLE001  told by the operator
+        except Exception as error:  # noqa: BLE001  reported by the operator
             self._bake.failure = error
 
 
@@ -77,7 +77,7 @@ def carry_on(window, given: dict) -> None:
 
 
 def press(window: int | None, given: dict) -> None:
-    """What the button does, with these keywords. Nothing where it is gray."""
+    """Press the Bake button, with these keywords. Nothing happens where it is gray."""
     with bpy.context.temp_override(window=find_window(window)):
         if bpy.ops.radiosity.bake.poll():
             bpy.ops.radiosity.bake("INVOKE_DEFAULT", **given)

@@ -21,15 +21,14 @@ class RADIOSITY_OT_export_gltf(CarriesBake, bpy.types.Operator, ExportHelper):
     def execute(self, context):
         # Here, as enabling the add-on must be quick.
         from ..files import Publication, check_writable
-        from ..gltf.export_bake import export_bake
-        from ..gltf.wish import of_settings
+        from ..gltf.export_bake import baked_with, export_bake
 
         names = tuple(item.name for item in baked_objects(context))
         try:
             check_writable(self.filepath, "the export")
             with Publication() as files:
-                wish = of_settings(settings_of(context.scene.radiosity), names)
-                warnings = export_bake(wish, files.stage(self.filepath))
+                baked = baked_with(settings_of(context.scene.radiosity), names)
+                warnings = export_bake(baked, files.stage(self.filepath))
                 files.commit()
         except (ValueError, OSError, RuntimeError) as error:
             self.report({"ERROR"}, str(error))

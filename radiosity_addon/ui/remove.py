@@ -69,7 +69,7 @@ class RADIOSITY_OT_remove_bake(bpy.types.Operator):
 
 
 def _forget_reports() -> None:
-    """There is no bake any more that they tell of."""
+    """Drop the reports: the bakes that they describe are gone."""
     for scene in bpy.data.scenes:
         if scene.library is None and scene.radiosity.report:
             scene.radiosity.report = ""

@@ -54,7 +54,7 @@ class BakeSession:
         self.detail = ""  # the solver's own word for what it does
         self.fraction = 0.0
         self.report: dict | None = None
-        self.failure: Exception | None = None  # of a step that a timer took, for the operator to tell
+        self.failure: Exception | None = None  # of a step that a timer took, for the operator to report
         self._start = time.perf_counter()
         self._export_seconds = 0.0
         self._process = None  # a SolverProcess, from the first step on
@@ -65,7 +65,7 @@ class BakeSession:
 
     @property
     def wants_operator(self) -> bool:
-        """Whether the timer's part is over: what is left to write or to tell is an operator's."""
+        """Whether the timer's part is over: what is left to write or to report is an operator's."""
         return self.failure is not None or self.stage is Stage.WRITE
 
     @property

@@ -2,9 +2,9 @@
 
 Started by its path with the folder of one bake, and the file that keeps solves between bakes, as
 its arguments. It imports what it needs while Blender still reads the scene, which takes seconds at
-the first bake, when Python compiles it; a byte on standard input tells that the job is there. When
-standard input ends, Blender is gone and so are we. It tells its progress in a file of fixed length,
-writes each target's colors into a file of its own, and renames the result last.
+the first bake, when Python compiles it; a byte on standard input says that the job is there. When
+standard input ends, Blender has ended, and this process ends, too. It writes its progress to a file of fixed
+length, each target's colors into a file of its own, and renames the result last.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from pathlib import Path
 JOB, RESULT, PROGRESS, FAILURE, COLORS = "job", "result", "progress", "failure", "colors-"
 PROGRESS_LENGTH = 128  # length [bytes] of a message of progress
 PROGRESS_PAUSE = 0.05  # time [s] between two writes
-LOADING = "loading SciPy"  # the first stage it tells
+LOADING = "loading SciPy"  # the first stage that it reports
 FAILED = 1  # code [exit status]
 # What bad input raises; anything else leaves a traceback on standard error.
 EXPECTED = (ValueError, OSError, RuntimeError, MemoryError, ImportError)
@@ -92,7 +92,7 @@ class ProgressFile:
 
 
 def read_progress(path: Path) -> tuple[str, float]:
-    """The stage and fraction last told, or ("", 0.0) before the first."""
+    """The stage and fraction last written, or ("", 0.0) before the first."""
     try:
         record = path.read_bytes()
     except FileNotFoundError:

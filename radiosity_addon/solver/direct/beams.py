@@ -72,7 +72,7 @@ def find_beams(context: Context) -> np.ndarray:
 
 
 def _beams_of(context: Context, batch: LightBatch, lights: np.ndarray) -> np.ndarray:
-    """Those of the ``lights`` (n,) int of one kind."""
+    """The beams among the ``lights`` (n,) int of a batch."""
     index, (angle, radius) = context.sources.index, batch.cones()
     spots = lights[np.isfinite(angle[index[lights]])]
     if len(spots) == 0:

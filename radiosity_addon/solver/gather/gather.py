@@ -69,9 +69,9 @@ class _ShotBundle:
 
 
 @dataclass(frozen=True)
-class _Brought:
-    """What these rays bring: ``bounced`` light and light ``first``-hand, means (R, channels) over
-    owners' rays; where nothing is known; and the light of each ray (rays · R,)."""
+class _Light:
+    """What rays bring to R owners: ``bounced`` light and light ``first``-hand, means (R, channels) over an owner's
+    rays; where they ended and nothing is known; and the light of each ray (rays · R,)."""
 
     bounced: np.ndarray
     first: np.ndarray | float
@@ -108,9 +108,9 @@ class _GatherChunk:
     emitted: np.ndarray | None
     learns: bool
 
-    def __call__(self, chunk: tuple[int, slice]) -> tuple[slice, _Brought, Lesson | None]:
+    def __call__(self, chunk: tuple[int, slice]) -> tuple[slice, _Light, Lesson | None]:
         shot = _shoot(self.context, self.radiosity.patches, self.bundle, *chunk)
-        found = _brought_by(self.context, self.radiosity, self.emitted, shot, self.learns)
+        found = _light_of(self.context, self.radiosity, self.emitted, shot, self.learns)
         lesson = _lesson(self.bundle, shot, found.light) if self.learns else None
         return chunk[1], replace(found, light=None), lesson
 
@@ -136,15 +136,15 @@ def _shoot(
     return _ShotBundle(numbers, key, points, rays, share, weight, bins)
 
 
-def _brought_by(
+def _light_of(
     context: Context, radiosity: Radiosity, emitted: np.ndarray | None, shot: _ShotBundle,
     learns: bool,
-) -> _Brought:
+) -> _Light:
     """Means over the ``rays`` of each owner of the shot, (count, channels). ``emitted``: see
     ``first_hand_table``. The light of each ray is kept where ``learns``."""
     directions = shot.rays.directions
     rays, count = directions.shape[:2]
-    bounced, first, brought, ends = 0.0, 0.0, None, []
+    bounced, first, by_ray, ends = 0.0, 0.0, None, []
     for part in shot.rays.met:
         unknown = _unknown(radiosity, part, shot.share)
         if len(unknown):
@@ -157,8 +157,8 @@ def _brought_by(
             light = light + direct
         if learns:
             seen = light if shot.share is None else light * of_first(shot.share, part)
-            brought = _brought(seen, part, brought)
-    return _Brought(bounced, first, ends, brought)
+            by_ray = _light_by_ray(seen, part, by_ray)
+    return _Light(bounced, first, ends, by_ray)
 
 
 def _ends_unknown(shot: _ShotBundle, met: Met, unknown: np.ndarray, channels: int) -> Ends:
@@ -175,8 +175,8 @@ def _lesson(bundle: Bundle, shot: _ShotBundle, light: np.ndarray) -> Lesson:
     """Of rays that brought ``light`` (rays · R,)."""
     if shot.bins is not None:
         return sums_by_bin(shot.bins, light)
-    places, owners = sobol(bundle.rays, 2, *shot.key), bundle.owners[shot.numbers]
-    return PlainRays(places, shot.points.shift[:, 2], owners, light)
+    xi, owners = sobol(bundle.rays, 2, *shot.key), bundle.owners[shot.numbers]
+    return PlainRays(xi, shot.points.shift[:, 2], owners, light)
 
 
 def _unknown(radiosity: Radiosity, met: Met, share: np.ndarray | None) -> np.ndarray:
@@ -204,7 +204,7 @@ def follow_onward(
     return light, first, onward.ends
 
 
-def _brought(light: np.ndarray, met: Met, before: np.ndarray | None) -> np.ndarray:
+def _light_by_ray(light: np.ndarray, met: Met, before: np.ndarray | None) -> np.ndarray:
     """(n,) mean of the channels of light (k, channels), as much of it as comes through, added to
     what the rays brought ``before``."""
     if met.weight is not None:

@@ -13,8 +13,8 @@ import numpy as np
 from ..scene import Scene
 from .thin_triangles import edge_shrink
 
-# Ray origins leave the surface by this much [unit box]. Embree's own self-hits stop between 1e-7
-# and 5e-7; nearer gaps than this cannot be told apart in float32 anyway.
+# Height [unit box] of rays' origins over the surface. Embree's own self-hits stop between 1e-7 and 5e-7;
+# float32 cannot show narrower gaps anyway.
 OFFSET = 5e-7
 SURROUND = 0.9  # radius [unit box] of a sphere around everything
 SMALLEST, LARGEST = 1e-100, 1e100  # extents [scene's length]: powers of them must be numbers, too

@@ -23,7 +23,7 @@ class Distributions:
 
     number: np.ndarray  # (k,) int
     pictures: tuple[np.ndarray, ...]
-    maxima: tuple[np.ndarray, ...]  # (ROWS, 2 ROWS), within REACH of all directions of a pixel
+    maxima: tuple[np.ndarray, ...]  # (ROWS, 2 ROWS), within CAP of all directions of a pixel
 
     def uneven(self, which: int | np.ndarray) -> bool:
         """Whether any lamp of ``which``, one or (...), has a picture."""
@@ -90,7 +90,7 @@ def _row_and_column(unit: np.ndarray, height: int, width: int) -> tuple[np.ndarr
 
 
 def coarse_maxima(picture: np.ndarray) -> np.ndarray:
-    """(ROWS, 2 ROWS) maxima within REACH of any direction of a pixel: a cap of angle β about
+    """(ROWS, 2 ROWS) maxima within CAP of any direction of a pixel: a cap of angle β about
     latitude λ holds longitudes up to asin(sinβ / cosλ) away, or a pole and so all of them."""
     height, width = picture.shape
     result = np.zeros((ROWS, 2 * ROWS))

@@ -145,7 +145,7 @@ def _line(height: np.ndarray) -> np.ndarray:
 def _extent(
     geometry: Geometry, triangle: np.ndarray, other: np.ndarray, axis: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Along ``axis`` (n, 3), where the others (n,) lie within REACH of the triangles' planes:
+    """Along ``axis`` (n, 3), where the others (n,) lie within 2 · TOUCHING of the triangles' planes:
     (n,) from and to, from > to where they do not."""
     corners = geometry.vertices[geometry.triangles[other]]
     height, along = _heights(geometry, other, triangle), np.einsum("kic,kc->ki", corners, axis)

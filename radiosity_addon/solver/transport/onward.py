@@ -74,7 +74,7 @@ def ends_of(
 
 
 def join_ends(parts: list[Ends], channels: int) -> Ends:
-    """All of all parts."""
+    """All ends of all parts, of which there may be none."""
     if not parts:
         nothing = np.zeros((0, 3), np.float32)
         return Ends(np.zeros(0, np.int64), no_places(), np.zeros((0, channels)), nothing)
@@ -83,9 +83,9 @@ def join_ends(parts: list[Ends], channels: int) -> Ends:
 
 @dataclass(frozen=True)
 class Onward:
-    """What came of rays that went on: where they did, with the weight of light that arrives there
-    (``passed``) and is reflected there (``lit``); their ``ends`` on patches; and the light of the
-    ``sky`` (count, channels) that they found, by owner."""
+    """What came of rays that went on: the places that they came to, with the weight of light that arrives
+    there (``passed``); those of these where they were reflected, with the weight of reflected light
+    (``lit``); their ``ends`` on patches; and the light of the ``sky`` (count, channels) that they found."""
 
     passed: Ends
     lit: Ends
@@ -142,7 +142,7 @@ def go_on(
 
 
 class Follow(Protocol[Result_co]):
-    """What comes of ``rays``, whose owners are below ``count``."""
+    """Follows ``rays``, whose owners are below ``count``: what comes of them, by owner."""
 
     def __call__(self, rays: Ends, count: int, key: tuple[int, ...], /) -> Result_co: ...
 
@@ -150,7 +150,8 @@ class Follow(Protocol[Result_co]):
 def follow_in_chunks(
     context: Context, follow: Follow[Result_co], rays: Ends, key: tuple[int, ...], stage: str
 ) -> list[tuple[np.ndarray, Result_co]]:
-    """What comes of ``rays``, chunk by chunk, by their owners' numbers within each, and these owners (n,) int."""
+    """``follow`` done with ``rays``, chunk by chunk, on all cores. Of each chunk: its owners (n,) int, and what came
+    of its rays, in which owners have their numbers among these."""
     chunks = ranges(len(rays.owner), FOLLOWED_PER_CHUNK)
     return context.map_chunks(_FollowChunk(follow, rays, key), chunks, stage)
 

@@ -41,17 +41,17 @@ class Places(ArrayStruct):
 
 
 def places_hit(met: Met, patches: Patches) -> Places:
-    """Those of what rays met that are somewhere."""
+    """The places of all hits that lie on a patch."""
     return places_at(met, np.flatnonzero(patches.somewhere(met.entry)))
 
 
 def places_at(met: Met, some: np.ndarray) -> Places:
-    """Of what rays met those ``some`` (k,) int."""
+    """The places of the hits ``some`` (k,) int."""
     entry, hits = met.entry[some], met.hits
     return Places(entry, hits.triangle[some], hits.u[some], hits.v[some], hits.front[some])
 
 
 def no_places() -> Places:
-    """None of them."""
+    """A struct of no places."""
     nothing = np.zeros(0, np.int32)
     return Places(nothing, nothing, nothing, nothing, np.zeros(0, bool))

@@ -37,7 +37,7 @@ class Radiosity:
         return replace(self, transport=None, solution=self.solution[:0])
 
     def share_of_elements(self) -> float:
-        """Of what the rays of rows met, what are elements."""
+        """The share of elements in all that the rays of rows met."""
         hits = [block.hits for block in self.transport.blocks]
         met = sum(int((each != self.patches.miss).sum()) for each in hits)
         return sum(int((each >= self.patches.cells).sum()) for each in hits) / max(met, 1)
