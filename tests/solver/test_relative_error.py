@@ -145,9 +145,9 @@ def test_bound_counts_by_area():
 
 def test_slivers_get_no_more_rays():
     """100 receivers of area 1 and 100 of 1e-9, with 16 rays each; the slivers are off 100 times as
-    much. The best numbers are in proportion to the root of area times variance: for a squared error
-    of 2 that may be 0.6, those of area 1 need 16 · 2 / 0.6 · (1 + 100 · sqrt(1e-9)) = 53.5, the
-    slivers 53.5 · 100 · sqrt(1e-9) = 0.2, less than they have."""
+    much. The best numbers are in proportion to the root of area times variance. For a squared error, of points and
+    of rays, of 2 (1 + 1e-5) that may be 1, those of area 1 need 16 · 2 / (1 − 2e-5) = 32; the slivers would do with
+    32 · 100 · sqrt(1e-9) = 0.1, less than they have, and keep their 2e-5 of the square."""
     area = np.repeat([1.0, 1e-9], 100)
     local = np.repeat([1.0, 1e4], 100)
     share = area_shares(area)
@@ -159,9 +159,10 @@ def test_slivers_get_no_more_rays():
     )  # fmt: skip
     light = no_light(200, 1)
     light.rays[:] = light.points[:] = 16
-    _, rays = lacking_in_mean(found, 1.0, light, [])
-    best = 16 * mean_over(share, local) / 0.6 * (1 + 100 * np.sqrt(1e-9))
-    assert rays[:100] == pytest.approx(np.full(100, best - 16), rel=1e-4)
+    points, rays = lacking_in_mean(found, 1.0, light, [])
+    best = 16 * 2 / (1 - 2e-5)
+    assert rays[:100] == pytest.approx(np.full(100, best - 16), rel=1e-6)
+    assert np.array_equal(points, rays)
     assert not rays[100:].any() and not lacking_at_worst(found, 1.0, light)[1][100:].any()
 
 

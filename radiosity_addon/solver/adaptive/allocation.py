@@ -15,11 +15,10 @@ from ..filtering.smooth import dilate
 from ..gather.lighting import Lighting
 from .estimate import Estimate
 
-# Share [of the squared error] allowed to direct light; the rest is for gathered light.
-DIRECT_SHARE = 0.4
 # Errors [of the goal] of explicit and of gathered light, expected at a single place, at most: it has more samples
-# where they are larger, though the mean over the surface is good, or it shows as a dash or a stain.
-WORST = 0.8, 1.3
+# where they are larger, though the mean over the surface is good, or it shows as a dash or a stain; and the
+# errors [relative] below which it does not show.
+WORST, SEEN = (0.8, 1.3), (0.018, 0.029)
 LEAST_MORE = 1.25  # factor [samples of a receiver]: it gets none where fewer would do
 
 Lacking = tuple[np.ndarray, np.ndarray]  # numbers of points and of rays, (count,) float64 each
@@ -28,16 +27,15 @@ Lacking = tuple[np.ndarray, np.ndarray]  # numbers of points and of rays, (count
 def lacking_in_mean(
     estimate: Estimate, goal: float, light: Lighting, neighborhoods: Sequence[Neighborhood]
 ) -> Lacking:
-    """What receivers lack for a relative error ``goal`` in the mean over the surface.
-
-    With variances v and areas A, the error A v / n summed over receivers is least for a number
-    of rays when n is in proportion to sqrt(A v).
-    """
-    shares = DIRECT_SHARE, 1 - DIRECT_SHARE
-    points, rays = (
-        _more_in_mean(local, square / (share * goal**2), number, estimate.share)
-        for (local, number), square, share in zip(_parts(estimate, light), estimate.squares(), shares)
-    )
+    """What receivers lack for a relative error ``goal`` in the mean over the surface, of explicit and of gathered
+    light together; a point is taken to cost as much as a ray."""
+    found, numbers = zip(*_parts(estimate, light))
+    squares = [
+        _adding_up_to(wanted, np.maximum(estimate.share * local, 0).astype(float))
+        for local, wanted in zip(found, estimate.squares())
+    ]
+    more = _more_in_mean(np.concatenate(squares), goal**2, np.concatenate(numbers))
+    points, rays = np.split(more, 2)
     # Shadow rays that agree may have missed what shows next to them.
     beside = dilate(neighborhoods, points > 0) & (points == 0)
     points[beside] = light.points[beside, 0]
@@ -45,12 +43,12 @@ def lacking_in_mean(
 
 
 def lacking_at_worst(estimate: Estimate, goal: float, light: Lighting) -> Lacking:
-    """What they lack for none to be off by more than WORST times the ``goal``, as far as is known; slivers, of
-    which little is seen, may be."""
+    """What they lack for none to be off by more than WORST times the ``goal``, as far as is known and SEEN; slivers,
+    of which little is seen, may be."""
     seen = np.minimum(estimate.share * len(estimate.share), 1)
     points, rays = (
-        _beyond(number * seen * np.maximum(local, 0) / (worst * goal) ** 2, number)
-        for (local, number), worst in zip(_parts(estimate, light), WORST)
+        _beyond(number * seen * np.maximum(local, 0) / max(worst * goal, least) ** 2, number)
+        for (local, number), worst, least in zip(_parts(estimate, light), WORST, SEEN)
     )
     return points, rays
 
@@ -63,16 +61,29 @@ def _parts(
     return (estimate.direct_square, points), (estimate.gather_square, rays)
 
 
-def _more_in_mean(
-    local: np.ndarray, excess: float, number: np.ndarray, share: np.ndarray
-) -> np.ndarray:
-    """(count,) samples to add to ``number`` (count,), where the squared error (count,) is
-    ``excess`` times what it may be."""
-    if excess <= 1:
+def _adding_up_to(wanted: float, parts: np.ndarray) -> np.ndarray:
+    """``parts`` (n,) in proportion, but with the sum ``wanted`` where they have one."""
+    total = parts.sum()
+    return parts * (wanted / total) if total > 0 else parts
+
+
+def _more_in_mean(square: np.ndarray, goal: float, number: np.ndarray) -> np.ndarray:
+    """(n,) samples to add to ``number`` (n,), so that parts ``square`` (n,) of the squared error, which fall as
+    1 / samples, add up to ``goal``.
+
+    With v_i = square_i number_i the sum of v_i / n_i is least, for a sum of the n_i, where each n_i is in proportion
+    to √v_i or, where that is fewer, stays as it is. Those that grow first have the largest √v_i / number_i.
+    """
+    if square.sum() <= goal:
         return np.zeros(len(number))
-    part = np.maximum(share * local, 0).astype(float)
-    root = np.sqrt(part * number)
-    return _beyond(root * (root.sum() * excess / part.sum()), number)
+    root = np.sqrt(square * number)
+    order = np.argsort(-root / np.maximum(number, 1), kind="stable")
+    grown = np.cumsum(root[order])
+    left = np.maximum(square.sum() - np.cumsum(square[order]), 0)
+    # The k that grow have so many times their roots that all have as many as the next one has now.
+    reached = grown * (root / np.maximum(number, 1))[order] + left
+    k = min(int(np.searchsorted(-reached, -goal)), len(order)) - 1
+    return _beyond(root * (grown[k] / (goal - left[k])), number)
 
 
 def _beyond(best: np.ndarray, number: np.ndarray) -> np.ndarray:

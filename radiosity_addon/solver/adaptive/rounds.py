@@ -13,7 +13,7 @@ import numpy as np
 
 from ..gather.lighting import Lighting, Samples
 from ..sampling.guide import USEFUL, Guide, joined, make_guide
-from .allocation import DIRECT_SHARE, Lacking, lacking_at_worst, lacking_in_mean
+from .allocation import Lacking, lacking_at_worst, lacking_in_mean
 from .error_estimator import ErrorEstimator
 from .estimate import Estimate
 from .plan import MOST_ELEMENTS, Plan, round_up
@@ -42,6 +42,7 @@ LARGE_ROUND, LARGE_GROWTH = 1.5e7, 3
 # Error [of the goal] known of elements: above it more paths along the residual are followed.
 BIAS_SHARE = 0.7
 MOST_MORE_PATHS = 8  # factor [paths along the residual]: the most in one round
+DIRECT_SHARE = 0.4  # share [of the goal's square]: what direct light keeps at most of it, as more points lower that
 CLOSE = 0.95  # error [of what is enough] that rays do not lower: above it elements get finer
 NEAR = 1.1  # factor [of the error that rays do not lower]: below it no more rays are traced
 SURE = 2.0  # uncertainty [standard deviations] of an error that rays do not lower, before it counts
