@@ -133,12 +133,11 @@ def split(factor: np.ndarray) -> list[tuple[np.ndarray, np.ndarray | None]]:
     it is of one hue, else one a channel. Distributions (h, w) float32 have the maximum 1; None:
     alike in all directions."""
     peak = factor.max(axis=(0, 1))
-    level = factor / np.where(peak > 0, peak, 1)
     lit = np.flatnonzero(peak > 0)
     if len(lit) == 0:
         return []
-    first = level[..., lit[0]]
-    if np.abs(level[..., lit] - first[..., None]).max() < HUE:
+    first = factor[..., lit[0]] / peak[lit[0]]
+    if all(np.abs(factor[..., c] / peak[c] - first).max() < HUE for c in lit[1:]):
         return [(peak, None if first.min() > 1 - ALIKE else first.astype(np.float32))]
     return [part for c in lit for part in split(factor * (np.arange(3) == c))]
 

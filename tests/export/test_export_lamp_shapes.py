@@ -117,13 +117,13 @@ def test_ies_light_is_that_of_cycles(layouts, blender, name):
 
 def test_ies_intensity_follows_the_candela(blender, export):
     """From the same place straight below, 800 and 200 cd are as 4 to 1, and so is light at equal
-    angles under a table that is constant; twice the strength is twice the light."""
+    angles under tables that fall off alike; twice the strength is twice the light."""
     add_plane(blender)
     for candela, strength in ((800, 1.0), (200, 1.0), (200, 2.0)):
         lamp = add_lamp(blender, "POINT", energy=1.0, shadow_soft_size=0.0)
         lamp.name = f"{candela} cd × {strength:g}"
-        table = photometry(range(1), range(0, 91, 45), lambda v, h, c=candela: c if v < 50 else c / 2)
-        add_ies(blender, lamp, table, strength)
+        dim = lambda v, h, c=candela: c * (3 + np.cos(np.radians(v))) / 4  # noqa: E731
+        add_ies(blender, lamp, photometry(range(1), range(0, 181, 10), dim), strength)
     found = {lamp.name: lamp.intensity[0] * shape_at(lamp, np.array([1e-3, 0, -1]))
              for lamp in export().scene.lamps}  # fmt: skip
     found = np.array([found[name] for name in ("800 cd × 1", "200 cd × 1", "200 cd × 2")])
@@ -133,7 +133,7 @@ def test_ies_intensity_follows_the_candela(blender, export):
 def test_ies_from_a_file(blender, export, tmp_path):
     """The same text from a file and from inside the .blend is the same light."""
     add_plane(blender)
-    text, path = photometry(range(0, 91, 30), range(0, 91, 15), uneven), tmp_path / "lamp.ies"
+    text, path = photometry(*LAYOUTS["a quarter"][:2], uneven), tmp_path / "lamp.ies"
     path.write_text(text)
     lamps = [add_lamp(blender, "POINT", energy=1.0) for _ in range(2)]
     add_ies(blender, lamps[0], text)
@@ -254,7 +254,7 @@ def test_lamps_of_one_tree_are_rendered_once(blender, export):
     """Two of three objects with one lamp are turned alike: their distribution is one array."""
     add_plane(blender)
     first = add_lamp(blender, "POINT", energy=1.0)
-    add_ies(blender, first, photometry(range(0, 91, 30), range(0, 91, 15), uneven))
+    add_ies(blender, first, photometry(*LAYOUTS["a quarter"][:2], uneven))
     for turn in (0.0, 1.0):
         add_object(blender, "More", first.data).rotation_euler = (turn, 0, 0)
     one, two, three = (lamp.distribution for lamp in export().scene.lamps)
@@ -264,7 +264,7 @@ def test_lamps_of_one_tree_are_rendered_once(blender, export):
 def test_light_that_falls_off_otherwise_is_named(blender, export):
     add_plane(blender)
     lamp = add_lamp(blender, "POINT", energy=1.0)
-    node = add_ies(blender, lamp, photometry(range(1), range(0, 91, 15), uneven))
+    node = add_ies(blender, lamp, photometry(range(1), range(0, 181, 10), uneven))
     tree = lamp.data.node_tree
     falloff = tree.nodes.new("ShaderNodeLightFalloff")
     tree.links.new(node.outputs[0], falloff.inputs["Strength"])
