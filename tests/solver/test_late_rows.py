@@ -66,7 +66,7 @@ class NoPatches:
 
     miss, onward, elements = 0, 1, SimpleNamespace(has_cuts=False)
 
-    def hit(self, hits):
+    def hit(self, hits, near_goes_onward):
         return np.where(hits.triangle < 0, self.miss, self.onward)
 
     def somewhere(self, entry):

@@ -8,7 +8,7 @@ import pytest
 from radiosity_addon.solver.adaptive.correction import find_correction, regions_of
 from radiosity_addon.solver.adaptive.plan import make_plan
 from radiosity_addon.solver.adaptive.replicate import build_replicate
-from radiosity_addon.solver.gather.residual import Residuals, follow_residual
+from radiosity_addon.solver.gather.residual import Paths, Residuals, Visits, follow_residual
 from radiosity_addon.solver.geometry.footprints import build_footprints
 from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.progress import silent
@@ -41,7 +41,7 @@ def test_the_mean_path_brings_exactly_what_the_table_lacks(known):
     residuals = follow_residual(
         replicate.context, replicate.placed.footprints, replace(radiosity, reflected=table), PATHS, 0, 5
     )
-    lack = residuals.lack.mean(axis=1) * unit
+    lack = residuals.paths.lack.mean(axis=1) * unit
     error = lack.std() / np.sqrt(PATHS)
     assert lack.mean() == pytest.approx(0.5 * (1 - known), abs=4 * error + 1e-4)
     assert error < 0.01
@@ -52,15 +52,13 @@ def test_a_right_table_lacks_nothing():
     residuals = follow_residual(
         replicate.context, replicate.placed.footprints, replicate.radiosity, PATHS, 0, 5
     )
-    assert np.abs(residuals.lack.mean()) * replicate.context.unit < 2e-3
+    assert np.abs(residuals.paths.lack.mean()) * replicate.context.unit < 2e-3
 
 
 def paths(lack: np.ndarray, owner: np.ndarray) -> Residuals:
     nothing = np.zeros(0, np.int64)
-    return Residuals(
-        owner, np.ones((len(owner), 1), np.float32), lack[:, None].astype(np.float32), no_places(),
-        nothing, np.zeros((0, 1), np.float32),
-    )
+    paths = Paths(owner, np.ones((len(owner), 1), np.float32), lack[:, None].astype(np.float32))
+    return Residuals(paths, Visits(nothing, no_places(), np.zeros((0, 1), np.float32)))
 
 
 def even(footprints):

@@ -79,9 +79,9 @@ def find_correction(
     """The correction that paths tell of, for receivers of ``area`` (R,) in regions (R,), coarse to fine. A
     region lacks what that around it does in proportion to the irradiance ``gathered`` (R, channels): else
     more would be taken from dark ones than they have."""
-    lack = residuals.lack.astype(float)
+    lack = residuals.paths.lack.astype(float)
     of_region = irradiance_of_regions(residuals, levels)
-    scale = of_region[levels[-1][residuals.owner]]
+    scale = of_region[levels[-1][residuals.paths.owner]]
     relative = lack.mean(axis=1) / scale
     outer = np.zeros(len(levels[0]), np.int64)
     # What all regions are drawn toward first: nothing.
@@ -91,7 +91,7 @@ def find_correction(
         count = int(region.max(initial=0)) + 1
         inside = np.zeros(count, np.int64)
         inside[region] = outer  # the region around each
-        mine = region[residuals.owner]
+        mine = region[residuals.paths.owner]
         number = np.bincount(mine, minlength=count)
         own = _mean_light(region, gathered, area)
         around = light[inside]
@@ -115,15 +115,15 @@ def _mean_light(region: np.ndarray, gathered: np.ndarray, area: np.ndarray) -> n
 
 def irradiance_scale(residuals: Residuals, levels: list[np.ndarray]) -> np.ndarray:
     """(n,) what lacks of paths are relative to: ``irradiance_of_regions``."""
-    return irradiance_of_regions(residuals, levels)[levels[-1][residuals.owner]]
+    return irradiance_of_regions(residuals, levels)[levels[-1][residuals.paths.owner]]
 
 
 def irradiance_of_regions(residuals: Residuals, levels: list[np.ndarray]) -> np.ndarray:
     """(n,) the mean irradiance of each of the finest regions, with what it lacks where that makes more
     of it, or a quarter of that of all, where that is more; above 0."""
-    known = residuals.irradiance.mean(axis=1, dtype=float)
-    light = np.stack([known, known + residuals.lack.mean(axis=1, dtype=float)], 1)
-    mine, count = levels[-1][residuals.owner], int(levels[-1].max(initial=0)) + 1
+    known = residuals.paths.irradiance.mean(axis=1, dtype=float)
+    light = np.stack([known, known + residuals.paths.lack.mean(axis=1, dtype=float)], 1)
+    mine, count = levels[-1][residuals.paths.owner], int(levels[-1].max(initial=0)) + 1
     number = np.maximum(np.bincount(mine, minlength=count), 1)
     mean = np.stack([np.bincount(mine, each, count) / number for each in light.T], 1)
     floor = FLOOR * light.mean(axis=0).max() if len(light) else 0.0
@@ -169,7 +169,7 @@ def biased_elements(
     some = np.flatnonzero(side >= 0)
     if len(some) == 0:
         return np.zeros(0, np.int64), 0.0
-    value = residuals.value[some].mean(axis=1, dtype=float) / scale[residuals.visit[some]]
+    value = residuals.visits.value[some].mean(axis=1, dtype=float) / scale[residuals.visits.path[some]]
     side, position = side[some], position[some]
     sides, mine = np.unique(side, return_inverse=True)
     mine = mine.reshape(-1)

@@ -116,13 +116,13 @@ class Replicate:
             if bias < SMALL_BIAS * self.error:
                 break
             radiosity = divided(
-                self.split.reflected, radiosity, chosen, residuals.places, (*key, 15, step)
+                self.split.reflected, radiosity, chosen, residuals.visits.places, (*key, 15, step)
             )
         return radiosity
 
     def _biased(self, radiosity: Radiosity, residuals: Residuals) -> tuple[np.ndarray, float]:
         """Elements worth dividing, and the bias they bring: see ``biased_elements``."""
-        places, patches = residuals.places, radiosity.patches
+        places, patches = residuals.visits.places, radiosity.patches
         return biased_elements(
             residuals,
             irradiance_scale(residuals, self._regions(residuals)),
@@ -131,13 +131,13 @@ class Replicate:
         )
 
     def _regions(self, residuals: Residuals) -> list[np.ndarray]:
-        return regions_of(self.placed.footprints, len(residuals.owner))
+        return regions_of(self.placed.footprints, len(residuals.paths.owner))
 
     def _followed(self, radiosity: Radiosity, purpose: PathsFor, most: int) -> Residuals:
         """As many paths along the residual as the error asked for wants, at ``most``."""
         residuals = self._more_paths(radiosity, purpose, FEWEST_PATHS, 0)
         scale = irradiance_scale(residuals, self._regions(residuals))
-        deviation = float((residuals.lack.mean(axis=1) / scale).std())
+        deviation = float((residuals.paths.lack.mean(axis=1) / scale).std())
         wanted = int(min((deviation / (MEAN_ERROR * self.error)) ** 2, most))
         if wanted < MORE_PATHS * FEWEST_PATHS:
             return residuals
@@ -182,7 +182,7 @@ class Replicate:
 
     def follow_more_paths(self, factor: float) -> None:
         """Follow ``factor`` times as many paths as so far."""
-        paths = len(self.residuals.owner)
+        paths = len(self.residuals.paths.owner)
         more = int(min(paths * (factor - 1), MOST_PATHS))
         more = self._more_paths(self.radiosity, PathsFor.CORRECTION, more, paths)
         self.residuals = join_residuals([self.residuals, more])
@@ -193,7 +193,7 @@ class Replicate:
         regions = self._regions(self.residuals)
         light = self._gathered_light()
         self.correction = find_correction(self.residuals, regions, *light)
-        on_elements = self.residuals.places.entry >= self.radiosity.patches.cells
+        on_elements = self.residuals.visits.places.entry >= self.radiosity.patches.cells
         if on_elements.any():
             theirs = find_correction(self.residuals.of_visits(on_elements), regions, *light)
             self.found_on_elements = theirs.found
@@ -249,7 +249,7 @@ class Replicate:
     @property
     def paths(self) -> int:
         """Along the residual so far."""
-        return 0 if self.residuals is None else len(self.residuals.owner)
+        return 0 if self.residuals is None else len(self.residuals.paths.owner)
 
     def now(self) -> RoundResult:
         """All light so far, with what corrects its bias."""

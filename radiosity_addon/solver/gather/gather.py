@@ -125,7 +125,7 @@ def _shoot(
         directions = shared_directions(points, bundle.rays, *key)
     else:
         directions, bins = guided_directions(points, bundle.rays, bundle.guide, owners, *key)
-    rays = shoot(context, patches, points, directions, resolved=True)
+    rays = shoot(context, patches, points, directions, near_goes_onward=True)
     if bins is not None:
         bins = rays.replaced(bins)
         weight = np.take(bundle.guide.weight, bins.ravel())[:, None]

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..array_struct import ArrayStruct
 from ..direct.irradiance import direct_at
 from ..geometry.footprints import Footprints
 from ..lights.context import Context
@@ -35,24 +36,35 @@ STAGE = "transport"
 
 
 @dataclass(frozen=True)
-class Residuals:
-    """n paths from receivers, and the k places that they came to.
-
-    ``visit`` (k,) is a place's path, ``value`` (k, channels) float32 what it added to the path.
-    """
+class Paths(ArrayStruct):
+    """n paths from receivers."""
 
     owner: np.ndarray  # (n,) int: the receiver a path starts at
     irradiance: np.ndarray  # (n, channels) float32: one sample of all light that is known there
     lack: np.ndarray  # (n, channels) float32 irradiance: what the path adds up to
+
+
+@dataclass(frozen=True)
+class Visits(ArrayStruct):
+    """k places that paths came to."""
+
+    path: np.ndarray  # (k,) int
     places: Places
-    visit: np.ndarray
-    value: np.ndarray
+    value: np.ndarray  # (k, channels) float32: what the place added to the path
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """Paths along the residual, and where they came to."""
+
+    paths: Paths
+    visits: Visits
 
     def of_visits(self, chosen: np.ndarray) -> Residuals:
-        """The same paths with what the ``chosen`` (k,) bool places alone added to them."""
-        light = self.value[chosen].astype(float)
-        lack = sums_of(self.visit[chosen], light, len(self.owner))
-        return replace(self, lack=lack.astype(np.float32))
+        """The same paths with what the ``chosen`` (k,) bool visits alone added to them."""
+        visits = self.visits.take(chosen)
+        lack = sums_of(visits.path, visits.value.astype(float), len(self.paths.owner))
+        return replace(self, paths=replace(self.paths, lack=lack.astype(np.float32)))
 
 
 def follow_residual(
@@ -85,13 +97,9 @@ class _ResidualChunk:
 
 def join_residuals(parts: list[Residuals]) -> Residuals:
     """All paths of all parts."""
-    first = np.cumsum([0, *(len(part.owner) for part in parts)])
-    arrays = {
-        name: np.concatenate([getattr(part, name) for part in parts])
-        for name in ("owner", "irradiance", "lack", "value")
-    }
-    visit = np.concatenate([part.visit + start for part, start in zip(parts, first)])
-    return Residuals(places=Places.join([part.places for part in parts]), visit=visit, **arrays)
+    first = np.cumsum([0, *(len(part.paths.owner) for part in parts)])
+    visits = [replace(part.visits, path=part.visits.path + start) for part, start in zip(parts, first)]
+    return Residuals(Paths.join([part.paths for part in parts]), Visits.join(visits))
 
 
 def _follow(
@@ -118,22 +126,17 @@ def _follow(
             break
         value, ends_next = _step(context, radiosity, table, ends, (*key, 5, bounce))
         lack += sums_of(ends.owner, value, count)
-        visits.append((ends.owner, ends.places, value.astype(np.float32)))
+        visits.append(Visits(ends.owner, ends.places, value.astype(np.float32)))
         ends = ends_next
-    nothing = np.zeros(0, np.int64)
-    path, places, value = zip(
-        *visits or [(nothing, no_places(), np.zeros((0, context.channels)))]
-    )
-    return Residuals(
-        owners, known.astype(np.float32), lack.astype(np.float32), Places.join(list(places)),
-        np.concatenate(path), np.concatenate(value),
-    )
+    paths = Paths(owners, known.astype(np.float32), lack.astype(np.float32))
+    nothing = Visits(np.zeros(0, np.int64), no_places(), np.zeros((0, context.channels), np.float32))
+    return Residuals(paths, Visits.join(visits or [nothing]))
 
 
 def _shoot(context: Context, radiosity: Radiosity, points: Points, rays: int, *key: int) -> Shot:
     """``rays`` from each owner of points, with a shift of its own."""
     directions = own_directions(points, rays, *key)
-    return shoot(context, radiosity.patches, points, directions, resolved=True)
+    return shoot(context, radiosity.patches, points, directions, near_goes_onward=True)
 
 
 def _arrived(

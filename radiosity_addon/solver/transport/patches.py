@@ -161,15 +161,12 @@ class Patches:
         """Of all."""
         return self.cells + 2 * len(self.elements.element)
 
-    def hit(self, hits: Hits) -> np.ndarray:
-        """(n,) int32 entries of hits; the miss where nothing was hit."""
-        return self.at(hits.triangle, hits.u, hits.v, hits.front)
-
-    def hit_resolved(self, hits: Hits) -> np.ndarray:
-        """The same, but onward where a ray ends on a patch, or an element, from so near that a part of it
-        counts more than the rest: its mean is not what arrives."""
-        entry = self.hit(hits)
-        if self.length is not None:
+    def hit(self, hits: Hits, near_goes_onward: bool = False) -> np.ndarray:
+        """(n,) int32 entries of hits; the miss where nothing was hit. Where ``near_goes_onward``, the entry is
+        onward where a ray ends on a patch, or an element, from so near that a part of it counts more than
+        the rest: its mean is not what arrives."""
+        entry = self.at(hits.triangle, hits.u, hits.v, hits.front)
+        if near_goes_onward and self.length is not None:
             entry[np.take(self.length, entry) > NEAR * hits.distance] = self.onward
         return entry
 

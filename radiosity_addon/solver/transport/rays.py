@@ -68,17 +68,16 @@ class Shot:
 
 
 def shoot(
-    context: Context, patches: Patches, points: Points, directions: np.ndarray, resolved: bool = False
+    context: Context, patches: Patches, points: Points, directions: np.ndarray,
+    near_goes_onward: bool = False,
 ) -> Shot:
     """Shoot rays in ``directions`` (per, rays per point, R, 3) float32 from ``points`` (per, R), follow them
-    through surfaces that transmit, and look up which of ``patches`` they meet. ``resolved``: rays go onward
-    where they end nearer to a patch than its own size (``Patches.hit_resolved``)."""
+    through surfaces that transmit, and look up which of ``patches`` they meet, as ``Patches.hit`` does."""
     origins = np.empty_like(directions)
     origins[:] = points.position[:, None]
     origins, flat = origins.reshape(-1, 3), directions.reshape(-1, 3)
-    find = patches.hit_resolved if resolved else patches.hit
     hits = context.tracer.intersect(origins, flat)
-    entry = find(hits)
+    entry = patches.hit(hits, near_goes_onward)
     lost, by = _lost(entry, patches, points.shape[1])
     if len(lost):
         origins[lost], flat[lost], entry[lost] = origins[by], flat[by], entry[by]
@@ -87,7 +86,7 @@ def shoot(
     met = [Met(hits, entry)]
     if context.transmits.any():
         later = followed(context, origins, flat, hits)
-        met += [Met(hits, find(hits), number, weight) for number, hits, weight in later]
+        met += [Met(hits, patches.hit(hits, near_goes_onward), number, weight) for number, hits, weight in later]
     return Shot(met, flat.reshape(-1, *directions.shape[2:]), lost, by)
 
 
