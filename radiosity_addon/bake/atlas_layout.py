@@ -11,7 +11,7 @@ import json
 
 import numpy as np
 
-from .made import UV_MAP, read_made
+from .bake_notes import UV_MAP, read_made
 from .pack import Chart, Packed, area_of, pack
 from .unwrap import chart_steps, check_room, existing_uvs
 from .uv_edit import shape_of

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..settings import LONGEST_NAME, Domain, check_name
+from .bake_notes import COLOR, note
 from .layers import check_editable, item_count, write_attribute
-from .made import COLOR, note
 
 FALLBACK = "{} Color"  # where something that is no color attribute holds the name already
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from .bake_notes import ATLAS, read_made
 from .encodings import BITS, SRGB, encode
-from .made import ATLAS, read_made
 from .png import png_bytes
 from .windows import owners
 

@@ -12,8 +12,8 @@ from io import StringIO
 import numpy as np
 
 from ..steps import finish, scaled
+from .bake_notes import read_made
 from .layers import bulk, check_editable
-from .made import read_made
 from .overlaps import overlap_steps
 from .pack import Chart, pack
 from .seams import cut_sharp_edges

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..settings import Domain
+from .bake_notes import UV_MAP, forget, note, read_made
 from .layers import bulk, item_count, write_attribute
-from .made import UV_MAP, forget, note, read_made
 
 FALLBACK = "{} UV"  # where an attribute that is no UV map holds the name already
 

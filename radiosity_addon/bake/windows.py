@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..settings import RESOLUTION_RANGE
-from .made import OWNER, read_made
+from .bake_notes import OWNER, read_made
 
 RESOLUTION = "radiosity_resolution"  # custom property on objects: edge, or width and height
 DENSITY = "radiosity_density"  # custom property on objects: factor of the atlas' texel density

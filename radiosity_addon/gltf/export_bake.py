@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from ..bake.attribute import FALLBACK
+from ..bake.bake_notes import SCALE
 from ..bake.encodings import coding_error, decode, encode, scale_of
 from ..bake.image import find_baked
-from ..bake.made import SCALE
 from ..bake.png import png_bytes
 from ..bake.primaries import to_rec709
 from ..bake.uv_maps import find_uv_map

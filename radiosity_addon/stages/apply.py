@@ -9,9 +9,9 @@ import numpy as np
 
 from .. import memory
 from ..bake.attribute import find_colors, write_colors
+from ..bake.bake_notes import ATLAS, OWNER, PASSES, SCALE, note
 from ..bake.encodings import decode, encode
 from ..bake.image import MARK, file_names, find_baked, save_encoded, save_image, write_image
-from ..bake.made import ATLAS, OWNER, PASSES, SCALE, note
 from ..bake.windows import owners
 from ..files import Publication
 from ..settings import Settings, Target

@@ -11,8 +11,8 @@ from typing import Callable
 import numpy as np
 
 from ..bake.attribute import FALLBACK
+from ..bake.bake_notes import MADE
 from ..bake.image import MARK, find_image
-from ..bake.made import MADE
 
 Undo = Callable[[], None]
 

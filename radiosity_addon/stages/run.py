@@ -12,11 +12,11 @@ from ..solver.progress import Progress, silent
 from ..solver.receivers import Projection
 from ..solver.solution import Statistics, compose
 from .bury import open_layout
+from .darkness import brightest, warn_of_darkness
 from .draw_sheets import draw_sheets
 from .job import Job, Result
 from .joint_fits import JointFit, joint_fits
 from .layout import lay_out, shaded_layout
-from .light import brightest, warn_of_darkness
 from .run_tiles import run_tiles
 from .tiling import Tiling, tiles_of
 

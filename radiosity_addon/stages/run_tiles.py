@@ -7,10 +7,10 @@ from ..solver.lights.context import Context
 from ..solver.progress import Progress
 from ..solver.tracing.buried import Surroundings
 from .bury import open_part, surroundings_of
+from .darkness import brightest, warn_of_darkness
 from .drawing import Drawing
 from .job import Job, Result
 from .layout import Layout, lay_out, lay_out_part, shaded_layout
-from .light import brightest, warn_of_darkness
 from .tiling import Tiling, Window, part_of, survey_of
 
 STAGE = "tiles"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..bake.bake_notes import PASSES
 from ..bake.image import find_image
-from ..bake.made import PASSES
 from ..bake.windows import owners
 from ..settings import Settings
 from .job import Job, UnbakedTexels

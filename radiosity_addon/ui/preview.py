@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..bake.made import SLOT, note
+from ..bake.bake_notes import SLOT, note
 from ..bake.own_materials import BEFORE, OWN, PREVIEW, is_preview, own_material
 from ..solver.passes import Pass
 from .results import (

@@ -2,8 +2,8 @@
 
 import bpy
 
+from ..bake.bake_notes import COLOR, OWNER, SCALE, SLOT, UV_MAP, forget, names_made, read_made
 from ..bake.image import MARK, holds_bake
-from ..bake.made import COLOR, OWNER, SCALE, SLOT, UV_MAP, forget, names_made, read_made
 from ..bake.own_materials import BEFORE, PREVIEW, behind, is_preview, own_material
 from ..bake.windows import owners
 from . import session

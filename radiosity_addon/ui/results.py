@@ -7,8 +7,8 @@ import time
 import bpy
 
 from ..bake.attribute import find_colors
+from ..bake.bake_notes import PASSES, SCALE, passes_of
 from ..bake.image import MARK, find_baked
-from ..bake.made import PASSES, SCALE, passes_of
 from ..bake.uv_maps import find_uv_map
 from ..bake.windows import owners
 from ..settings import Settings

@@ -15,7 +15,7 @@ from pathlib import Path
 from ..bake.uv_maps import give_maps
 from ..settings import Settings
 from ..steps import scaled
-from .follow import follow
+from .changed_objects import follow
 from .keep_file import NAME, forget_kept
 from .pace import Pace
 from .payload import PACKAGE

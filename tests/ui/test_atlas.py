@@ -149,7 +149,7 @@ def test_images_keep_their_texels_when_an_object_is_lost(pair):
     from radiosity_addon.settings import Settings
     from radiosity_addon.solver.solution import Statistics
     from radiosity_addon.stages.sheets import sheets_of
-    from radiosity_addon.ui.follow import follow
+    from radiosity_addon.ui.changed_objects import follow
 
     targets = []
     for name, sheet in (("A", "One"), ("B", "Two"), ("C", "One")):

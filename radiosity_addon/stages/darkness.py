@@ -1,4 +1,4 @@
-"""Light: whether a bake has any, and enough of it to be seen. No bpy."""
+"""Darkness: whether a bake has light, and enough of it to be seen. No bpy."""
 
 from __future__ import annotations
 

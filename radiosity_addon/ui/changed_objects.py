@@ -1,4 +1,4 @@
-"""Objects that were deleted, renamed or edited between the export and the write."""
+"""Changed objects: those that were deleted, renamed or edited between the export and the write."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What bakes made on a mesh, noted on it as JSON in a custom property, so it can be taken back.
+"""Bake notes: what bakes made on a mesh, noted on it as JSON in a custom property, so it can be taken back.
 
 Entries are known by the attribute's name: whether a bake made it, as a color attribute or as a UV
 map, and which passes it holds. The empty name stands for a material slot.
