@@ -120,6 +120,7 @@ def _unused(found) -> tuple[str, ...]:
 
 
 def _settings(found: argparse.Namespace) -> Settings:
+    """The Settings that the options stand for; those not given have their defaults."""
     given = {name: getattr(found, name) for name in ("domain", "unwrap", "margin", "color_type")}
     width, height = found.resolution or (DEFAULTS.resolution, None)
     return Settings(

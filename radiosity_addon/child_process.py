@@ -94,6 +94,7 @@ class ChildProcess:
         self._process.wait()
 
     def _ended(self) -> Exception:
+        """The ProcessLost to raise, with why the process may have ended and what to do."""
         from .solver.adaptive.processes import ProcessLost  # which imports NumPy
 
         status = self._process.wait()

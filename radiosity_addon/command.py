@@ -235,6 +235,7 @@ def _import_bpy(temporary: TemporaryFolders | None):
 
 
 def _check_module(name: str) -> None:
+    """Raise ImportError with what to do where a module is missing."""
     import importlib
 
     try:

@@ -109,6 +109,7 @@ class Settings:
         check_name(self.name)
 
     def _check_atlas(self) -> None:
+        """``check`` of what concerns an atlas."""
         if self.atlas is not None and not self.atlas.strip():
             raise ValueError("atlas is empty; give the shared image a name")
         _check_range("atlas_images", self.atlas_images, *ATLAS_IMAGES_RANGE)

@@ -143,6 +143,7 @@ def _shrunk(packed: Packed, size: tuple[int, int]):
 
 
 def _too_large(names, parts, tried: list[Packed], settings) -> str:
+    """What to say where charts do not fit, and which settings would make them."""
     width, height = settings.size
     most = max(used / edge for each in tried for used, edge in zip(each.extent, settings.size))
     images = "one image" if len(parts) == 1 else f"{len(parts)} images"
@@ -158,6 +159,7 @@ def _too_large(names, parts, tried: list[Packed], settings) -> str:
 
 
 def _held(names: list[str], packed: list, map_name: str, settings) -> list[HeldMap]:
+    """The maps, with what decided where their charts lie noted on them, and what they replace."""
     import bpy
 
     digest = hashlib.sha256()

@@ -142,6 +142,7 @@ def _nowhere_seen(corners: csr_matrix, light: SurfaceLight, hidden: np.ndarray |
 
 
 def _check(name: str, values: np.ndarray, weights: np.ndarray) -> None:
+    """Raise ValueError for light of a wrong shape or that is not finite."""
     if values.shape != (len(weights), 3) or weights.ndim != 1:
         raise ValueError(
             f"light {values.shape} and weights {weights.shape} do not fit the receivers of {name!r}"

@@ -156,6 +156,7 @@ def _write_atomically(path: str | Path, file_format: str, write) -> None:
 
 
 def _render_to(image, path: Path, file_format: str, codec: str = "NONE") -> None:
+    """Write an image as Blender writes renders. Raises OSError naming the path."""
     import bpy
 
     scene = bpy.data.scenes.new("radiosity save")

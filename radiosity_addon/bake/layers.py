@@ -62,6 +62,7 @@ def within_range(points: np.ndarray) -> np.ndarray:
 
 
 def _write_bmesh(mesh, attribute, values: np.ndarray) -> None:
+    """``write_attribute`` of a mesh that is edited. Raises ValueError where it cannot hold the values."""
     import bmesh
 
     if attribute.data_type == "BYTE_COLOR":

@@ -80,6 +80,8 @@ def _plain_mesh(shape: Shape, uv: np.ndarray | None):
 
 
 def _in_edit_mode(scene, copy, operate) -> None:
+    """Call ``operate`` with the ``copy`` in Edit Mode, all of it selected; the user's context stays as
+    it is."""
     import bpy
 
     layer = scene.view_layers[0]

@@ -49,6 +49,21 @@ def read_pixels(image, alpha_used: bool, rec709: bool) -> tuple[np.ndarray, np.n
     return color, alpha, _encoded(image, rec709)
 
 
+def file_numbers(path: str) -> np.ndarray:
+    """(height, width, channels) float32 of an image file: its numbers as they are, row 0 at the bottom."""
+    import bpy
+
+    image = bpy.data.images.load(path)
+    try:
+        image.colorspace_settings.name = "Non-Color"
+        width, height = image.size
+        values = np.empty(width * height * image.channels, np.float32)
+        image.pixels.foreach_get(values)
+        return values.reshape(height, width, image.channels)
+    finally:
+        bpy.data.images.remove(image)
+
+
 def _associate(color, alpha, image, alpha_used: bool) -> np.ndarray:
     """Alpha as Cycles' image node treats it, which is before 8-bit colors are decoded.
 

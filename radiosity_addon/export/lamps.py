@@ -68,6 +68,7 @@ def _point(name, light, matrix, power, warnings) -> PointLamp:
 
 
 def _spot(name, light, matrix, power, warnings) -> PointLamp:
+    """A point lamp with a cone, the blend of its edge, and the axis along its own -z."""
     plain = _point(name, light, matrix, power, warnings)
     cone = float(light.spot_size)
     if cone < SMALLEST_CONE:

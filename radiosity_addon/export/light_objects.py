@@ -145,6 +145,7 @@ def _is_sphere(data) -> bool:
 
 
 def _emission(node, reader: Reader) -> np.ndarray:
+    """(3,) color × strength of an Emission node. Raises NotSimple for other nodes, and where these vary."""
     if node.bl_idname != "ShaderNodeEmission" or node.mute:
         raise NotSimple(f"node {node.name}")
     strength = reader.color(node.inputs["Strength"])

@@ -111,6 +111,8 @@ def checked(surface: SurfaceShader, name: str, warnings: list[str]) -> SurfaceSh
 
 
 def _clamped(color: Color, limit: float, name: str, what: str, warnings: list[str]) -> Color:
+    """The color with its values in [0, ``limit``], and a warning where some were not; ``what`` it is a
+    color of."""
     if color.attribute is not None:
         return color
     ends = extremes(color)
@@ -138,6 +140,7 @@ def gloss_remarks(palette: Palette, settings: Settings) -> list[str]:
 
 
 def _misdirected(palette: Palette, settings: Settings) -> list[str]:
+    """What to warn of where mirrored light goes on as from matte surfaces."""
     shares = {
         name: front.glossy
         for name, front, _ in palette.surfaces
@@ -156,6 +159,7 @@ def _misdirected(palette: Palette, settings: Settings) -> list[str]:
 
 
 def _left_out(palette: Palette, settings: Settings) -> list[str]:
+    """What to warn of where mirrored light is left out."""
     shares = {name: front.glossy for name, front, _ in palette.surfaces}
     mirrors = [name for name, share in shares.items() if share > MOSTLY_GLOSSY]
     coated = {

@@ -70,6 +70,7 @@ def add_copies(scene, things) -> dict[str, str]:
 
 
 def _attach(mesh) -> None:
+    """Give a copied mesh the attributes by which its corners are found again behind its modifiers."""
     count = bulk(mesh.polygons, "loop_total", np.int32)
     start = bulk(mesh.polygons, "loop_start", np.int32)
     position = bulk(mesh.vertices, "co", np.float32, 3)[read_loop_vertices(mesh)]

@@ -11,6 +11,7 @@ import tempfile
 
 import numpy as np
 
+from .images import file_numbers
 from .traceless import temporary_camera
 
 DIFFUSE_RAY = {"Is Diffuse Ray": 1.0, "Is Reflection Ray": 1.0, "Ray Depth": 1.0,
@@ -107,17 +108,4 @@ def render(scene, width: int, height: int, samples: int) -> np.ndarray:
         scene.render.filepath = path
         scene.render.use_file_extension = True
         bpy.ops.render.render(scene=scene.name, write_still=True)
-        return _load(path)
-
-
-def _load(path: str) -> np.ndarray:
-    import bpy
-
-    image = bpy.data.images.load(path)
-    image.colorspace_settings.name = "Non-Color"
-    width, height = image.size
-    values = np.empty(width * height * image.channels, np.float32)
-    image.pixels.foreach_get(values)
-    values = values.reshape(height, width, image.channels)[..., :3].copy()
-    bpy.data.images.remove(image)
-    return values
+        return file_numbers(path)[..., :3].copy()

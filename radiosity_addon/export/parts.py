@@ -79,6 +79,8 @@ def _read(thing, depsgraph) -> MeshArrays:
 
 
 def _part(entry, thing, mesh: MeshArrays, override: str | None) -> Part:
+    """A mesh as the entry of the evaluated scene places it; ``override`` is the material of all slots,
+    or None."""
     slots = tuple(material_key(own_material(thing, i)) for i in range(len(thing.material_slots)))
     if override is not None:
         slots = (override,) * max(len(slots), 1)

@@ -250,6 +250,7 @@ def _uvs(geometry: Assembly, name: str, atlases) -> np.ndarray:
 def _exported(
     geometry: Assembly, palette, illumination: Illumination, objects, skipped, warnings
 ) -> Exported:
+    """All that was read, put together. Raises ValueError where no object is left to bake."""
     if not objects:
         raise ValueError("there is no mesh to bake; " + why_none(skipped))
     parts = [placed.part for placed in geometry.placed]

@@ -92,6 +92,7 @@ def _child(socket, reader: Reader, depth: int) -> SurfaceShader:
 
 
 def _mix(node, reader: Reader, depth: int) -> SurfaceShader:
+    """A Mix Shader: each quantity of both, mixed by the factor."""
     weight = reader.color(node.inputs[0])
     if weight.is_constant:
         weight = constant(np.clip(weight.factor, 0.0, 1.0))
@@ -112,6 +113,7 @@ def _is_glossy(*surfaces: SurfaceShader) -> bool:
 
 
 def _add(node, reader: Reader, depth: int) -> SurfaceShader:
+    """An Add Shader: the sums of both."""
     a, b = (_child(node.inputs[i], reader, depth) for i in (0, 1))
     return SurfaceShader(
         add(a.diffuse, b.diffuse),

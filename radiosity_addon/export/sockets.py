@@ -92,6 +92,8 @@ class Reader:
         return constant(self.side)
 
     def _image(self, node, output) -> Color:
+        """What an image node shows at its ``output``. Raises NotSimple where more than a UV map
+        decides it."""
         if node.projection != "FLAT" or node.interpolation not in ("Linear", "Closest", "Cubic"):
             raise NotSimple(f"projection {node.projection}")
         image = node.image

@@ -100,6 +100,7 @@ def sort_out(things, parts: list[Part], seen: set[str], settings):
 
 
 def _refusal(thing, own, seen, settings) -> str | None:
+    """Why an object gets no colors; None where it does."""
     if thing.type != "MESH":
         convert = ": convert it to one" if thing.type in CONVERTIBLE else ""
         return NOT_MESH.format(type=thing.type.lower().replace("_", " ")) + convert
@@ -118,6 +119,8 @@ def uv_map_name(thing, settings) -> str:
 
 
 def _check_uv(thing, part: Part, settings) -> str | None:
+    """Why an object gets no image, for lack of its UV map; None where it does. Raises ValueError for a
+    map that was never there."""
     if settings.target != Target.IMAGE:
         return None
     name = uv_map_name(thing, settings)

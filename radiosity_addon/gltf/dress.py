@@ -156,6 +156,7 @@ def _second_uv(glb: Glb, attributes: dict, carried: str) -> int:
 
 
 def _add_lightmap(glb: Glb, material: dict, lightmap: Lightmap, slot: int, textures) -> None:
+    """Give a material its lightmap; objects of one image share a texture."""
     if lightmap.name not in textures:
         view = glb.add_view(lightmap.png)
         image = glb.append("images", {

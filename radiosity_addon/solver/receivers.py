@@ -113,6 +113,7 @@ def _shading_of(part: Receivers) -> Shading:
 
 
 def _joined(parts: list[Shading]) -> Shading:
+    """The shading of all parts; ``smooth`` of those without maps is their normal."""
     smooth = None
     if any(part.smooth is not None for part in parts):
         smooth = np.concatenate(

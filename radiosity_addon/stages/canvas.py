@@ -68,6 +68,7 @@ class Canvas:
         return Drawn(image, filled.ravel() & ~covered), warnings
 
     def _overlaps(self, job: Job) -> list[str]:
+        """A warning where several objects lie on one another."""
         if not self._several:
             return []
         over = (self._first != self._last) & (self._share > OVERLAP)

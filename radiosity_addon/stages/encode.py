@@ -82,6 +82,7 @@ def _covered(colors: np.ndarray) -> np.ndarray:
 
 
 def _warn(job: Job, name: str, scale: float, above: float, peak: float) -> tuple[str, ...]:
+    """A warning where a share ``above`` the scale is cut."""
     if not above:
         return ()
     vertex = job.settings.target == Target.VERTEX

@@ -63,6 +63,8 @@ class _Unknowns:
 
 
 def _unknowns(job: Job, context: Context) -> _Unknowns:
+    """Those of all targets, joined where they are one place of one surface. Raises ValueError for
+    targets that were exported for images."""
     for target in job.targets:
         if target.corner_map is None or target.loop_vertex is None:
             raise ValueError(f"{target.name!r} was exported without its loops; export for vertices")
@@ -122,6 +124,7 @@ def _clusters(unknowns: _Unknowns) -> list[np.ndarray]:
 
 
 def _fit(job: Job, layout: Layout, members: list[int], unknowns: _Unknowns) -> JointFit:
+    """The fit of the targets ``members``, as if they were one mesh."""
     own, parts = [job.targets[i] for i in members], [layout.part(i) for i in members]
     first = np.cumsum([0] + [target.stop - target.start for target in own])
     areas = [receiver_areas(job.scene.vertices, job.scene.triangles, part) for part in parts]

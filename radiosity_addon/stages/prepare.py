@@ -145,6 +145,7 @@ def _quoted(names, most: int = 5) -> str:
 
 
 def _check_images(names: list[str], settings: Settings) -> None:
+    """Raise MemoryError where the images asked for do not fit, with what would."""
     if settings.target != Target.IMAGE or settings.density is not None:
         return  # a density's images are known later
     import bpy
@@ -173,6 +174,7 @@ def _what_fits(texels: list[int], resolution: int) -> str:
 
 
 def _check_triangles(exported: Exported, settings: Settings) -> None:
+    """Raise MemoryError where so many triangles do not fit."""
     sizes = [target.stop - target.start for target in exported.objects]
     triangles = len(exported.scene.triangles)
     if settings.target == Target.IMAGE:

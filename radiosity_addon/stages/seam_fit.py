@@ -164,6 +164,7 @@ class SeamFit:
 
 
 def _chart(job: Job, sheet: np.ndarray) -> Charted:
+    """All targets' triangles on the surface and in their sheets; ``sheet`` is that of each triangle."""
     scene = job.scene
     rects = [rect_of(job, index) for index in range(len(job.targets))]
     return Charted(

@@ -133,6 +133,7 @@ def part_of(job: Job, windows: list[Window]) -> Job:
 
 
 def _windowed(job: Job, window: Window) -> ExportedObject:
+    """The target of a window alone: UVs are 0 to 1 over the window, and NaN for triangles outside of it."""
     target, rect = job.targets[window.target], rect_of(job, window.target)
     full = rect.width, rect.height
     extent, offset = (window.width, window.height), (window.column, window.row)
@@ -161,6 +162,7 @@ def survey_of(job: Job, tiling: Tiling) -> tuple[Job, int]:
 
 
 def _coarse(target: ExportedObject, rect: TexelRect, factor: int) -> ExportedObject:
+    """The target with edges of its image divided by ``factor``."""
     width, height = (-(-edge // factor) for edge in (rect.width, rect.height))
     normals = target.texel_normals
     if normals is not None:

@@ -36,6 +36,7 @@ def unbaked_texels(job: Job) -> dict[str, UnbakedTexels]:
 
 
 def _check_beside(image, size: tuple[int, int], others: list[str], settings: Settings) -> None:
+    """Raise ValueError where an image cannot keep the texels of ``others`` beside what is baked."""
     rest = f"{others[0]!r} ({len(others)} in all), which is not baked now"
     if tuple(image.size) != size:
         width, height = image.size

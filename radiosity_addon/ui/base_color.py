@@ -28,6 +28,7 @@ def base_color(tree):
 
 
 def _of_shader(tree, socket, depth: int):
+    """The base color of the shader that feeds a socket: see ``base_color``."""
     origin = source(socket)
     if origin is None or depth > DEPTH:
         return BLACK

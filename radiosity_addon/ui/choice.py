@@ -57,6 +57,7 @@ def sharing_objects(context) -> list:
 
 
 def _left_out(item, properties, rendered: Rendered) -> str:
+    """Why an object cannot be baked; empty where it can."""
     if item.type != "MESH":
         return tip_("it is no mesh: convert it to one")
     if item.hide_render or item.name not in rendered:

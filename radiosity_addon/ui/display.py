@@ -44,6 +44,8 @@ def table_of(view: tuple) -> np.ndarray:
     ``SIZE`` times blue's plus red's."""
     import bpy
 
+    from ..export.images import file_numbers
+
     axis = levels().astype(np.float32)
     pixels = np.ones((SIZE, SIZE, SIZE, 4), np.float32)  # green, blue, red
     pixels[..., 0], pixels[..., 1], pixels[..., 2] = axis, axis[:, None, None], axis[:, None]
@@ -56,7 +58,7 @@ def table_of(view: tuple) -> np.ndarray:
         with tempfile.TemporaryDirectory(prefix="radiosity_") as folder:
             path = os.path.join(folder, "view.png")
             image.save_render(path, scene=scene)
-            return _load(path)
+            return file_numbers(path)
     finally:
         bpy.data.scenes.remove(scene)
         bpy.data.images.remove(image)
@@ -83,16 +85,3 @@ def _set_curves(mapping, curves: tuple) -> None:
         for point, (x, y, handle) in zip(curve.points, points):
             point.location, point.handle_type = (x, y), handle
     mapping.update()
-
-
-def _load(path: str) -> np.ndarray:
-    import bpy
-
-    image = bpy.data.images.load(path)
-    try:
-        image.colorspace_settings.name = "Non-Color"
-        values = np.empty(SIZE**3 * image.channels, np.float32)
-        image.pixels.foreach_get(values)
-        return values.reshape(SIZE, SIZE**2, image.channels)
-    finally:
-        bpy.data.images.remove(image)

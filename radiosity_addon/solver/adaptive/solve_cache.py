@@ -210,6 +210,7 @@ def digest(*things: object) -> str:
 
 
 def _feed(state: blake2b, thing: object) -> None:
+    """Add all that a thing holds to a digest: arrays by their type, shape and bytes."""
     if isinstance(thing, np.ndarray):
         state.update(f"{thing.dtype.str}{thing.shape}".encode() + thing.tobytes())
     elif is_dataclass(thing):

@@ -89,6 +89,7 @@ class FieldMeans:
         return self._of_picture(regions)
 
     def _of_picture(self, regions: Regions) -> tuple[np.ndarray, np.ndarray]:
+        """The means and deviations of a picture, by integrals where a region is wider than THIN texels."""
         corners = self.field.uv[regions.triangle].astype(float)
         first, edges = corners[:, 0], corners[:, 1:] - corners[:, :1]
         point = first + np.einsum("nc,ncd->nd", regions.origin, edges)

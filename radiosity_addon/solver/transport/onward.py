@@ -174,6 +174,7 @@ class _FollowChunk(Generic[Result_co]):
 def _go_on(
     context: Context, patches: Patches, rays: Ends, count: int, key: tuple[int, ...]
 ) -> Onward:
+    """``go_on`` of rays that are followed together: see there."""
     sky, passed, lit, ended, first = np.zeros((count, context.channels)), [], [], [], len(rays.owner)
     for bounce in range(MOST_BOUNCES):
         if len(rays.owner) == 0:
