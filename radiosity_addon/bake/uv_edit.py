@@ -5,6 +5,7 @@ So selection, mode, active object and the user's UV maps never change.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Callable
 
@@ -67,7 +68,7 @@ def _plain_mesh(shape: Shape, uv: np.ndarray | None):
 
     mesh = bpy.data.meshes.new("radiosity unwrap")
     mesh.vertices.add(len(shape.points))
-    mesh.vertices.foreach_set("co", shape.points.astype(np.float32).ravel())
+    mesh.vertices.foreach_set("co", _of_usual_size(shape.points).astype(np.float32).ravel())
     mesh.loops.add(len(shape.corner))
     mesh.loops.foreach_set("vertex_index", shape.corner.astype(np.int32))
     mesh.polygons.add(len(shape.start))
@@ -77,6 +78,13 @@ def _plain_mesh(shape: Shape, uv: np.ndarray | None):
     if uv is not None:
         layer.data.foreach_set("uv", np.ascontiguousarray(uv, np.float32).ravel())
     return mesh
+
+
+def _of_usual_size(points: np.ndarray) -> np.ndarray:
+    """(v, 3) times a power of two that makes their extent 1 to 2: Blender's operators give no UVs to faces of
+    1e5 or of 1e-6."""
+    extent = float(np.ptp(points.astype(float), axis=0).max(initial=0)) if len(points) else 0.0
+    return np.ldexp(points.astype(float), -math.frexp(extent)[1] + 1) if extent > 0 else points
 
 
 def _in_edit_mode(scene, copy, operate) -> None:

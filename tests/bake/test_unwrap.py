@@ -85,6 +85,20 @@ def test_scale_of_the_object_counts(box):
     assert area == pytest.approx(area[0], rel=1e-3)
 
 
+@pytest.mark.parametrize("how", ["smart", "lightmap"])
+@pytest.mark.parametrize("size", [1e-8, 4e5])
+def test_size_does_not_matter(blender, size, how):
+    """A ground of 400 km, or of 10 nm, fills the image as one of 1 m does: Blender's operators give no UVs to such."""
+    corners = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
+    found = []
+    for edge in (1.0, size):
+        ground = add(blender, f"Ground {edge}", (edge * corners).tolist(), [(0, 1, 2, 3)])
+        ensure_uv_map([ground], how=how)
+        found.append(triangles_uv(ground))
+    assert np.ptp(found[0], axis=(0, 1)) == pytest.approx([0.97, 0.97], abs=0.03)
+    assert np.allclose(*found, atol=1e-5)
+
+
 def test_a_spiral_ramp_is_cut_apart(blender):
     """Three turns project onto one ring: 2/3 of it would lie on other faces."""
     turn = np.linspace(0, 6 * np.pi, 90)
