@@ -121,12 +121,12 @@ def test_the_fit_is_the_bounded_minimum():
 
 def test_a_vertex_between_sun_and_shadow_does_not_light_the_shadow():
     """Points of one color each: half of a square has light 1, half s = 0.01, both seen by vertices whose
-    colors all are that one color x (one smooth vertex group): Σ w (x − L)² with w = 1 / max(L, L̄/4),
-    L̄ = 0.505, weighs the shadow 1 / 0.126 to the sun's 1: x = (1 + 0.01 · 7.9) / 8.9 = 0.12, where
-    by areas it is 0.505."""
+    colors all are that one color x (one smooth vertex group): Σ w (x − L)² with w = 1 / max(L, 0.46 L̄)²,
+    L̄ = 0.505, weighs the shadow 1 / 0.2323² = 18.5 to the sun's 1: x = (1 + 0.01 · 18.5) / 19.5 = 0.061,
+    where by areas it is 0.505."""
     weight = importance(np.array([[1.0] * 3, [0.01] * 3]), np.ones(2))
     x = weight @ [1.0, 0.01] / weight.sum()
-    assert x == pytest.approx((1 + 0.01 / 0.12625) / (1 + 1 / 0.12625))
+    assert x == pytest.approx((1 + 0.01 / 0.2323**2) / (1 + 1 / 0.2323**2))
     plane = Plane(1, cuts=16)
     left = plane.points[:, 0] < 0.5
     light = np.repeat(np.where(left, 1.0, 0.01)[:, None], 3, 1)
@@ -137,7 +137,7 @@ def test_a_vertex_between_sun_and_shadow_does_not_light_the_shadow():
 def test_a_vertex_inside_other_geometry_does_not_go_black():
     """A pillar of side 0.2 stands on one corner of a floor lit with 1: its footprint is black.
 
-    A point sample there gives 0. By area the pillar is 4 % of the floor, and counts four times as it is
+    A point sample there gives 0. By area the pillar is 4 % of the floor, and counts five times as it is
     dark: the fit over the whole floor keeps nearly half, and leaving the hidden part out (weight 0) gives 1.
     """
     plane = Plane(1, cuts=16)
