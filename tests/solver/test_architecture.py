@@ -87,3 +87,35 @@ def test_each_stream_belongs_to_one_file():
             used[name].append(path.name)
     assert {name: files for name, files in used.items() if len(files) != 1} == {}
     assert len(Stream.__members__) == len({int(stream) for stream in Stream})
+
+
+def test_rays_are_looked_up_in_one_place():
+    """Seeds, rows, gather and paths shoot, follow transmission and look up what was met by ``shoot``. What leaves
+    a beam's lamp meets no patches."""
+    places = {"patches.hit": {"transport/rays.py"},
+              "followed": {"transport/rays.py", "direct/beams.py", "direct/transmission.py"}}  # fmt: skip
+    for name, expected in places.items():
+        call = re.compile(rf"\b{re.escape(name)}\(")
+        assert {path.relative_to(SOLVER).as_posix() for path in SOLVER.rglob("*.py")
+                if call.search(path.read_text(encoding="utf-8"))} == expected  # fmt: skip
+
+
+def module_of(path: Path) -> str:
+    """``lights.sources`` of its path."""
+    return ".".join(path.relative_to(SOLVER).with_suffix("").parts)
+
+
+def modules_imported(path: Path):
+    """Modules that a file of the solver imports when it is imported itself, not for types alone."""
+    package = module_of(path).split(".")
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.ImportFrom) and node.level:
+            yield ".".join([*package[: -node.level], *(node.module or "").split(".")])
+
+
+def test_no_two_modules_import_each_other():
+    """What both need lies in a third one."""
+    uses = {module_of(path): set(modules_imported(path)) for path in SOLVER.rglob("*.py")}
+    assert "lights.light_sampler" in uses["lights.sources"]
+    mutual = {(one, other) for one in uses for other in uses[one] if one in uses.get(other, ())}
+    assert mutual == set()

@@ -72,7 +72,7 @@ def test_choices_bring_the_sum(count, reach, uneven):
     for x, direction, expected in zip(position, normal, truth):
         many = np.tile(x, (n, 1)), np.tile(direction, (n, 1))
         level = ((np.arange(n) + 0.5) / n)[None]
-        (light,), (factor,) = sample_lights(sources, sampler, *many, np.full(n, reach), level)
+        (light,), (factor,) = sample_lights(sources.importance, sampler, *many, np.full(n, reach), level)
         values = np.zeros(n)
         for number, kind in enumerate(sources.batches):
             rows = np.flatnonzero((sources.batch[light] == number) & (factor > 0))
@@ -137,7 +137,7 @@ def test_choices_for_all_points_of_a_receiver_reach_each():
     place, normal = np.array([0.1, -0.2, 0.05]), np.array([0.0, 0.6, 0.8])
     level = ((np.arange(n) + 0.5) / n)[None]
     many = np.tile(place, (n, 1)), np.tile(normal, (n, 1))
-    (light,), (factor,) = sample_lights(sources, sampler, *many, np.full(n, reach), level)
+    (light,), (factor,) = sample_lights(sources.importance, sampler, *many, np.full(n, reach), level)
     chance = np.zeros(sources.count)
     np.maximum.at(chance, light, factor > 0)
     inside = random.uniform(-1, 1, (200, 3)) * reach / np.sqrt(3)

@@ -88,7 +88,7 @@ def _light_samples(
         xi = shifted(table, points.shift[:, 0].astype(float))
         xi = (xi + np.arange(PER_POINT)[:, None, None]) / PER_POINT  # a point's choices lie apart
         lights, factors = sample_lights(
-            context.sources, sampler, middles.position.T, middles.normal.T, middles.extent,
+            context.sources.importance, sampler, middles.position.T, middles.normal.T, middles.extent,
             xi.reshape(-1, count),
         )
         for pair in zip(*(array.reshape(PER_POINT, -1) for array in (lights, factors / PER_POINT))):

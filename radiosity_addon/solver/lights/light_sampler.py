@@ -9,21 +9,26 @@ chosen apart from near ones: no distance compares them.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
 from ..geometry.vectors import columns
 from .light_tree import Emitters, LightTree, build_tree, sample_discrete
 
-if TYPE_CHECKING:
-    from .sources import Sources
-
 FEW = 6  # number [lights] up to which all are sampled at every point
 PER_POINT = 3  # number [lights] sampled at a point where there are more
 ALL = 64  # number [lights] up to which all are compared at every place
 TOP = 64  # number [nodes of the tree] compared at every place, where there are more
 BLOCK = 8  # number [lights] compared where a way down the tree ends
+
+
+class Importance(Protocol):
+    """See ``Sources.importance``."""
+
+    def __call__(
+        self, light: np.ndarray, position: np.ndarray, normal: np.ndarray, extent: np.ndarray, /
+    ) -> np.ndarray: ...
 
 
 @dataclass(frozen=True)
@@ -45,21 +50,21 @@ def make_light_sampler(lights: np.ndarray, emitters: Emitters, shading: int = 0)
 
 
 def sample_lights(
-    sources: Sources, sampler: LightSampler, position: np.ndarray, normal: np.ndarray, extent: np.ndarray,
-    xi: np.ndarray,
+    importance_of: Importance, sampler: LightSampler, position: np.ndarray, normal: np.ndarray,
+    extent: np.ndarray, xi: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Lights (k, n) of a sampler of ``sources`` for n places (n, 3), each of points within ``extent``
-    (n,) of it that face as ``normal`` (n, 3) tells, one for each of the numbers ``xi`` (k, n) in
-    [0, 1); and one over the probability with which each was taken (k, n)."""
+    """Lights (k, n) of a sampler for n places (n, 3), each of points within ``extent`` (n,) of it that face as
+    ``normal`` (n, 3) says, one for each of the numbers ``xi`` (k, n) in [0, 1); and one over the probability
+    with which each was taken (k, n)."""
     narrow = [columns(array).astype(np.float32) for array in (position, normal)]
     narrow.append(extent.astype(np.float32))
     if sampler.tree is None:
         members, before = sampler.blocks[0], 1.0
-        importance = _importances(sources, members[:, None], *narrow)
+        importance = importance_of(members[:, None], *narrow)
     else:
         block, before, xi = sampler.tree.descend(position, normal, extent, xi)
         members = np.moveaxis(sampler.blocks[block], -1, 0)
-        importance = _importances(sources, members, *narrow)
+        importance = importance_of(members, *narrow)
     which, share, _ = sample_discrete(importance, xi)
     if sampler.tree is None:
         light = members[which]
@@ -68,25 +73,3 @@ def sample_lights(
     share = share * before
     factor = np.where(share > 0, 1 / np.where(share > 0, share, 1), 0)
     return np.maximum(light, 0), factor
-
-
-def _importances(
-    sources: Sources, light: np.ndarray, position: np.ndarray, normal: np.ndarray, extent: np.ndarray
-) -> np.ndarray:
-    """Rough irradiance of lights (c, 1) or (c, k, n) at places (3, n): (c, n) or (c, k, n); 0
-    where a light is −1."""
-    batches = np.where(light >= 0, sources.batch[light], -1)
-    alone = np.unique(batches[batches >= 0])
-    if len(alone) == 1:
-        batch = sources.batches[alone[0]]
-        found = batch.importance(sources.index[light], position, normal, extent)
-        return np.where(light >= 0, found, 0.0)
-    importance = np.zeros(np.broadcast_shapes(light.shape, extent.shape))
-    wide = np.broadcast_to(light, importance.shape)
-    for number in alone:
-        some = np.nonzero(np.broadcast_to(batches == number, importance.shape))
-        at = some[-1]
-        importance[some] = sources.batches[number].importance(
-            sources.index[wide[some]], position[:, at], normal[:, at], extent[at]
-        )
-    return importance

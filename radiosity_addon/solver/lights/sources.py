@@ -25,7 +25,7 @@ from .suns import batch_of_suns
 
 @dataclass(frozen=True)
 class Sources:
-    """All explicit lights, numbered through their kinds."""
+    """All explicit lights, numbered through their batches."""
 
     batches: tuple[LightBatch, ...]  # Polygons, FacingDisks, SphereLights, Suns, SkySpots
     batch: np.ndarray  # (n,) int: which batch a light belongs to
@@ -44,6 +44,26 @@ class Sources:
     def named(self, light: int) -> tuple[LightBatch, int]:
         """The batch of a light, and its index in there."""
         return self.batches[self.batch[light]], int(self.index[light])
+
+    def importance(
+        self, light: np.ndarray, position: np.ndarray, normal: np.ndarray, extent: np.ndarray
+    ) -> np.ndarray:
+        """Rough irradiance of lights (c, 1) or (c, k, n) at places (3, n), as ``LightBatch.importance``: (c, n)
+        or (c, k, n); 0 where a light is −1."""
+        batches = np.where(light >= 0, self.batch[light], -1)
+        numbers = np.unique(batches[batches >= 0])
+        if len(numbers) == 1:
+            batch = self.batches[numbers[0]]
+            return np.where(light >= 0, batch.importance(self.index[light], position, normal, extent), 0.0)
+        importance = np.zeros(np.broadcast_shapes(light.shape, extent.shape))
+        wide = np.broadcast_to(light, importance.shape)
+        for number in numbers:
+            some = np.nonzero(np.broadcast_to(batches == number, importance.shape))
+            at = some[-1]
+            importance[some] = self.batches[number].importance(
+                self.index[wide[some]], position[:, at], normal[:, at], extent[at]
+            )
+        return importance
 
     def unlinked(
         self, light: int | np.ndarray, scene: Scene, triangle: np.ndarray
