@@ -28,7 +28,7 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "bias.md"
 def page(records: list[dict]) -> str:
     """docs/bias.md."""
     lines = [INTRODUCTION, "| family | asked | scenes | direct, % | indirect, % | worst point, % "
-             "| points off | told / measured |", "|---|---|---|---|---|---|---|---|"]  # fmt: skip
+             "| points off | estimated / measured |", "|---|---|---|---|---|---|---|---|"]  # fmt: skip
     found = verdicts(records)
     for v in found:
         both = [f"{100 * b:+.2f} ± {100 * e:.2f}" for b, e in zip(v.bias, v.error)]
@@ -44,7 +44,7 @@ def page(records: list[dict]) -> str:
 
 def by_commit(records: list[dict]) -> list[str]:
     """The lines of a table: all families together, of each commit."""
-    lines = ["| commit | asked | scenes | told, % | measured, % |", "|---|---|---|---|---|"]
+    lines = ["| commit | asked | scenes | estimated, % | measured, % |", "|---|---|---|---|---|"]
     for key in sorted({(r["commit"], -r["asked"]) for r in records}):
         some = [r for r in records if (r["commit"], -r["asked"]) == key]
         told, measured = (100 * np.sqrt(np.mean([r[name] ** 2 for r in some])) for name in ("told", "measured"))
@@ -62,7 +62,7 @@ Regenerate with `python -m benchmarks.bias_study`.
 shares of the point's light (or the scene's mean, where that is more), with its standard error.
 *biased*: more than {100 * LIMIT:g} % and more than three standard errors. *worst point*: the
 largest deviation beyond four standard errors. *points off*: deviations of direct or indirect light
-beyond four standard errors and beyond the error asked. *told / measured*: the solver's estimate
+beyond four standard errors and beyond the error asked. *estimated / measured*: the solver's estimate
 over its true relative error, both in the mean square; a dash where the tracer's noise hides it. The last
 table has both for all families together, in root mean squares over scenes, by the commit that they were solved at.
 """
@@ -118,7 +118,7 @@ def line(record: dict) -> str:
     pairs = " ".join(f"{name} {100 * b:+6.2f} ± {100 * n:.2f} %" for name, b, n in
                      zip(("direct", "indirect"), record["bias"], record["noise"]))  # fmt: skip
     return (f"{record['family']:18s} {record['scene']:3d} {100 * record['asked']:g} %: {pairs}, "
-            f"told {100 * record['told']:.2f}, measured {100 * record['measured']:.2f} %, "
+            f"estimated {100 * record['told']:.2f}, measured {100 * record['measured']:.2f} %, "
             f"{record['seconds']:.1f} s")  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""Interiors: measured error beside the told one, in rooms of 20,000 triangles and more, by the path tracer.
+"""Interiors: measured error beside the estimated one, in rooms of 20,000 triangles and more, by the path tracer.
 
     python -m benchmarks.interiors [--scenes NAME…] [--sizes 512…] [--errors 0.03…] [--seeds N]
 
@@ -129,7 +129,7 @@ def measure(name: str, size: int, errors, seeds: int, say=print) -> None:
             found, spread = truth.error(light, solution.diffuse)
             told = solution.statistics.estimated_error
             say(f"{name} {size}² {len(room.scene.triangles)} triangles, asked {100 * error:g} %, seed "
-                f"{seed}: measured {100 * found:.2f} ± {100 * spread:.2f} %, told {100 * told:.2f} %, "
+                f"{seed}: measured {100 * found:.2f} ± {100 * spread:.2f} %, estimated {100 * told:.2f} %, "
                 f"{seconds:.1f} s")  # fmt: skip
 
 

@@ -18,7 +18,7 @@ from benchmarks.machine import machine
 
 ROOT = Path(__file__).resolve().parents[1]
 LINE = "{:>24} {:>10} {:>9} {:>14} {:>10} {:>10}"
-HEAD = ("images", "receivers", "seconds", "s / 10⁶ texels", "peak [MB]", "told")
+HEAD = ("images", "receivers", "seconds", "s / 10⁶ texels", "peak [MB]", "estimated")
 
 
 def boxes(count: int) -> None:

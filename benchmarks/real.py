@@ -64,7 +64,7 @@ def measure(path: Path, errors: list[float], seeds: int, say=print) -> None:
               key=lambda o: len(o.data.polygons))  # fmt: skip
     buried = buried_texels(obj, size)
     say(f"\n## {path.stem}, {size}²: {clean.sum():,} texels, of which {(clean & buried).sum():,} are buried in part\n")
-    say("| method | effort | seconds | measured, % | open texels, % | told, % | 95 % within, % |")
+    say("| method | effort | seconds | measured, % | open texels, % | estimated, % | 95 % within, % |")
     say("|---|---|---|---|---|---|---|")
     ours = []
     for error in errors:

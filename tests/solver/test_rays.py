@@ -41,7 +41,7 @@ def shot_at(x, transmittance=0.0):
 
 def test_a_ray_to_a_cut_is_the_owners_next_one():
     """Three rays of two owners. The first owner's second and third end on the cut: both are its first. The
-    other's first is its second, which leaves past the floor: nothing is met, and nothing else is told of it."""
+    other's first is its second, which leaves past the floor: nothing is met."""
     shot, patches, _, _ = shot_at(np.array([[LEFT, CUT], [CUT, BESIDE], [CUT, RIGHT]]))
     (met,) = shot.met
     assert shot.lost.tolist() == [1, 2, 4] and shot.by.tolist() == [3, 0, 0]
