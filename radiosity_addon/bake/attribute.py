@@ -12,7 +12,7 @@ FALLBACK = "{} Color"  # where something that is no color attribute holds the na
 
 
 def write_colors(
-    obj, name: str, colors: np.ndarray, domain: str, data_type: str = "FLOAT_COLOR"
+    item, name: str, colors: np.ndarray, domain: str, data_type: str = "FLOAT_COLOR"
 ) -> list[str]:
     """Write linear ``colors`` (n_loops or n_vertices, 3) as an attribute of type ``data_type``, alpha 1.
 
@@ -22,16 +22,16 @@ def write_colors(
     that renders stays the user's, if there is any. Returns warnings. Raises ValueError for a
     linked mesh, a name too long, and rows that do not fit the mesh.
     """
-    mesh = obj.data
-    check_editable(obj.name, mesh)
-    name, warnings = _free_name(obj, name)
+    mesh = item.data
+    check_editable(item.name, mesh)
+    name, warnings = _free_name(item, name)
     rows = _rows(mesh, colors, domain)
     existing = mesh.color_attributes.get(name)
     wanted = (data_type, domain.upper())
     if existing is None or (existing.data_type, existing.domain) != wanted:
         if existing is not None:
             warnings.append(
-                f"{obj.name!r}: its color attribute {name!r} was {existing.data_type} per "
+                f"{item.name!r}: its color attribute {name!r} was {existing.data_type} per "
                 f"{existing.domain.lower()} and is now {data_type} per {domain}"
             )
         _make(mesh, name, existing, wanted)
@@ -65,10 +65,10 @@ def _rows(mesh, colors: np.ndarray, domain: str) -> np.ndarray:
     return rows
 
 
-def _free_name(obj, name: str) -> tuple[str, list[str]]:
+def _free_name(item, name: str) -> tuple[str, list[str]]:
     """The name to use: attributes of a mesh, UV maps among them, share one set of names."""
     check_name(name)
-    mesh = obj.data
+    mesh = item.data
     if name not in mesh.attributes or mesh.color_attributes.get(name) is not None:
         return name, []
     other = FALLBACK.format(name)
@@ -76,9 +76,9 @@ def _free_name(obj, name: str) -> tuple[str, list[str]]:
         other in mesh.attributes and mesh.color_attributes.get(other) is None
     ):
         raise ValueError(
-            f"{obj.name!r} has an attribute or UV map {name!r} already; choose another --name"
+            f"{item.name!r} has an attribute or UV map {name!r} already; choose another --name"
         )
-    return other, [f"{obj.name!r}: {name!r} is a UV map or attribute of another kind there; the "
+    return other, [f"{item.name!r}: {name!r} is a UV map or attribute of another kind there; the "
                    f"colors are in {other!r}"]
 
 

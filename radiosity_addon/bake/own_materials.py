@@ -23,18 +23,18 @@ def is_preview(material) -> bool:
     return material is not None and (PREVIEW in material or _built_earlier(material))
 
 
-def own_material(thing, index: int):
+def own_material(item, index: int):
     """The material of slot ``index`` of an object, evaluated or not; None for an empty slot.
 
     Where the slot shows a preview: what it held before, or what the preview stands for.
     """
-    material = thing.material_slots[index].material
+    material = item.material_slots[index].material
     if material is None or not is_preview(material.original):
         return material
-    entry = (thing.original.get(BEFORE) or {}).get(str(index))
+    entry = (item.original.get(BEFORE) or {}).get(str(index))
     if entry is not None and entry.get("link") == "OBJECT":
         return behind(entry.get("material"))
-    below = thing.data.materials[index] if index < len(thing.data.materials) else None
+    below = item.data.materials[index] if index < len(item.data.materials) else None
     if entry is not None or (below is not None and not is_preview(below.original)):
         return behind(below)
     return behind(material)

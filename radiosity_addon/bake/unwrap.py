@@ -92,31 +92,31 @@ def kept_maps(objects, name: str, how: str) -> list[str]:
     return kept
 
 
-def existing_uvs(obj) -> np.ndarray:
+def existing_uvs(item) -> np.ndarray:
     """(n_loops, 2) float32 of the UV map by which the object's textures lie. Raises ValueError where
     there is none, or where Edit Mode holds it."""
-    if obj.data.is_editmode:
-        raise ValueError(f"{obj.name!r} is in Edit Mode; leave it, so that its UV map can be read")
-    layers = obj.data.uv_layers
+    if item.data.is_editmode:
+        raise ValueError(f"{item.name!r} is in Edit Mode; leave it, so that its UV map can be read")
+    layers = item.data.uv_layers
     if not len(layers):
         raise ValueError(
-            f"{obj.name!r} has no UV map whose charts could be used; unwrap it, or choose smart or "
+            f"{item.name!r} has no UV map whose charts could be used; unwrap it, or choose smart or "
             "lightmap for --unwrap"
         )
     layer = next((each for each in layers if each.active_render), layers[0])
     return bulk(layer.data, "uv", np.float32, 2)
 
 
-def check_room(obj, name: str) -> None:
+def check_room(item, name: str) -> None:
     """Raise ValueError where the object's mesh cannot get the UV map ``name``."""
-    check_editable(obj.name, obj.data)
-    if len(obj.data.uv_layers) >= MOST_MAPS:
+    check_editable(item.name, item.data)
+    if len(item.data.uv_layers) >= MOST_MAPS:
         raise ValueError(
-            f"{obj.name!r} has {MOST_MAPS} UV maps, the most that Blender renders from; remove "
+            f"{item.name!r} has {MOST_MAPS} UV maps, the most that Blender renders from; remove "
             f"one, or name the one to bake to with --uv-map instead of {name!r}"
         )
-    if name in obj.data.attributes and FALLBACK.format(name) in obj.data.attributes:
-        raise ValueError(f"{obj.name!r} has attributes {name!r} that are no UV map; rename them")
+    if name in item.data.attributes and FALLBACK.format(name) in item.data.attributes:
+        raise ValueError(f"{item.name!r} has attributes {name!r} that are no UV map; rename them")
 
 
 def chart_steps(shape: Shape, how: str, existing: np.ndarray | None, gap: float, done: float):

@@ -28,11 +28,11 @@ class Shape:
         return np.diff(self.start, append=len(self.corner))
 
 
-def shape_of(obj) -> Shape:
+def shape_of(item) -> Shape:
     """The mesh of an object; points out of reach move to the origin."""
-    source = obj.data
+    source = item.data
     points = bulk(source.vertices, "co", np.float32, 3)
-    size = np.array(obj.matrix_world, float)[:3, :3]
+    size = np.array(item.matrix_world, float)[:3, :3]
     if np.isfinite(size).all() and abs(np.linalg.det(size)) > 0:
         points = points @ size.T
     points = np.where(within_range(points), points, 0.0)  # else Blender never ends

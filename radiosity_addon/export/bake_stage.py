@@ -40,18 +40,18 @@ def bake_stage(part: Part, chosen, keys, size: int | tuple[int, int], uv: np.nda
         "Radiosity temporary", *width_and_height(size), float_buffer=True, is_data=True
     )
     mesh = _mesh(part, chosen, uv)
-    thing = bpy.data.objects.new("Radiosity temporary", mesh)
+    item = bpy.data.objects.new("Radiosity temporary", mesh)
     original = bpy.data.objects.get(part.name)
     if original is not None:
-        thing.pass_index, thing.color = original.pass_index, original.color
-    thing.matrix_world = Matrix(part.matrix.tolist())  # nested lists would be taken for columns
-    stage.collection.objects.link(thing)
+        item.pass_index, item.color = original.pass_index, original.color
+    item.matrix_world = Matrix(part.matrix.tolist())  # nested lists would be taken for columns
+    stage.collection.objects.link(item)
     for _ in keys:
         mesh.materials.append(None)
     slots = np.array([keys.index(k) if k in keys else 0 for k in part.materials])
     mesh.polygons.foreach_set("material_index", slots[slot_keys(part)[chosen]].astype(np.int32))
     mesh.update()
-    return stage, thing, image
+    return stage, item, image
 
 
 def aim(material, image) -> None:
@@ -95,7 +95,7 @@ def _mesh(part: Part, chosen, uv: np.ndarray):
     return mesh
 
 
-def bake_pass(stage, thing, image, pass_type: str, passes: set, **options) -> np.ndarray:
+def bake_pass(stage, item, image, pass_type: str, passes: set, **options) -> np.ndarray:
     """(height, width, 3) float32 of one bake."""
     import bpy
 
@@ -104,12 +104,12 @@ def bake_pass(stage, thing, image, pass_type: str, passes: set, **options) -> np
     bake = stage.render.bake
     bake.margin, bake.margin_type, bake.use_clear = 2, "EXTEND", True
     bake.use_selected_to_active = False
-    thing.select_set(True, view_layer=layer)
-    layer.objects.active = thing
-    things = [thing]
+    item.select_set(True, view_layer=layer)
+    layer.objects.active = item
+    items = [item]
     with bpy.context.temp_override(
-        scene=stage, view_layer=layer, active_object=thing, object=thing,
-        selected_objects=things, selected_editable_objects=things,
+        scene=stage, view_layer=layer, active_object=item, object=item,
+        selected_objects=items, selected_editable_objects=items,
     ):  # fmt: skip
         bpy.ops.object.bake(type=pass_type, pass_filter=passes, margin=2, use_clear=True, **options)
     values = np.empty(image.size[0] * image.size[1] * 4, np.float32)

@@ -56,20 +56,20 @@ def _evaluate_part(part: Part, keys, palette: Palette, like, gloss: bool):
     if not len(chosen):
         return {}, None
     atlas = make_atlas(_areas(part, chosen))
-    stage, thing, image = bake_stage(part, chosen, keys, atlas.size, atlas.bake, like)
+    stage, item, image = bake_stage(part, chosen, keys, atlas.size, atlas.bake, like)
     texels = {}
     for key in keys:
         mine = np.array([name == key for name in part.materials])[slot_keys(part)[chosen]]
         texels[key] = atlas_texels(atlas, mine)
     originals = user_materials(keys)
-    temporary = Temporary(stage, thing, image, gloss)
+    temporary = Temporary(stage, item, image, gloss)
     fronts = _surfaces(temporary, {k: m.copy() for k, m in originals.items()}, texels)
     copies = {k: m.copy() for k, m in originals.items() if sees_sides(m.node_tree)}
     for material in copies.values():
         show_back(material.node_tree)
     backs = _surfaces(temporary, copies, texels) if copies else {}
     found = {key: palette.add(key, fronts[key], backs.get(key)) for key in keys}
-    bpy.data.batch_remove([thing, thing.data, image, stage])
+    bpy.data.batch_remove([item, item.data, image, stage])
     return found, (chosen, atlas.lookup)
 
 
@@ -79,13 +79,13 @@ class Temporary:
     mirror is baked."""
 
     stage: object
-    thing: object
+    item: object
     image: object
     gloss: bool
 
     def bake(self, bake_type: str, *passes: str) -> np.ndarray:
         """(height, width, 3) of one bake."""
-        return bake_pass(self.stage, self.thing, self.image, bake_type, set(passes))
+        return bake_pass(self.stage, self.item, self.image, bake_type, set(passes))
 
 
 def _surfaces(temporary: Temporary, materials: dict, texels: dict) -> dict[str, SurfaceShader]:
@@ -93,7 +93,7 @@ def _surfaces(temporary: Temporary, materials: dict, texels: dict) -> dict[str, 
     the slot of its key. They are used up and removed."""
     import bpy
 
-    keys, slots = list(texels), temporary.thing.data.materials
+    keys, slots = list(texels), temporary.item.data.materials
     for key, material in materials.items():
         aim(material, temporary.image)
         slots[keys.index(key)] = material

@@ -48,8 +48,8 @@ class ShapeStage:
         self.sphere = bpy.data.objects.new("Radiosity temporary", _sphere())
         self.lamp = bpy.data.objects.new("Radiosity temporary", plain_lamp())
         self.sphere.rotation_euler = ASKEW
-        for thing in (self.sphere, self.lamp):
-            scene.collection.objects.link(thing)
+        for item in (self.sphere, self.lamp):
+            scene.collection.objects.link(item)
 
     def factor(
         self, data, matrix: np.ndarray, width: int = WIDTH, box: Box | None = None
@@ -76,8 +76,8 @@ class ShapeStage:
 
         self.lamp.data = data
         self.lamp.matrix_world = Matrix(matrix.tolist())  # nested lists would be taken for columns
-        for thing in (self.sphere, self.scene.camera):
-            thing.location = matrix[:3, 3]
+        for item in (self.sphere, self.scene.camera):
+            item.location = matrix[:3, 3]
         return panorama(self.scene, width, 1, box).astype(np.float64)
 
 

@@ -17,29 +17,29 @@ SMALLEST_SIZE = 1e-4  # size [m] of an area lamp without extent
 SMALLEST_CONE = np.radians(1.0)  # angle [rad] of a cone, at least: Blender's own limit
 
 
-def read_lamp(thing, matrix: np.ndarray, warnings: list[str]) -> Lamp | None:
+def read_lamp(item, matrix: np.ndarray, warnings: list[str]) -> Lamp | None:
     """The lamp of an evaluated light object; None when it gives no light.
 
     ``matrix`` (4, 4) is its world transform. What had to be changed is added to ``warnings``.
     """
-    light = thing.data
+    light = item.data
     power, bad = sound(_power(light))
     if bad:
         warnings.append(
-            f'lamp "{thing.name}" has a color or energy ({light.energy:g}) that is {NO_LIGHT}; that '
+            f'lamp "{item.name}" has a color or energy ({light.energy:g}) that is {NO_LIGHT}; that '
             "part is taken as 0"
         )
     elif not np.any(power):
-        warnings.append(f'lamp "{thing.name}" has no energy or a black color; it gives no light')
+        warnings.append(f'lamp "{item.name}" has no energy or a black color; it gives no light')
     if not np.any(power):
         return None
     if not within_range(matrix[:3, :3] if light.type == "SUN" else matrix[:3]).all():
         warnings.append(
-            f'lamp "{thing.name}" is left out: its place, rotation or scale is not a number, or beyond '
+            f'lamp "{item.name}" is left out: its place, rotation or scale is not a number, or beyond '
             f"{FARTHEST:g}"
         )
         return None
-    return READERS[light.type](thing.name, light, matrix, power, warnings)
+    return READERS[light.type](item.name, light, matrix, power, warnings)
 
 
 def _power(light) -> np.ndarray:

@@ -73,7 +73,7 @@ def _linked(collection) -> tuple[set[str], set[str]]:
     """Names of the objects that a light linking collection includes and excludes."""
     sets = {"INCLUDE": set(), "EXCLUDE": set()}
     for child, entry in zip(collection.children, collection.collection_children):
-        sets[entry.light_linking.link_state] |= {thing.name for thing in child.all_objects}
-    for thing, entry in zip(collection.objects, collection.collection_objects):
-        sets[entry.light_linking.link_state].add(thing.name)
+        sets[entry.light_linking.link_state] |= {item.name for item in child.all_objects}
+    for item, entry in zip(collection.objects, collection.collection_objects):
+        sets[entry.light_linking.link_state].add(item.name)
     return sets["INCLUDE"], sets["EXCLUDE"]

@@ -38,16 +38,16 @@ def read_lights(depsgraph, warnings: list[str]) -> list[Light]:
     """The lamps of an evaluated scene, instanced ones too; those that give no light left out."""
     lights = []
     for entry in depsgraph.object_instances:
-        thing = entry.object
-        if thing.type != "LIGHT" or not entry.show_self or not thing.visible_diffuse:
+        item = entry.object
+        if item.type != "LIGHT" or not entry.show_self or not item.visible_diffuse:
             continue
-        if thing.data.type == "AREA" and getattr(thing.data.cycles, "is_portal", False):
+        if item.data.type == "AREA" and getattr(item.data.cycles, "is_portal", False):
             continue
         matrix = np.array(entry.matrix_world, np.float64)
-        lamp = read_lamp(thing, matrix, warnings)
+        lamp = read_lamp(item, matrix, warnings)
         if lamp is not None:
-            shaded = bool(getattr(thing.data, "use_shadow", True))
-            lights.append(Light(lamp, thing.name, thing.data.name, shaded, matrix))
+            shaded = bool(getattr(item.data, "use_shadow", True))
+            lights.append(Light(lamp, item.name, item.data.name, shaded, matrix))
     return lights
 
 

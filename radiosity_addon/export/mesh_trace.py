@@ -45,27 +45,27 @@ class Trace:
     n_loops: int
 
 
-def changes_faces(thing) -> bool:
+def changes_faces(item) -> bool:
     """Whether a modifier that renders may change faces."""
-    return bool(face_modifiers(thing))
+    return bool(face_modifiers(item))
 
 
-def face_modifiers(thing) -> tuple[str, ...]:
+def face_modifiers(item) -> tuple[str, ...]:
     """Names of the modifiers that render and may change faces."""
-    changing = (m for m in thing.modifiers if m.show_render and m.type not in KEEPS_FACES)
+    changing = (m for m in item.modifiers if m.show_render and m.type not in KEEPS_FACES)
     return tuple(modifier.name for modifier in changing)
 
 
-def add_copies(scene, things) -> dict[str, str]:
+def add_copies(scene, items) -> dict[str, str]:
     """Link an attributed copy of each object to a temporary scene; name of the copy -> object."""
     names = {}
-    for thing in things:
-        copy = thing.copy()
-        copy.data = thing.data.copy()
+    for item in items:
+        copy = item.copy()
+        copy.data = item.data.copy()
         copy.hide_render = False
         _attach(copy.data)
         scene.collection.objects.link(copy)
-        names[copy.name] = thing.name
+        names[copy.name] = item.name
     return names
 
 

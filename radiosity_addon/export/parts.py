@@ -46,60 +46,60 @@ def read_parts(depsgraph, progress, copies=()) -> tuple[list[Part], set[str], li
     parts, seen, warnings = [], set(), {}
     override = material_key(depsgraph.view_layer.material_override)
     for count, entry in enumerate(depsgraph.object_instances):
-        thing = entry.object
+        item = entry.object
         if count % 64 == 0:
             progress(0.0)
-        if thing.name in copies or (entry.parent is not None and entry.parent.name in copies):
+        if item.name in copies or (entry.parent is not None and entry.parent.name in copies):
             continue
         if not entry.is_instance:
-            seen.add(thing.name)
-        if thing.type in NOT_MODELED and thing.type not in warnings:
-            warnings[thing.type] = (
-                f'object "{thing.name}" is a {NOT_MODELED[thing.type]}, which neither lights nor '
+            seen.add(item.name)
+        if item.type in NOT_MODELED and item.type not in warnings:
+            warnings[item.type] = (
+                f'object "{item.name}" is a {NOT_MODELED[item.type]}, which neither lights nor '
                 "shadows the bake; convert it to a mesh if it should"
             )
-        if thing.type != "MESH" or not entry.show_self or thing.data is None:
+        if item.type != "MESH" or not entry.show_self or item.data is None:
             continue
-        key = thing.data.as_pointer()
+        key = item.data.as_pointer()
         if key not in meshes:
-            meshes[key] = _read(thing, depsgraph)
+            meshes[key] = _read(item, depsgraph)
         if len(meshes[key].triangles):
-            parts.append(_part(entry, thing, meshes[key], override))
+            parts.append(_part(entry, item, meshes[key], override))
     return parts, seen, list(warnings.values())
 
 
-def _read(thing, depsgraph) -> MeshArrays:
+def _read(item, depsgraph) -> MeshArrays:
     """The mesh of an evaluated object; one in edit mode has to be converted first."""
-    if not thing.data.is_editmode:
-        return read_mesh(thing.data)
+    if not item.data.is_editmode:
+        return read_mesh(item.data)
     try:
-        return read_mesh(thing.to_mesh(preserve_all_data_layers=True, depsgraph=depsgraph))
+        return read_mesh(item.to_mesh(preserve_all_data_layers=True, depsgraph=depsgraph))
     finally:
-        thing.to_mesh_clear()
+        item.to_mesh_clear()
 
 
-def _part(entry, thing, mesh: MeshArrays, override: str | None) -> Part:
+def _part(entry, item, mesh: MeshArrays, override: str | None) -> Part:
     """A mesh as the entry of the evaluated scene places it; ``override`` is the material of all slots,
     or None."""
-    slots = tuple(material_key(own_material(thing, i)) for i in range(len(thing.material_slots)))
+    slots = tuple(material_key(own_material(item, i)) for i in range(len(item.material_slots)))
     if override is not None:
         slots = (override,) * max(len(slots), 1)
-    shown = entry.parent if entry.is_instance and entry.parent is not None else thing
+    shown = entry.parent if entry.is_instance and entry.parent is not None else item
     return Part(
-        name=thing.name if not entry.is_instance else _instance_name(entry, thing),
+        name=item.name if not entry.is_instance else _instance_name(entry, item),
         mesh=mesh,
         matrix=np.array(entry.matrix_world, dtype=np.float64),
         materials=slots or (None,),
         instance=bool(entry.is_instance),
-        casts_shadow=bool(thing.visible_shadow and shown.visible_shadow),
-        visible=bool(thing.visible_diffuse and shown.visible_diffuse),
-        owners=frozenset((thing.name, shown.name)),
+        casts_shadow=bool(item.visible_shadow and shown.visible_shadow),
+        visible=bool(item.visible_diffuse and shown.visible_diffuse),
+        owners=frozenset((item.name, shown.name)),
     )
 
 
-def _instance_name(entry, thing) -> str:
+def _instance_name(entry, item) -> str:
     parent = entry.parent.name if entry.parent is not None else "?"
-    return thing.name if parent == thing.name else f"{parent}: {thing.name}"
+    return item.name if parent == item.name else f"{parent}: {item.name}"
 
 
 def world_vertices(part: Part) -> np.ndarray:

@@ -124,9 +124,9 @@ def _find_scene(name: str):
 
 def _flush_edit_mode(view_layer) -> None:
     """Bring the meshes of objects in edit mode up to date, as a render would."""
-    for thing in view_layer.objects:
-        if thing.mode == "EDIT":
-            thing.update_from_editmode()
+    for item in view_layer.objects:
+        if item.mode == "EDIT":
+            item.update_from_editmode()
 
 
 def _evaluate(scene, view_layer, settings, progress) -> Evaluated:
@@ -138,17 +138,17 @@ def _evaluate(scene, view_layer, settings, progress) -> Evaluated:
         parts, seen, lights, traces, warnings = _render(
             scene, view_layer, chosen, settings, progress
         )
-        things, skipped = sort_out(chosen, parts, seen, settings)
-        receivers = [_receiver(thing, settings, traces.get(thing.name)) for thing in things]
+        items, skipped = sort_out(chosen, parts, seen, settings)
+        receivers = [_receiver(item, settings, traces.get(item.name)) for item in items]
         warnings += library_remarks()
     return Evaluated(_receivers_first(parts, receivers), receivers, lights, skipped, warnings)
 
 
-def _receiver(thing, settings, trace: Trace | None) -> Receiver:
-    uv_map = uv_map_name(thing, settings)
+def _receiver(item, settings, trace: Trace | None) -> Receiver:
+    uv_map = uv_map_name(item, settings)
     return Receiver(
-        thing.name, thing.session_uid, len(thing.data.loops), uv_map, face_modifiers(thing), trace,
-        *sheet_of(thing, uv_map, settings),
+        item.name, item.session_uid, len(item.data.loops), uv_map, face_modifiers(item), trace,
+        *sheet_of(item, uv_map, settings),
     )  # fmt: skip
 
 
@@ -223,11 +223,11 @@ def _find_mesh(receiver: Receiver):
     """The user's mesh of today; None when it is gone or has other corners now."""
     import bpy
 
-    things = (thing for thing in bpy.data.objects if thing.session_uid == receiver.identity)
-    thing = next(things, None)
-    if thing is None or thing.type != "MESH" or len(thing.data.loops) != receiver.n_loops:
+    items = (item for item in bpy.data.objects if item.session_uid == receiver.identity)
+    item = next(items, None)
+    if item is None or item.type != "MESH" or len(item.data.loops) != receiver.n_loops:
         return None
-    return thing.data
+    return item.data
 
 
 def _corner_map(mesh, placed: Placed, trace: Trace | None):

@@ -86,17 +86,17 @@ def _texel_normals(placed: Placed, turned_uv: np.ndarray, rect: TexelRect, like)
     finer = int(np.clip(FINEST // max(width, height), 1, PARTS))
     uv = turned_uv[:, placed.order]
     keys = tuple(dict.fromkeys(part.materials))
-    stage, thing, image = bake_stage(part, placed.kept, keys, (width * finer, height * finer), uv, like)
-    _shade(thing.data, part, placed.kept)
+    stage, item, image = bake_stage(part, placed.kept, keys, (width * finer, height * finer), uv, like)
+    _shade(item.data, part, placed.kept)
     originals = user_materials([key for key in keys if key is not None])
     for slot, key in enumerate(keys):
         material = originals[key].copy() if key in originals else bpy.data.materials.new("None")
         if material.node_tree is None:
             material.use_nodes = True
         aim(material, image)
-        thing.data.materials[slot] = material
+        item.data.materials[slot] = material
     picture = bake_pass(
-        stage, thing, image, "NORMAL", set(), normal_space="OBJECT",
+        stage, item, image, "NORMAL", set(), normal_space="OBJECT",
         normal_r="POS_X", normal_g="POS_Y", normal_b="POS_Z",
     )
     local = 2 * picture - 1

@@ -40,10 +40,10 @@ def choose_objects(view_layer, names: tuple[str, ...]) -> list:
     Raises ValueError for names that are not in the view layer, or when there is no mesh at all.
     """
     if not names:
-        chosen = [thing for thing in view_layer.objects if thing.type == "MESH"]
+        chosen = [item for item in view_layer.objects if item.type == "MESH"]
         if not chosen:
             raise ValueError("there is no mesh to bake; " + why_none(()))
-        return sorted(chosen, key=lambda thing: thing.name)
+        return sorted(chosen, key=lambda item: item.name)
     missing = [name for name in names if name not in view_layer.objects]
     if missing:
         raise ValueError(
@@ -74,7 +74,7 @@ def own_parts(parts: list[Part]) -> dict[str, int]:
     return found
 
 
-def sort_out(things, parts: list[Part], seen: set[str], settings):
+def sort_out(items, parts: list[Part], seen: set[str], settings):
     """Split the chosen objects into receivers (list) and skipped [(name, reason)].
 
     ``seen`` names the objects that renders show; others are left out silently when the settings
@@ -82,50 +82,50 @@ def sort_out(things, parts: list[Part], seen: set[str], settings):
     """
     own, users = own_parts(parts), {}
     receivers, skipped = [], []
-    for thing in things:
-        if thing.name not in seen and not settings.objects:
+    for item in items:
+        if item.name not in seen and not settings.objects:
             continue
-        reason = _refusal(thing, own, seen, settings)
+        reason = _refusal(item, own, seen, settings)
         if reason is None and (settings.target == Target.VERTEX or settings.atlas):
-            first = users.setdefault(thing.data.as_pointer(), thing.name)
+            first = users.setdefault(item.data.as_pointer(), item.name)
             text = SHARED if settings.target == Target.VERTEX else SHARED_UV
-            reason = None if first == thing.name else text.format(first=first)
+            reason = None if first == item.name else text.format(first=first)
         if reason is None:
-            reason = _check_uv(thing, parts[own[thing.name]], settings)
+            reason = _check_uv(item, parts[own[item.name]], settings)
         if reason is None:
-            receivers.append(thing)
+            receivers.append(item)
         else:
-            skipped.append((thing.name, reason))
+            skipped.append((item.name, reason))
     return receivers, skipped
 
 
-def _refusal(thing, own, seen, settings) -> str | None:
+def _refusal(item, own, seen, settings) -> str | None:
     """Why an object gets no colors; None where it does."""
-    if thing.type != "MESH":
-        convert = ": convert it to one" if thing.type in CONVERTIBLE else ""
-        return NOT_MESH.format(type=thing.type.lower().replace("_", " ")) + convert
-    if thing.name not in own:
-        return NO_FACES if thing.name in seen else NOT_RENDERED
-    if settings.target == Target.VERTEX and (thing.data.library or thing.data.override_library):
+    if item.type != "MESH":
+        convert = ": convert it to one" if item.type in CONVERTIBLE else ""
+        return NOT_MESH.format(type=item.type.lower().replace("_", " ")) + convert
+    if item.name not in own:
+        return NO_FACES if item.name in seen else NOT_RENDERED
+    if settings.target == Target.VERTEX and (item.data.library or item.data.override_library):
         return LINKED
     return None
 
 
-def uv_map_name(thing, settings) -> str:
+def uv_map_name(item, settings) -> str:
     """The UV map to bake to: the one named, or ours, made under ``Radiosity UV`` where something
     else, like a baked color attribute, holds the name ``Radiosity``."""
     names = (settings.uv_map,) if settings.uv_map else ("Radiosity", "Radiosity UV")
-    return next((name for name in names if name in thing.data.uv_layers), names[0])
+    return next((name for name in names if name in item.data.uv_layers), names[0])
 
 
-def _check_uv(thing, part: Part, settings) -> str | None:
+def _check_uv(item, part: Part, settings) -> str | None:
     """Why an object gets no image, for lack of its UV map; None where it does. Raises ValueError for a
     map that was never there."""
     if settings.target != Target.IMAGE:
         return None
-    name = uv_map_name(thing, settings)
-    if name not in thing.data.uv_layers:
-        if thing.data.library:
+    name = uv_map_name(item, settings)
+    if name not in item.data.uv_layers:
+        if item.data.library:
             return LINKED_UV.format(name=name)
-        raise ValueError(NO_UV.format(object=thing.name, name=name))
+        raise ValueError(NO_UV.format(object=item.name, name=name))
     return None if name in part.mesh.uvs else LOST_UV.format(name=name)

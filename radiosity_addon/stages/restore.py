@@ -17,9 +17,9 @@ from ..bake.image import MARK, find_image
 Undo = Callable[[], None]
 
 
-def remember_colors(obj, name: str) -> Undo:
-    """The color attributes that a bake called ``name`` may write on the mesh of ``obj``."""
-    mesh = obj.data
+def remember_colors(item, name: str) -> Undo:
+    """The color attributes that a bake called ``name`` may write on the mesh of ``item``."""
+    mesh = item.data
     names = (name, FALLBACK.format(name))
     kept = [_copy_attribute(mesh, each) for each in names]
     layers = mesh.color_attributes
