@@ -5,6 +5,7 @@ of it. What makes them wrong is an argument: lights of other expectation, few el
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -150,6 +151,16 @@ def room_with_a_spot():
     return build, build.scene([spot])
 
 
+@cache
+def traced(make, within):
+    """The scene, small receivers in it, and the irradiance (n,) there and its error by the path tracer."""
+    build, scene = make()
+    receivers, triangle, uv = small_receivers(build, scene, POINTS, np.random.default_rng(3), within)
+    truth = irradiance(scene, triangle, uv, PATHS, 7)
+    light, noise = truth.direct + truth.indirect, truth.direct_error + truth.indirect_error
+    return scene, receivers, light.mean(axis=1), noise.mean(axis=1)
+
+
 @pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize("make, held, within", [
     (room_with_a_hidden_window, Held(2000, with_lights_by_area), None),
@@ -158,13 +169,9 @@ def room_with_a_spot():
 ])  # fmt: skip
 def test_the_estimate_has_at_least_half(make, held, within, seed):
     """Of what small receivers are off from the path tracer. Elements lack more than was asked for."""
-    build, scene = make()
-    random = np.random.default_rng(3)
-    receivers, triangle, uv = small_receivers(build, scene, POINTS, random, within)
+    scene, receivers, irradiances, noise = traced(make, within)
     baked = held.bake(scene, receivers, seed)
-    truth = irradiance(scene, triangle, uv, PATHS, 7)
-    noise = (truth.direct_error + truth.indirect_error).mean(axis=1)
-    true = off(baked.light, (truth.direct + truth.indirect).mean(axis=1), noise)
+    true = off(baked.light, irradiances, noise)
     assert max(baked.found) > ASKED
     assert baked.estimated >= true / 2
 
