@@ -47,10 +47,13 @@ class Row:
 
 
 def flip(truth: Path, other: Path, counts: np.ndarray) -> tuple[float, float]:
-    """The mean and the 95th percentile of FLIP over the pixels that ``counts`` (h, w) bool."""
+    """The mean and the 95th percentile of FLIP over the pixels that ``counts`` (h, w) bool. FLIP blurs
+    pictures as eyes do: what does not count is made alike in both, or it would count in the pixels around."""
     from flip_evaluator import evaluate
 
-    errors, _, _ = evaluate(str(truth), str(other), "LDR", applyMagma=False)
+    both = _pixels(truth), _pixels(other)
+    both[1][~counts] = both[0][~counts]
+    errors, _, _ = evaluate(*map(np.ascontiguousarray, both), "LDR", applyMagma=False)
     errors = np.asarray(errors).reshape(counts.shape)[counts]
     return float(errors.mean()), float(np.quantile(errors, 0.95))
 

@@ -194,6 +194,7 @@ def test_flip_of_pictures(blender, tmp_path):
     mean, most = flip.flip(paths["black"], paths["half"], every)
     assert mean == pytest.approx(0.967 / 2, abs=0.1) and most == pytest.approx(0.967, abs=0.04)
     assert flip.flip(paths["black"], paths["half"], left)[0] == pytest.approx(1, abs=0.1)
+    assert flip.flip(paths["black"], paths["half"], ~left) == (0, 0)  # what does not count shows nowhere
     options = {"errors": (0.3,), "size": 16, "samples": 1, "truth": 1, "width": 32, "folder": tmp_path / "views"}
     rows = list(flip.measure("cornell", SimpleNamespace(**options)))
     assert [row.name.split(",")[0] for row in rows[:3]] == ["path-traced again", "ours", "Cycles"]

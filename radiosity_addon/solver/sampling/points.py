@@ -11,10 +11,11 @@ from ..geometry.footprints import Footprints
 from ..geometry.triangles import OFFSET, Geometry
 from ..geometry.vectors import columns, dot
 from .shade import Shade, shade_of_cells
-from .sobol import GROUPS, sobol, tangent_axes
+from .sobol import GROUPS, MOST_GROUPS, sobol, tangent_axes
 
 FLAT = 1e-6  # difference [of 1] between normals: below it they are the same
 LEAST = 64  # number [owners] in a group, at least
+LARGE = 2048  # number [owners] of a group: of more there are more groups, as long chunks cost no less
 
 
 @dataclass(frozen=True)
@@ -236,13 +237,15 @@ def points_on(
     )
 
 
-def grouped_chunks(count: int, size: int, groups: int = GROUPS) -> list[tuple[int, slice]]:
+def grouped_chunks(count: int, size: int, groups: int | None = None) -> list[tuple[int, slice]]:
     """(group, slice) pairs that cover ``range(count)``; neighbors fall into different groups.
 
     Each group uses a Sobol set of its own, each chunk has at most ``size`` owners. The groups of
     one stretch of owners follow each other, so that what is read of its footprints is in the cache.
-    A few owners are not worth many groups.
+    A few owners are not worth many groups. The error of a set is all its owners', however many they are and
+    however widely their light is averaged, so many owners have many groups: ``groups`` of them, None: by ``count``.
     """
+    groups = min(max(GROUPS, count // LARGE), MOST_GROUPS) if groups is None else groups
     groups = min(groups, 1 + count // LEAST)
     return [
         (group, slice(start + group, min(start + groups * size, count), groups))

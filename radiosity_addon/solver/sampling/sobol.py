@@ -13,7 +13,8 @@ from ..geometry.vectors import tangents
 from .sobol_set import BITS, SobolSet
 
 SCRAMBLES = 4  # number [scrambled sets] that shifts are made of
-GROUPS = 8  # number [point sets] of neighboring receivers: their errors are independent
+# Numbers [point sets] of neighboring receivers, whose errors are independent: usually, and of many receivers.
+GROUPS, MOST_GROUPS = 8, 64
 
 
 @lru_cache(maxsize=128)  # those of thousands of rays are large
