@@ -24,12 +24,22 @@ class NotSimple(Exception):
 
 @dataclass(frozen=True)
 class Mapping:
-    """How an image lies on the surface. ``uv`` is a map's name, "" the one shaders use."""
+    """How an image lies on the surface. ``uv`` is a map's name, "" the one shaders use. ``border``: width and
+    height of an image that has got a border of one texel since; None: it has none."""
 
     image: str
     uv: str
     extension: str
     interpolation: str
+    border: tuple[int, int] | None = None
+
+
+def in_border(uv: np.ndarray, border: tuple[int, int] | None) -> np.ndarray:
+    """Coordinates ``uv`` (n, 3, 2) float32 of an image as they are once it has a ``border``."""
+    if border is None:
+        return uv
+    size = np.array(border, float)
+    return ((uv * size + 1) / (size + 2)).astype(np.float32)
 
 
 @dataclass(frozen=True)
@@ -80,7 +90,7 @@ def multiply(a: Color, b: Color) -> Color:
         a, b = b, a
     if b.is_constant:
         return shifted(a, b.factor, np.zeros(3))
-    _same_mapping(a, b)
+    a, b = _of_one_mapping(a, b)
     return _picture(a, values(a) * values(b))
 
 
@@ -100,8 +110,7 @@ def mapped(a: Color, function) -> Color:
         return constant(function(a.factor[None])[0])
     if a.attribute is not None:
         raise NotSimple("function of a color attribute")
-    if a.mapping.extension == "CLIP":
-        raise NotSimple("function of an image that is clipped")
+    a = _bordered(a)
     return _picture(a, function(values(a).reshape(-1, 3)).reshape(a.pixels.shape))
 
 
@@ -123,12 +132,10 @@ def add(a: Color, b: Color) -> Color:
             raise NotSimple("sum with a color attribute")
         attribute, other = (b, a) if a.is_constant else (a, b)
         return shifted(attribute, np.ones(3), other.factor)
-    image = a if a.pixels is not None else b
-    if image.mapping.extension == "CLIP":
-        raise NotSimple("sum with an image that is clipped")
+    a, b = _bordered(a), _bordered(b)
     if a.pixels is not None and b.pixels is not None:
-        _same_mapping(a, b)
-    return _picture(image, values(a) + values(b))
+        a, b = _of_one_mapping(a, b)
+    return _picture(a if a.pixels is not None else b, values(a) + values(b))
 
 
 def complement(a: Color) -> Color:
@@ -142,7 +149,7 @@ def mix(weight: Color, a: Color, b: Color) -> Color:
 
 
 def to_field(color: Color, uv_of, corners_of, limit: float) -> Field:
-    """The solver's field; ``uv_of(name)`` and ``corners_of(name)`` give the arrays of the scene.
+    """The solver's field; ``uv_of(name, border)`` and ``corners_of(name)`` give the arrays of the scene.
 
     Color attributes are clamped to [0, limit] here; everything else was before.
     """
@@ -156,14 +163,28 @@ def to_field(color: Color, uv_of, corners_of, limit: float) -> Field:
     mapping = color.mapping
     pixels = np.ascontiguousarray(color.pixels, np.float32)
     return Texture(
-        pixels, uv_of(mapping.uv), mapping.extension, mapping.interpolation, color.factor,
+        pixels, uv_of(mapping.uv, mapping.border), mapping.extension, mapping.interpolation, color.factor,
         color.encoded, color.offset,
     )  # fmt: skip
 
 
-def _same_mapping(a: Color, b: Color) -> None:
-    if a.mapping is None or b.mapping is None or a.mapping != b.mapping:
+def _of_one_mapping(a: Color, b: Color) -> tuple[Color, Color]:
+    """Two images that lie alike, with a border if one of them has one."""
+    if a.mapping != b.mapping:
+        a, b = _bordered(a), _bordered(b)
+    if a.mapping is None or a.mapping != b.mapping:
         raise NotSimple("two images, or an image and an attribute")
+    return a, b
+
+
+def _bordered(color: Color) -> Color:
+    """An image that is clipped: black texels are around it, and go on from there. So what is made of it holds
+    outside of it, too. Anything else stays as it is."""
+    if color.mapping is None or color.mapping.extension != "CLIP":
+        return color
+    height, width = color.pixels.shape[:2]
+    mapping = replace(color.mapping, extension="EXTEND", border=(width, height))
+    return replace(color, pixels=np.pad(color.pixels, ((1, 1), (1, 1), (0, 0))), mapping=mapping)
 
 
 def values(color: Color) -> np.ndarray:

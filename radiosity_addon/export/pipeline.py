@@ -25,6 +25,7 @@ from .assemble import (
     scatter_colors,
     scatter_uvs,
 )
+from .colors import in_border
 from .corner_weights import one_hot, traced
 from .evaluated import ATLAS, evaluate_steps
 from .exported import Exported
@@ -254,7 +255,8 @@ def _exported(
     if not objects:
         raise ValueError("there is no mesh to bake; " + why_none(skipped))
     parts = [placed.part for placed in geometry.placed]
-    uvs = functools.cache(lambda name: _uvs(geometry, name, palette.atlases))
+    maps = functools.cache(lambda name: _uvs(geometry, name, palette.atlases))
+    uvs = functools.cache(lambda name, border: in_border(maps(name), border))
     scene = Scene(
         vertices=geometry.vertices,
         triangles=geometry.triangles,

@@ -76,6 +76,45 @@ def test_extension_is_handed_on(blender, export, extension):
     assert material_of(export()).emission.extension == extension
 
 
+@pytest.mark.parametrize("interpolation", ["Linear", "Closest"])
+def test_cut_out_of_a_clipped_image(blender, export, interpolation):
+    """A leaf: its image's alpha mixes matte and transparent; beyond the image all is transparent. It is read as it
+    is, with a border of a texel, and lets through what Cycles' bake of that alpha, as emission, lacks to 1."""
+    pixels = np.ones((8, 4, 4))
+    pixels[..., 3] = np.random.default_rng(1).random((8, 4))
+    image = add_image(blender, pixels, alpha_mode="CHANNEL_PACKED", floats=True)
+    glowing = image_material(blender, image, uv="Leaf", alpha=True, extension="CLIP")
+    picture = next(node for node in glowing.node_tree.nodes if node.bl_idname == "ShaderNodeTexImage")
+    picture.interpolation = interpolation
+    glowing.node_tree.links.remove(picture.outputs["Color"].links[0])
+    plane = add_plane(blender, material=glowing)
+    leaf = plane.data.uv_layers.new(name="Leaf")
+    leaf.uv.foreach_set("vector", [-0.5, -0.5, 1.5, -0.5, 1.5, 1.5, -0.5, 1.5])
+    size = 32
+    alpha = cycles_bake(blender, plane, "EMIT", (), size=size, samples=1)[..., 0]
+    tree = glowing.node_tree
+    mix, clear, matte = (
+        tree.nodes.new(f"ShaderNode{name}") for name in ("MixShader", "BsdfTransparent", "BsdfDiffuse")
+    )
+    for start, end in ((picture.outputs["Alpha"], mix.inputs[0]), (clear.outputs[0], mix.inputs[1]),
+                       (matte.outputs[0], mix.inputs[2])):  # fmt: skip
+        tree.links.new(start, end)
+    surface(glowing, mix)
+    scene = export().scene
+    assert material_of(export()).transmittance.pixels.shape == (10, 6, 3)
+    middles = (np.arange(size) + 0.5) / size
+    for triangle, corners in enumerate(scene.triangles[:2]):
+        corner = scene.vertices[corners][:, :2] / 2 + 0.5
+        edges = np.stack([corner[1] - corner[0], corner[2] - corner[0]], 1)
+        x, y = np.meshgrid(middles, middles)
+        places = np.linalg.solve(edges, np.stack([x.ravel(), y.ravel()]) - corner[0][:, None]).T
+        inside = np.flatnonzero((places > 0.01).all(axis=1) & (places.sum(axis=1) < 0.99))
+        found = evaluate_material(scene, "transmittance", np.full(len(inside), triangle), places[inside])
+        expected = 1 - alpha.ravel()[inside]
+        np.testing.assert_allclose(found[:, 0], expected, atol=1e-3)
+        assert len(inside) > 300 and (expected == 1).any() and (expected < 0.5).any()
+
+
 def test_missing_image_is_pink_with_a_warning(blender, export):
     image = blender.data.images.new("Lost", 4, 4)
     image.source, image.filepath = "FILE", "//nowhere/lost.png"
