@@ -46,6 +46,13 @@ def window(sheet: str, size: tuple[int, int], uv: np.ndarray) -> tuple[TexelRect
     return rect, (uv * size - low) / extent
 
 
+def texels_of(rect: TexelRect, uv: np.ndarray) -> float:
+    """How many texels of ``rect`` triangles ``uv`` (n, 3, 2), 0 to 1 over it, cover; overlaps count again."""
+    first, second = (np.nan_to_num(uv[:, k] - uv[:, 0]) for k in (1, 2))
+    doubled = np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
+    return float(doubled.sum() / 2 * rect.width * rect.height)
+
+
 def sheet_name(atlas: str, number: int) -> str:
     """The name of an atlas' image of this number, the first being 1."""
     return atlas if number == 1 else f"{atlas}_{number}"

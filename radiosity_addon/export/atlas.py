@@ -11,10 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 LARGEST = 4096  # edge [texels] of the image, at most
-SMALLEST_SQUARE, LARGEST_SQUARE = 1, 9  # edges [powers of two, texels] of squares
+SMALLEST_SQUARE, LARGEST_SQUARE = 1, 11  # edges [powers of two, texels] of squares
 INSET = 1.45  # distance [texels] between a square's border and its triangle's corners
-DENSITY = 512**2  # number [texels] that a mesh of few triangles gets
-PER_TRIANGLE = 32  # number [texels] that each of many triangles gets on average
+MOST_TEXELS = LARGEST**2 // 4  # number [texels] of all squares, at most, but for the smallest ones
+FIRST_TEXELS = 512**2  # number [texels] that a mesh of few triangles gets at first
+PER_TRIANGLE = 32  # number [texels] that each of many triangles gets at first, on average
 
 
 @dataclass(frozen=True)
@@ -29,12 +30,16 @@ class Atlas:
     lookup: np.ndarray
 
 
-def make_atlas(area: np.ndarray) -> Atlas:
-    """Squares for triangles of these areas ``area`` (n,), larger ones for larger triangles. Raises
-    ValueError where they do not fit into an image of LARGEST texels."""
-    budget = min(max(DENSITY, PER_TRIANGLE * len(area)), LARGEST**2 // 4)
+def first_texels(triangles: int) -> int:
+    """Of an atlas of so many triangles, at first."""
+    return min(max(FIRST_TEXELS, PER_TRIANGLE * triangles), MOST_TEXELS)
+
+
+def make_atlas(area: np.ndarray, texels: int) -> Atlas:
+    """Squares of about so many ``texels`` for triangles of these areas ``area`` (n,), larger ones for larger
+    triangles. Raises ValueError where they do not fit into an image of LARGEST texels."""
     share = area / max(float(area.sum()), 1e-300)
-    power = np.floor(0.5 * np.log2(np.maximum(share * budget, 1e-9)))
+    power = np.floor(0.5 * np.log2(np.maximum(share * texels, 1e-9)))
     power = np.clip(power, SMALLEST_SQUARE, LARGEST_SQUARE).astype(np.int64)
     while _side(power) > LARGEST and power.max() > SMALLEST_SQUARE:
         power = np.maximum(power - 1, SMALLEST_SQUARE)

@@ -11,12 +11,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .atlas import atlas_texels, make_atlas
+from .atlas import MOST_TEXELS, atlas_texels, first_texels, make_atlas
 from .bake_stage import aim, bake_pass, bake_stage, user_materials
 from .colors import ZERO, Color, Mapping, constant
 from .gloss import has_gloss, sent_on
 from .material_slots import Palette, slot_keys
 from .parts import Part, world_vertices
+from .picture_detail import detail_lost
+from .remarks import blurred_remark
 from .shaders import SurfaceShader
 from .sides import sees_sides, show_back
 from .traceless import traceless
@@ -25,12 +27,18 @@ from .transparency import emit_transmittance, lets_light_through
 ATLAS = "\0atlas"  # the name under which the scene's atlas coordinates are asked for
 COATING = 0.1  # share [of the light along the normal] that coatings mirror at most: more is a metal's
 FLAT = 1e-4  # variation [relative]: below it a picture is one color
+SHARP = 0.02  # error [relative] between a picture's texels: above it the picture gets more of them
+FINER = 4  # factor [texels of a picture] by which it gets more
+# Numbers [texels of a picture for each of the image's, as half of each square is empty; texels of a picture of what
+# has no image]: it gets no more.
+FINEST, FINEST_WITHOUT = 8, 1024**2
 
 
-def evaluate_steps(parts: list[Part], palette: Palette, find_scene, gloss: bool):
+def evaluate_steps(parts: list[Part], palette: Palette, find_scene, gloss: bool, shown: dict[int, float], error: float):
     """Bake the difficult materials of all parts into ``palette.per_part`` and ``.atlases``, in
     steps that yield the fraction done. ``find_scene()`` gives the user's scene; ``gloss``: what they
-    mirror counts, too."""
+    mirror counts, too; ``shown``: the image's texels on the surface of a part, {part index: number}. A warning
+    says where a picture lacks more than the ``error`` asked for."""
     done = {}
     for index, part in enumerate(parts):
         keys = tuple(k for k in dict.fromkeys(part.materials) if palette.index.get(k, 0) is None)
@@ -39,7 +47,7 @@ def evaluate_steps(parts: list[Part], palette: Palette, find_scene, gloss: bool)
         group = (id(part.mesh), part.materials)
         if group not in done:
             with traceless():
-                done[group] = _evaluate_part(part, keys, palette, find_scene(), gloss)
+                done[group] = _evaluate_part(part, keys, palette, find_scene(), gloss, shown.get(index), error)
             yield index / len(parts)
         found, where = done[group]
         palette.per_part.update({(index, key): number for key, number in found.items()})
@@ -47,15 +55,42 @@ def evaluate_steps(parts: list[Part], palette: Palette, find_scene, gloss: bool)
             palette.atlases[index] = where
 
 
-def _evaluate_part(part: Part, keys, palette: Palette, like, gloss: bool):
-    """{key: index in the palette}, and the triangles evaluated with their places in the atlas."""
-    import bpy
+@dataclass(frozen=True)
+class Pictures:
+    """Fronts and backs by material key; where they lie, (k, 3, 2) of the triangles evaluated; how many texels lie on
+    these, and the detail that is lost between them, relative."""
 
+    fronts: dict[str, SurfaceShader]
+    backs: dict[str, SurfaceShader]
+    lookup: np.ndarray
+    texels: int
+    lost: float
+
+
+def _evaluate_part(part: Part, keys, palette: Palette, like, gloss: bool, shown: float | None, error: float):
+    """{key: index in the palette}, and the triangles evaluated with their places in the atlas."""
     wanted = np.array([key in keys for key in part.materials])[slot_keys(part)]
     chosen = np.flatnonzero(wanted)
     if not len(chosen):
         return {}, None
-    atlas = make_atlas(_areas(part, chosen))
+    texels = first_texels(len(chosen))
+    most = min(FINEST_WITHOUT if shown is None else FINEST * shown, MOST_TEXELS)
+    pictures = _pictures(part, chosen, keys, texels, like, gloss)
+    while pictures.lost > SHARP and FINER * texels <= most:
+        texels *= FINER
+        pictures = _pictures(part, chosen, keys, texels, like, gloss)
+    lost = pictures.lost * min(np.sqrt((shown or 0.0) / pictures.texels), 1)
+    if lost > error:
+        palette.warnings.append(blurred_remark(part.name, keys, lost))
+    found = {key: palette.add(key, pictures.fronts[key], pictures.backs.get(key)) for key in keys}
+    return found, (chosen, pictures.lookup)
+
+
+def _pictures(part: Part, chosen: np.ndarray, keys, count: int, like, gloss: bool) -> Pictures:
+    """What materials show on the triangles ``chosen`` (k,) int, in pictures of about ``count`` texels."""
+    import bpy
+
+    atlas = make_atlas(_areas(part, chosen), count)
     stage, item, image = bake_stage(part, chosen, keys, atlas.size, atlas.bake, like)
     texels = {}
     for key in keys:
@@ -68,9 +103,16 @@ def _evaluate_part(part: Part, keys, palette: Palette, like, gloss: bool):
     for material in copies.values():
         show_back(material.node_tree)
     backs = _surfaces(temporary, copies, texels) if copies else {}
-    found = {key: palette.add(key, fronts[key], backs.get(key)) for key in keys}
     bpy.data.batch_remove([item, item.data, image, stage])
-    return found, (chosen, atlas.lookup)
+    colors = [
+        (color.pixels, texels[key])
+        for key, surface in fronts.items()
+        for color in (surface.diffuse, surface.emission, surface.transmittance)
+        if color.pixels is not None
+    ]
+    number = sum(rows.size for mine in texels.values() for rows, _ in mine)
+    lost = max((detail_lost(*each) for each in colors), default=0.0)
+    return Pictures(fronts, backs, atlas.lookup, max(number, 1), lost)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..bake.exported_object import ExportedObject
 from ..bake.layers import within_range
-from ..bake.windows import TexelRect, full_rect, sheet_of, window
+from ..bake.windows import TexelRect, full_rect, sheet_of, texels_of, window
 from ..settings import Target
 from ..solver.scene import Scene
 from .assemble import (
@@ -89,11 +89,14 @@ def steps(scene, view_layer, settings, progress):
         frame = _find_scene(name).frame_current
         lights = with_node_colors(read.lights, frame, warnings)
     yield 0.5
-    for fraction in evaluate_steps(read.parts, palette, lambda: _find_scene(name), settings.glossy_bounces):
-        yield 0.5 + 0.2 * fraction
     texel_normals, windows = {}, [(None, None)] * len(read.receivers)
     if settings.target == Target.IMAGE:
         windows = [_window(*pair) for pair in zip(read.receivers, geometry.placed)]
+    shown = {number: texels_of(*found) for number, found in enumerate(windows) if found[0] is not None}
+    for fraction in evaluate_steps(
+        read.parts, palette, lambda: _find_scene(name), settings.glossy_bounces, shown, settings.target_error
+    ):
+        yield 0.5 + 0.2 * fraction
     if settings.target == Target.IMAGE and settings.shading_normals:
         rects = [(placed, *found) for placed, found in zip(geometry.placed, windows)]
         for fraction in texel_normal_steps(rects, lambda: _find_scene(name), texel_normals):

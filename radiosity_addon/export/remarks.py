@@ -130,6 +130,14 @@ def _has_displacement(material) -> bool:
     return output is not None and source(output.inputs["Displacement"]) is not None
 
 
+def blurred_remark(name: str, materials, lost: float) -> str:
+    """Of an object whose materials Cycles has to evaluate, in pictures that lack so much of their detail, relative."""
+    return (
+        f'object "{name}": Cycles\' picture of its materials, {some_names(list(materials))}, is too coarse for the image: '
+        f"its colors are about {100 * lost:.2g} % off. Use image textures, or bake light alone (without the color pass)"
+    )
+
+
 def some_names(names: list[str]) -> str:
     """The first few of them, and how many more there are."""
     more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""

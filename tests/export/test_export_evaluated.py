@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radiosity_addon.export.atlas import make_atlas
+from radiosity_addon.export.atlas import first_texels, make_atlas
+from radiosity_addon.solver.materials.evaluate import evaluate_material
 from tests.export.stage import add_material, add_plane, diffuse, surface, value_at
 
 
@@ -91,7 +92,7 @@ def test_cyclic_node_tree_does_not_hang(blender, export):
 @pytest.mark.parametrize("count", [1, 2, 1000, 100_000])
 def test_atlas_cells_do_not_overlap(count):
     area = np.random.default_rng(count).lognormal(0.0, 2.0, count)
-    atlas = make_atlas(area)
+    atlas = make_atlas(area, first_texels(count))
     corner = np.floor(atlas.bake[:, 0] * atlas.size + 1e-6).astype(int)
     reach = (atlas.bake[:, 1, 0] - atlas.bake[:, 0, 0]) * atlas.size
     edge = np.where(reach < 1.5, 2, np.rint(reach + 2.9)).astype(int)
@@ -122,3 +123,51 @@ def test_world_positions_are_the_objects_own(blender, export):
             expected = (1 - u - v) * corners[0] + u * corners[1] + v * corners[2]
             # Half a texel of 1/256 of an edge of 4 m.
             np.testing.assert_allclose(value_at(field, triangle, u, v), expected, atol=8e-3)
+
+
+def checkered(bpy, squares: float, contrast: float):
+    """A plane of so many squares along an edge, half of each, of these colors."""
+    material, nodes, link = add_material(bpy, "Checkered")
+    checker, matte, place = (nodes.new(f"ShaderNode{name}") for name in ("TexChecker", "BsdfDiffuse", "TexCoord"))
+    checker.inputs["Scale"].default_value = squares
+    checker.inputs["Color1"].default_value = (0.4 + contrast / 2,) * 3 + (1,)
+    checker.inputs["Color2"].default_value = (0.4 - contrast / 2,) * 3 + (1,)
+    link(place.outputs["UV"], checker.inputs["Vector"])
+    link(checker.outputs["Color"], matte.inputs["Color"])
+    surface(material, matte)
+    return add_plane(bpy, material=material)
+
+
+def picture(exported):
+    """The picture of the plane's reflectance."""
+    scene = exported.scene
+    return scene.materials[scene.material[0]].reflectance
+
+
+def color_error(exported, squares: float, contrast: float) -> float:
+    """RMS error of the picture at places of the plane, local, with the floor at a quarter of the mean."""
+    places = np.random.default_rng(0).random((4000, 2)) / 2
+    found = evaluate_material(exported.scene, "reflectance", np.zeros(len(places), int), places)[:, 0]
+    corners = exported.scene.vertices[exported.scene.triangles[0]][:, :2] / 2 + 0.5
+    points = corners[0] + places[:, :1] * (corners[1] - corners[0]) + places[:, 1:] * (corners[2] - corners[0])
+    even = np.floor(points * squares).astype(int).sum(axis=1) % 2 == 0
+    expected = 0.4 + np.where(even, -contrast / 2, contrast / 2)
+    return float(np.sqrt(np.mean(((found - expected) / np.maximum(expected, 0.1)) ** 2)))
+
+
+def test_pictures_are_as_fine_as_what_they_show(blender, export):
+    """Squares of half a percent of contrast need few texels. Sharp ones get what the image can show, also in an image
+    of 400²; what stays is estimated within a factor of 1.7, and a warning has it where it is more than the error
+    asked for."""
+    plain = checkered(blender, 37.0, 0.002)
+    assert picture(export(target="image", uv_map="UV", resolution=400)).pixels.shape == (512, 512, 3)
+    blender.data.objects.remove(plain)
+    checkered(blender, 37.0, 0.6)
+    few, many = (export(target="image", uv_map="UV", resolution=size) for size in (128, 400))
+    assert picture(many).pixels.shape[0] > picture(few).pixels.shape[0] >= 512
+    (said,) = (text for text in many.warnings if "Checkered" in text)
+    percent = float(said.split("about ")[1].split(" %")[0])
+    off = color_error(many, 37.0, 0.6)
+    assert off < 0.75 * color_error(few, 37.0, 0.6)
+    assert off / 1.7 < percent / 100 < 1.7 * off
+    assert not any("Checkered" in text for text in export(target="vertex").warnings)
