@@ -20,6 +20,7 @@ FEW = 6  # number [lights] up to which all are sampled at every point
 PER_POINT = 3  # number [lights] sampled at a point where there are more
 ALL = 64  # number [lights] up to which all are compared at every place
 TOP = 64  # number [nodes of the tree] compared at every place, where there are more
+CHOICES = 1 << 12  # number [choices of a light] that are made together at the ends of ways: their arrays stay in the cache
 BLOCK = 8  # number [lights] compared where a way down the tree ends
 
 
@@ -59,17 +60,20 @@ def sample_lights(
     narrow = [columns(array).astype(np.float32) for array in (position, normal)]
     narrow.append(extent.astype(np.float32))
     if sampler.tree is None:
-        members, before = sampler.blocks[0], 1.0
-        importance = importance_of(members[:, None], *narrow)
-    else:
-        block, before, xi = sampler.tree.descend(position, normal, extent, xi)
-        members = np.moveaxis(sampler.blocks[block], -1, 0)
-        importance = importance_of(members, *narrow)
-    which, share, _ = sample_discrete(importance, xi)
-    if sampler.tree is None:
-        light = members[which]
-    else:
-        light = np.take_along_axis(members, which[None], axis=0)[0]
-    share = share * before
-    factor = np.where(share > 0, 1 / np.where(share > 0, share, 1), 0)
-    return np.maximum(light, 0), factor
+        members = sampler.blocks[0]
+        which, share, _ = sample_discrete(importance_of(members[:, None], *narrow), xi)
+        return _taken(members[which], share)
+    block, before, rest = sampler.tree.descend(position, normal, extent, xi)
+    light, share = np.empty_like(block), np.empty_like(before)
+    step = max(1, CHOICES // max(len(position), 1))
+    for start in range(0, len(xi), step):
+        some = slice(start, start + step)
+        members = np.moveaxis(sampler.blocks[block[some]], -1, 0)
+        which, share[some], _ = sample_discrete(importance_of(members, *narrow), rest[some])
+        light[some] = np.take_along_axis(members, which[None], axis=0)[0]
+    return _taken(light, share * before)
+
+
+def _taken(light: np.ndarray, share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Lights (k, n) and one over the probability ``share`` (k, n) of each, 0 where it is 0."""
+    return np.maximum(light, 0), np.where(share > 0, 1 / np.where(share > 0, share, 1), 0)

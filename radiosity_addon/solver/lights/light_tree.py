@@ -9,14 +9,17 @@ of Many Lights with Adaptive Tree Splitting"): its cost grows with the logarithm
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from ..array_struct import ArrayStruct
+from ..geometry.vectors import columns, dot
 
 LEAST = 0.02  # share [of a node's power] that is always taken to leave toward a point
 SLACK = 0.25  # factor [a node's apparent size]: light that leaves although its mean faces away
 NEAREST = 1e-6  # squared distance [unit box]: float32 knows none that are smaller
+PLACES = 1 << 14  # number [places, each as often as it has numbers] that go down together: their arrays stay in the cache
 BITS = 10  # number [bits] of each coordinate in the order along which lights are neighbors
 
 
@@ -49,6 +52,13 @@ class Nodes:
     def count(self) -> int:
         return len(self.power)
 
+    @cached_property
+    def rows(self) -> np.ndarray:
+        """(15, n) float32: center, first, and of second what differs (xx, yy, zz, xy, xz, yz), power, radius, square."""
+        second = [self.second[:, i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+        rows = [*self.center.T, *self.first.T, *second, self.power, self.radius, self.square]
+        return np.stack(rows).astype(np.float32)
+
 
 @dataclass(frozen=True)
 class LightTree:
@@ -65,15 +75,26 @@ class LightTree:
         (k, n) in [0, 1): the block each ends in (k, n), the probability of that, and a number in
         [0, 1) to go on with."""
         node, chance, rest = sample_discrete(_among_all(self.levels[0], position, normal, extent).T, xi)
-        for level in self.levels[1:]:
-            for k in range(len(xi)):
-                children = 2 * node[k, :, None] + np.arange(2)
-                importance = _of_own(level, children, position, normal, extent)
-                found = sample_discrete(importance.T, rest[k : k + 1])
-                side, share, rest[k] = (each[0] for each in found)
-                node[k] = 2 * node[k] + side
-                chance[k] *= share
+        places = [columns(array).astype(np.float32) for array in (position, normal)]
+        places.append(extent.astype(np.float32))
+        times = max(1, PLACES // max(xi.shape[1], 1))
+        for start in range(0, len(xi), times):
+            some = slice(start, start + times)
+            self._descend_further(node[some], chance[some], rest[some], places)
         return node, chance, rest
+
+    def _descend_further(
+        self, node: np.ndarray, chance: np.ndarray, rest: np.ndarray, places: list[np.ndarray]
+    ) -> None:
+        """From nodes (k, n) of the first level to blocks, in place. ``places``: see ``_of_own``."""
+        mine = [np.tile(array, len(node)) for array in places]
+        for level in self.levels[1:]:
+            first = 2 * node.reshape(-1)
+            importance = _of_own(level, np.stack([first, first + 1]), *mine)
+            side, share, left = sample_discrete(importance, rest.reshape(1, -1))
+            node[:] = (first + side[0]).reshape(node.shape)
+            chance *= share.reshape(node.shape)
+            rest[:] = left.reshape(node.shape)
 
 
 def sample_discrete(
@@ -199,16 +220,16 @@ def _among_all(
 def _of_own(
     nodes: Nodes, number: np.ndarray, position: np.ndarray, normal: np.ndarray, extent: np.ndarray
 ) -> np.ndarray:
-    """(n, c) importance of nodes ``number`` (n, c) to places (n, 3), each its own."""
-    away = position[:, None] - nodes.center[number]
-    square = np.einsum("nci,nci->nc", away, away)
-    facing = -np.einsum("nci,ni->nc", away, normal)
-    leaning = np.einsum("nci,nci->nc", away, nodes.first[number])
-    spread = np.einsum("nci,ncij,ncj->nc", away, nodes.second[number], away)
+    """(c, n) float32 importance of nodes ``number`` (c, n) to places, each its own: ``position`` and ``normal``
+    (3, n), ``extent`` (n,), float32."""
+    found = [np.take(row, number) for row in nodes.rows]
+    away = x, y, z = [mine - center for mine, center in zip(position, found[:3])]
+    xx, yy, zz, xy, xz, yz = found[6:12]
+    spread = x * (xx * x + 2 * (xy * y + xz * z)) + y * (yy * y + 2 * yz * z) + zz * z * z
+    power, radius, within = found[12:]
     return _importance(
-        square, facing, leaning, spread,
-        nodes.power[number], nodes.radius[number] + extent[:, None], nodes.square[number],
-    )  # fmt: skip
+        dot(away, away), -dot(away, normal), dot(away, found[3:6]), spread, power, radius + extent, within
+    )
 
 
 def _importance(
