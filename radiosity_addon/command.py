@@ -6,7 +6,7 @@ import os
 import sys
 import time
 import traceback
-from contextlib import ExitStack, nullcontext
+from contextlib import ExitStack, nullcontext, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -85,7 +85,8 @@ def _bake_one(bpy, request, progress, publication, second) -> int:
         interrupts.check()
         with interrupts.held():  # from here on there is nothing to be stopped
             publication.commit()
-            terminal.say(summary)
+            with suppress(OSError):  # whoever reads the words has gone, or has a full disk: the files are there
+                terminal.say(summary)
             return DONE
     except Exception as error:  # noqa: BLE001  ours are reported too, and shown when debugging
         publication.discard()

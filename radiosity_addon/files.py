@@ -36,7 +36,7 @@ class Publication:
 
     def stage(self, path: str | Path) -> Path:
         """A temporary path beside ``path``, with its ending, to write the contents to."""
-        final = Path(path)
+        final = _followed(path)
         _remove_stale(final)
         temporary = final.with_name(f"{_prefix(final)}{os.getpid()}{final.suffix}")
         self._cleanup.watch(temporary.parent, _traces(temporary))
@@ -66,10 +66,12 @@ class Publication:
 
 def check_writable(path: str | Path, what: str) -> None:
     """Raise OSError, saying what to do, unless a file can be created or replaced at ``path``."""
-    path = Path(path)
+    path = _followed(path)
     check_folder(path.parent, what)
     if path.is_dir():
         raise OSError(f"{what} {path} is a folder; give a file name")
+    if path.exists() and not path.is_file():
+        raise OSError(f"{what} {path} is a device or a pipe, which a file cannot replace; give a file name")
     if path.exists() and not _may_write(path):
         raise OSError(f"{what} {path} is read-only; choose another name or make it writable")
 
@@ -83,6 +85,12 @@ def check_folder(folder: str | Path, what: str) -> None:
         raise OSError(f"{folder}, the folder of {what}, is a file; choose another")
     if not _may_write(folder):
         raise OSError(f"folder {folder} of {what} is not writable; choose another")
+
+
+def _followed(path: str | Path) -> Path:
+    """Where a link leads, so that it stays; anything else is as it is."""
+    path = Path(path)
+    return path.resolve() if path.is_symlink() else path
 
 
 def _may_write(path: Path) -> bool:

@@ -29,7 +29,7 @@ def check_destinations(request: arguments.BakeRequest) -> None:
     if request.output:
         files.check_writable(request.output, "--output")
     elif request.scene:
-        files.check_writable(_baked(Path(request.scene)), "--output")
+        files.check_writable(_baked(Path(request.scene)), "the result, which --output can put elsewhere,")
     if request.report:
         files.check_writable(request.report, "--report")
     if request.export:

@@ -190,6 +190,16 @@ def test_failure_while_saving_leaves_the_earlier_output(room, monkeypatch, capfd
     ]
 
 
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no full device on this system")
+def test_words_that_nobody_can_read_are_no_failure(room):
+    """Standard output is full when the result is in its place: it was written, and that is what the status says."""
+    line = [sys.executable, "-m", "radiosity_addon", str(room), *FAST]
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(line, stdout=full, stderr=subprocess.PIPE, text=True, cwd=ROOT)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert room.with_name("room_baked.blend").exists()
+
+
 def test_a_fault_of_ours_is_one_line_that_says_so(room, monkeypatch, capfd):
     def faulty(*_, **__):
         raise KeyError("corner")

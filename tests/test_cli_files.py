@@ -117,6 +117,33 @@ def test_name_of_a_folder(tmp_path):
         check_writable(tmp_path, "--report")
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names on this system")
+def test_a_device_or_pipe_is_no_place_for_a_file(tmp_path):
+    """A rename would put a file where the null device or the terminal was, for everyone on the machine."""
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "link").symlink_to(tmp_path / "pipe")
+    for name in ("pipe", "link"):
+        with pytest.raises(OSError, match="--report .*pipe is a device or a pipe.*give a file name"):
+            check_writable(tmp_path / name, "--report")
+    with pytest.raises(OSError, match="device or a pipe"):
+        check_writable(os.devnull, "--report")
+
+
+def test_links_stay_and_what_they_lead_to_is_written(tmp_path):
+    (tmp_path / "folder").mkdir()
+    real, link = tmp_path / "folder" / "real.json", tmp_path / "link.json"
+    real.write_text("earlier")
+    try:
+        link.symlink_to(real)
+    except OSError:
+        pytest.skip("links need more rights here")
+    check_writable(link, "--report")
+    with Publication() as files:
+        files.stage(link).write_text("later")
+        files.commit()
+    assert link.is_symlink() and real.read_text() == "later"
+
+
 def test_read_only_folder_and_file_are_refused_even_for_the_superuser(tmp_path):
     folder, file = tmp_path / "locked", tmp_path / "a.blend"
     folder.mkdir()

@@ -79,7 +79,7 @@ def _evaluate_part(part: Part, keys, palette: Palette, like, gloss: bool, shown:
     while pictures.lost > SHARP and FINER * texels <= most:
         texels *= FINER
         pictures = _pictures(part, chosen, keys, texels, like, gloss)
-    lost = pictures.lost * min(np.sqrt((shown or 0.0) / pictures.texels), 1)
+    lost = pictures.lost * min((shown or 0.0) / pictures.texels, 1)
     if lost > error:
         palette.warnings.append(blurred_remark(part.name, keys, lost))
     found = {key: palette.add(key, pictures.fronts[key], pictures.backs.get(key)) for key in keys}

@@ -134,7 +134,8 @@ def blurred_remark(name: str, materials, lost: float) -> str:
     """Of an object whose materials Cycles has to evaluate, in pictures that lack so much of their detail, relative."""
     return (
         f'object "{name}": Cycles\' picture of its materials, {some_names(list(materials))}, is too coarse for the image: '
-        f"its colors are about {100 * lost:.2g} % off. Use image textures, or bake light alone (without the color pass)"
+        f"its colors are about {100 * lost:.2g} % off. Use image textures, or bake light alone (without the color pass); "
+        "up to about 1024² a larger image has a finer picture"
     )
 
 

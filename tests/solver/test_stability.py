@@ -117,6 +117,15 @@ def test_lamp_that_is_not_finite_is_named(member):
         radiosity(replace(ROOM, lamps=(lamp,)))
 
 
+def test_lamp_too_far_away_for_numbers_is_named():
+    """At 1e20 times the room's size squares of its distance are beyond float32: the bake ended with a word on NaN."""
+    far = replace(ROOM.lamps[0], name="Far", position=np.array([0, 0, 1e14]))
+    radiosity(replace(ROOM, lamps=(far,)))
+    far = replace(far, position=np.array([0, 0, 1e20]))
+    with pytest.raises(ValueError, match="lamp 'Far' is 1e.20 times as far away .* make it a sun"):
+        radiosity(replace(ROOM, lamps=(*ROOM.lamps, far)))
+
+
 def test_sky_that_is_not_finite_is_named():
     with pytest.raises(ValueError, match="the sky has pixels that are not finite"):
         radiosity(replace(ROOM, sky=Sky(np.full((1, 1, 3), np.nan, np.float32))))

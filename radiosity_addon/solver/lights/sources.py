@@ -131,6 +131,7 @@ class Sources:
 
 
 # Which scene lamps become which batch, and how, in the order of the batches.
+FARTHEST = 1e16  # distance [unit box] of a lamp, at most
 BATCHES: tuple[tuple[Callable[[Lamp], bool], Callable[[list, Geometry], LightBatch]], ...] = (
     (lambda lamp: isinstance(lamp, AreaLamp), batch_of_area_lamps),
     (lambda lamp: isinstance(lamp, PointLamp) and not is_sphere(lamp), batch_of_point_lamps),
@@ -169,6 +170,7 @@ def _batches(
     glow = _pairs(scene.emission_objects, scene.emission_blockers, len(scene.objects))
     lamps = zip(scene.lamps, _pairs(scene.lamp_objects, scene.lamp_blockers, len(scene.lamps)))
     lamps = [(lamp, pair) for lamp, pair in lamps if _shines(lamp)]
+    _check_distances([lamp for lamp, _ in lamps], geometry)
     found: list = [(faces, [glow[owner] for owner in faces.object])] if len(faces.color) else []
     for belongs, make in BATCHES:
         mine = [(lamp, pair) for lamp, pair in lamps if belongs(lamp)]
@@ -181,6 +183,17 @@ def _batches(
     if spots is not None:
         found.append((spots, [(None, None)] * len(spots.color)))
     return found
+
+
+def _check_distances(lamps: list[Lamp], geometry: Geometry) -> None:
+    """Raise ValueError for a lamp so far away for the size of the scene that numbers do not hold its light."""
+    for lamp in lamps:
+        away = 0.0 if lamp.middle is None else float(np.abs(geometry.normalized(lamp.middle)).max())
+        if away > FARTHEST:
+            raise ValueError(
+                f"lamp {lamp.name!r} is {away:.0e} times as far away as the scene is large; move it "
+                "nearer, or make it a sun"
+            )
 
 
 def _pairs(lit: tuple | None, shading: tuple | None, count: int) -> list[tuple]:
