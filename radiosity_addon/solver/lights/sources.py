@@ -130,8 +130,8 @@ class Sources:
         return max((float(batch.color.max()) for batch in self.batches), default=0.0)
 
 
-# Which scene lamps become which batch, and how, in the order of the batches.
 FARTHEST = 1e16  # distance [unit box] of a lamp, at most
+# Which scene lamps become which batch, and how, in the order of the batches.
 BATCHES: tuple[tuple[Callable[[Lamp], bool], Callable[[list, Geometry], LightBatch]], ...] = (
     (lambda lamp: isinstance(lamp, AreaLamp), batch_of_area_lamps),
     (lambda lamp: isinstance(lamp, PointLamp) and not is_sphere(lamp), batch_of_point_lamps),
