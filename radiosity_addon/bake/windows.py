@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..settings import RESOLUTION_RANGE
+from ..solver.geometry.planar import cell_areas
 from .bake_notes import OWNER, read_made
 
 RESOLUTION = "radiosity_resolution"  # custom property on objects: edge, or width and height
@@ -46,11 +47,9 @@ def window(sheet: str, size: tuple[int, int], uv: np.ndarray) -> tuple[TexelRect
     return rect, (uv * size - low) / extent
 
 
-def texels_of(rect: TexelRect, uv: np.ndarray) -> float:
+def texels_covered(rect: TexelRect, uv: np.ndarray) -> float:
     """How many texels of ``rect`` triangles ``uv`` (n, 3, 2), 0 to 1 over it, cover; overlaps count again."""
-    first, second = (np.nan_to_num(uv[:, k] - uv[:, 0]) for k in (1, 2))
-    doubled = np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
-    return float(doubled.sum() / 2 * rect.width * rect.height)
+    return float(cell_areas(np.nan_to_num(uv), False).sum() / 2 * rect.width * rect.height)
 
 
 def sheet_name(atlas: str, number: int) -> str:

@@ -12,6 +12,7 @@ from typing import Callable
 import numpy as np
 
 from ..figures import percent
+from ..solver.workers.parallel import ranges
 
 # Errors [relative, weighted by power] of interpolation: more is refined, or warned of. A beam that has a
 # tenth of the power is off by three times as much.
@@ -66,7 +67,7 @@ def bends(picture: np.ndarray) -> np.ndarray:
         return np.zeros_like(light)
     scale = (solid / (64 * mean * solid.sum() * width)).astype(np.float32)
     bend = np.empty_like(light)
-    for rows in _bands(height):
+    for rows in ranges(height, BAND):
         bend[rows] = _bends_of(light, rows, np.float32(mean)) * scale[rows]
     return bend
 
@@ -86,18 +87,13 @@ def doubled(picture: np.ndarray) -> np.ndarray:
     """(2 h, 2 w, 3) float32: ``picture`` (h, w, 3) interpolated at the middles of quarter pixels."""
     height, width, channels = picture.shape
     fine = np.empty((2 * height, 2 * width, channels), np.float32)
-    for rows in _bands(height):
+    for rows in ranges(height, BAND):
         middle, drawn = 0.75 * picture[rows], fine[2 * rows.start : 2 * rows.stop]
         for k, beside in enumerate(_beside(picture, rows)):
             tall = middle + 0.25 * beside
             for j, step in enumerate((1, -1)):
                 drawn[k::2, j::2] = 0.75 * tall + 0.25 * np.roll(tall, step, axis=1)
     return fine
-
-
-def _bands(height: int) -> list[slice]:
-    """All rows, as many at a time as a processor's cache holds."""
-    return [slice(first, min(first + BAND, height)) for first in range(0, height, BAND)]
 
 
 def _beside(picture: np.ndarray, rows: slice) -> tuple[np.ndarray, np.ndarray]:

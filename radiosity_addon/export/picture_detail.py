@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..solver.adaptive.relative_error import FLOOR
+
 SMALL = 4  # edge [texels] of the largest square whose triangle spans one texel or two
-FLOOR = 0.25  # brightness [of the mean] below which errors are relative to this, as those of light are
 # Share [of what neighboring texels differ by] that an interpolated picture is off: of a second difference, as
 # beside an edge, as measured; and of a first one, where a triangle has no more texels.
 BEND, STEP = 0.4, 0.5

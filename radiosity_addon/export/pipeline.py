@@ -12,7 +12,7 @@ import numpy as np
 
 from ..bake.exported_object import ExportedObject
 from ..bake.layers import within_range
-from ..bake.windows import TexelRect, full_rect, sheet_of, texels_of, window
+from ..bake.windows import TexelRect, full_rect, sheet_of, texels_covered, window
 from ..settings import Target
 from ..solver.passes import Pass
 from ..solver.scene import Scene
@@ -95,7 +95,7 @@ def steps(scene, view_layer, settings, progress):
         windows = [_window(*pair) for pair in zip(read.receivers, geometry.placed)]
     shown = {}
     if {Pass.COLOR, Pass.EMIT} & set(settings.passes):
-        shown = {number: texels_of(*found) for number, found in enumerate(windows) if found[0] is not None}
+        shown = {number: texels_covered(*found) for number, found in enumerate(windows) if found[0] is not None}
     for fraction in evaluate_steps(
         read.parts, palette, lambda: _find_scene(name), settings.glossy_bounces, shown, settings.target_error
     ):

@@ -77,11 +77,12 @@ def _more_in_mean(square: np.ndarray, goal: float, number: np.ndarray) -> np.nda
     if square.sum() <= goal:
         return np.zeros(len(number))
     root = np.sqrt(square * number)
-    order = np.argsort(-root / np.maximum(number, 1), kind="stable")
+    slope = root / np.maximum(number, 1)
+    order = np.argsort(-slope, kind="stable")
     grown = np.cumsum(root[order])
     left = np.maximum(square.sum() - np.cumsum(square[order]), 0)
     # The k that grow have so many times their roots that all have as many as the next one has now.
-    reached = grown * (root / np.maximum(number, 1))[order] + left
+    reached = grown * slope[order] + left
     k = min(int(np.searchsorted(-reached, -goal)), len(order)) - 1
     return _beyond(root * (grown[k] / (goal - left[k])), number)
 

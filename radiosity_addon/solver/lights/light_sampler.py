@@ -14,6 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from ..geometry.vectors import columns
+from ..workers.parallel import ranges
 from .light_tree import Emitters, LightTree, build_tree, sample_discrete
 
 FEW = 6  # number [lights] up to which all are sampled at every point
@@ -66,8 +67,7 @@ def sample_lights(
     block, before, rest = sampler.tree.descend(position, normal, extent, xi)
     light, share = np.empty_like(block), np.empty_like(before)
     step = max(1, CHOICES // max(len(position), 1))
-    for start in range(0, len(xi), step):
-        some = slice(start, start + step)
+    for some in ranges(len(xi), step):
         members = np.moveaxis(sampler.blocks[block[some]], -1, 0)
         which, share[some], _ = sample_discrete(importance_of(members, *narrow), rest[some])
         light[some] = np.take_along_axis(members, which[None], axis=0)[0]

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..array_struct import ArrayStruct
 from ..geometry.vectors import columns, dot
+from ..workers.parallel import ranges
 
 LEAST = 0.02  # share [of a node's power] that is always taken to leave toward a point
 SLACK = 0.25  # factor [a node's apparent size]: light that leaves although its mean faces away
@@ -78,8 +79,7 @@ class LightTree:
         places = [columns(array).astype(np.float32) for array in (position, normal)]
         places.append(extent.astype(np.float32))
         times = max(1, PLACES // max(xi.shape[1], 1))
-        for start in range(0, len(xi), times):
-            some = slice(start, start + times)
+        for some in ranges(len(xi), times):
             self._descend_further(node[some], chance[some], rest[some], places)
         return node, chance, rest
 
