@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields, replace
 
 from .options import build_parser
 from .settings import Settings, Target
+from .solver.expected import Refused
 
 DEFAULTS = Settings()
 SCALED = ("png", "png16", "rgbm")  # formats with a scale
@@ -79,7 +80,7 @@ def parse(argv: list[str], opened: bool = False) -> BakeRequest:
     settings = _settings(found)
     try:
         settings.check()
-    except ValueError as error:
+    except Refused as error:
         parser.error(_with_options(str(error)))
     first, *more = found.scene or [None]
     return BakeRequest(

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING
 from . import memory
 from .libraries import environment
 from .pickled import PACKAGE, PROTOCOL, PickleReader
+from .solver.expected import ProcessLost
 
 if TYPE_CHECKING:  # these import NumPy, which takes its time
     from .solver.adaptive.processes import OpenHelpers, Opening
@@ -95,8 +96,6 @@ class ChildProcess:
 
     def _ended(self) -> Exception:
         """The ProcessLost to raise, with why the process may have ended and what to do."""
-        from .solver.adaptive.processes import ProcessLost  # which imports NumPy
-
         status = self._process.wait()
         cause = (
             "memory may have run out: lower the resolution, or use one thread, for which there is "

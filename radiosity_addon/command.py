@@ -22,6 +22,7 @@ from .request_files import (
     open_scene,
     output_of,  # fmt: skip
 )
+from .solver.expected import EXPECTED
 from .solver.workers.parallel import BLAS_ENVIRONMENT
 from .temporary_folders import TemporaryFolders
 from .terminal import Terminal, debugging
@@ -30,8 +31,6 @@ DONE, FAILED = 0, 1  # codes [exit status]
 PLAIN, ZSTANDARD, _ = BLEND_MAGIC
 LAST_BLOCK, SEEK_TABLE_END = b"ENDB", b"\xb1\xea\x92\x8f"  # of a plain and a compressed .blend
 TAIL = 64  # length [bytes] of the end of a file: enough for the head of the last block
-# What bad input raises; anything else is a fault of ours.
-EXPECTED = (ValueError, OSError, RuntimeError, MemoryError, ImportError)
 SHARES = {"prepare": (0.0, 0.1), "run": (0.1, 0.95), "apply": (0.95, 1.0)}  # of the whole
 
 
@@ -249,7 +248,7 @@ def _check_module(name: str) -> None:
 
 
 def _export(job, path: Path) -> tuple[str, ...]:
-    """Write the scene with the bake as glTF; returns warnings. Raises RuntimeError."""
+    """Write the scene with the bake as glTF; returns warnings. Raises Refused."""
     from .gltf.export_bake import baked_by, export_bake
 
     return export_bake(baked_by(job), path)

@@ -64,27 +64,27 @@ class Publication:
         self._staged.clear()
 
 
-def check_writable(path: str | Path, what: str) -> None:
-    """Raise OSError, saying what to do, unless a file can be created or replaced at ``path``."""
+def check_writable(path: str | Path, what: str, remedy: str = "choose another") -> None:
+    """Raise OSError, with a ``remedy``, unless a file can be created or replaced at ``path``."""
     path = _followed(path)
-    check_folder(path.parent, what)
+    check_folder(path.parent, what, remedy)
     if path.is_dir():
         raise OSError(f"{what} {path} is a folder; give a file name")
     if path.exists() and not path.is_file():
         raise OSError(f"{what} {path} is a device or a pipe, which a file cannot replace; give a file name")
     if path.exists() and not _may_write(path):
-        raise OSError(f"{what} {path} is read-only; choose another name or make it writable")
+        raise OSError(f"{what} {path} is read-only; {remedy}, or make it writable")
 
 
-def check_folder(folder: str | Path, what: str) -> None:
-    """Raise OSError, saying what to do, unless files can be created in ``folder``."""
+def check_folder(folder: str | Path, what: str, remedy: str = "choose another") -> None:
+    """Raise OSError, with a ``remedy``, unless files can be created in ``folder``."""
     folder = Path(folder)
     if not folder.exists():
-        raise OSError(f"folder {folder} of {what} does not exist; create it or choose another")
+        raise OSError(f"folder {folder} of {what} does not exist; create it or {remedy}")
     if not folder.is_dir():
-        raise OSError(f"{folder}, the folder of {what}, is a file; choose another")
+        raise OSError(f"{folder}, the folder of {what}, is a file; {remedy}")
     if not _may_write(folder):
-        raise OSError(f"folder {folder} of {what} is not writable; choose another")
+        raise OSError(f"folder {folder} of {what} is not writable; {remedy}")
 
 
 def _followed(path: str | Path) -> Path:

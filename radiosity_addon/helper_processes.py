@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 from . import memory
 from .child_process import ChildProcess, serve
 from .pickled import PACKAGE
+from .solver.expected import ProcessLost
 
 if TYPE_CHECKING:  # these import NumPy, which takes its time
     from .shared_arrays import PackedWork, SharedArrays
@@ -122,7 +123,6 @@ class HelperProcesses:
     ) -> Result_co:
         """What the ``process`` makes of a chunk, or this one where it is lost."""
         from .helper_requests import WorkOn
-        from .solver.adaptive.processes import ProcessLost
 
         if process not in self._used:
             return function(chunk)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from . import arguments, files
 
 BLEND_MAGIC = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")  # plain, Zstandard, gzip
+ELSEWHERE = "name another place by --output FILE.blend"
 
 
 def check_input(request: arguments.BakeRequest) -> None:
@@ -29,7 +31,7 @@ def check_destinations(request: arguments.BakeRequest) -> None:
     if request.output:
         files.check_writable(request.output, "--output")
     elif request.scene:
-        files.check_writable(_baked(Path(request.scene)), "the result, which --output can put elsewhere,")
+        files.check_writable(_baked(Path(request.scene)), "the result", ELSEWHERE)
     if request.report:
         files.check_writable(request.report, "--report")
     if request.export:
@@ -52,8 +54,15 @@ def open_scene(bpy, request: arguments.BakeRequest) -> None:
         except RuntimeError as error:
             raise OSError(
                 f"{request.scene} cannot be read by Blender {bpy.app.version_string}: "
-                f"{str(error).strip()}; the file is damaged or from a newer Blender"
+                f"{_reason(str(error), path)}; the file is damaged or from a newer Blender"
             ) from error
+
+
+def _reason(text: str, path: str) -> str:
+    """What Blender says of a file that it cannot read, without the file's name: ``Missing DNA block``."""
+    first, *others = re.split(f"['\"]*{re.escape(path)}['\"]*", text.strip())
+    last = others[-1].strip(" :") if others else ""
+    return (last or first.removesuffix(" in file ")).removeprefix("Error: ")
 
 
 def output_of(bpy, request: arguments.BakeRequest) -> Path:

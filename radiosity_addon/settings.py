@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Literal, get_args
 
+from .solver.expected import Refused
 from .solver.passes import Pass
 
 
@@ -78,7 +79,7 @@ class Settings:
         return self.resolution, self.height or self.resolution
 
     def check(self) -> None:
-        """Raise ValueError naming the first setting out of range, its value, limit and remedy."""
+        """Raise Refused naming the first setting out of range, its value, limit and remedy."""
         for name, value, allowed in (
             ("target", self.target, TARGETS),
             ("domain", self.domain, DOMAINS),
@@ -88,10 +89,10 @@ class Settings:
             ("unwrap", self.unwrap, UNWRAPS),
         ):
             if value not in allowed:
-                raise ValueError(f"{name} is {value!r}; choose one of {', '.join(allowed)}")
+                raise Refused(f"{name} is {value!r}; choose one of {', '.join(allowed)}")
         unknown = [name for name in self.passes if name not in PASSES]
         if unknown or not self.passes:
-            raise ValueError(f"passes are {self.passes!r}; choose from {', '.join(PASSES)}")
+            raise Refused(f"passes are {self.passes!r}; choose from {', '.join(PASSES)}")
         _check_range("resolution", self.resolution, *RESOLUTION_RANGE)
         if self.height is not None:
             _check_range("height", self.height, *RESOLUTION_RANGE)
@@ -105,33 +106,33 @@ class Settings:
         if self.time_limit is not None:
             _check_range("time_limit", self.time_limit, 0.1, 1e6)
         if not self.name.strip():
-            raise ValueError("name is empty; give the color attribute and images a name")
+            raise Refused("name is empty; give the color attribute and images a name")
         check_name(self.name)
 
     def _check_atlas(self) -> None:
         """``check`` of what concerns an atlas."""
         if self.atlas is not None and not self.atlas.strip():
-            raise ValueError("atlas is empty; give the shared image a name")
+            raise Refused("atlas is empty; give the shared image a name")
         _check_range("atlas_images", self.atlas_images, *ATLAS_IMAGES_RANGE)
         if self.density is not None:
             _check_range("density", self.density, *DENSITY_RANGE)
         packs = self.density is not None or self.atlas_images > 1
         if packs and self.atlas is None:
-            raise ValueError("density and atlas_images are of an atlas; name one")
+            raise Refused("density and atlas_images are of an atlas; name one")
         if self.uv_map is not None and (packs or self.unwrap != "smart"):
-            raise ValueError(
+            raise Refused(
                 f"density, atlas_images and unwrap are for a map that is made, and {self.uv_map!r} is "
                 "used as it is; leave them out, or the uv_map"
             )
 
 
 def check_name(name: str) -> None:
-    """Raise ValueError for what is too long for an attribute's name."""
+    """Raise Refused for what is too long for an attribute's name."""
     if len(name.encode()) > LONGEST_NAME:
-        raise ValueError(f"name {name!r} has more than {LONGEST_NAME} bytes; choose a shorter one")
+        raise Refused(f"name {name!r} has more than {LONGEST_NAME} bytes; choose a shorter one")
 
 
 def _check_range(name: str, value: float, low: float, high: float) -> None:
     if not low <= value <= high:
         least, most = (f"{end:,}".removesuffix(".0") for end in (low, high))
-        raise ValueError(f"{name} is {value}; it must lie between {least} and {most}")
+        raise Refused(f"{name} is {value}; it must lie between {least} and {most}")

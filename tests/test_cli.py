@@ -200,14 +200,15 @@ def test_words_that_nobody_can_read_are_no_failure(room):
     assert room.with_name("room_baked.blend").exists()
 
 
-def test_a_fault_of_ours_is_one_line_that_says_so(room, monkeypatch, capfd):
+@pytest.mark.parametrize("kind", [KeyError, ValueError, RuntimeError])
+def test_a_fault_of_ours_is_one_line_that_says_so(kind, room, monkeypatch, capfd):
     def faulty(*_, **__):
-        raise KeyError("corner")
+        raise kind("corner")
 
     monkeypatch.setattr("radiosity_addon.bake_job.run", faulty)
     assert main([str(room)]) == 1
     err = capfd.readouterr().err
-    assert err.count("\n") == 1 and "unexpected KeyError" in err and "RADIOSITY_DEBUG" in err
+    assert err.count("\n") == 1 and f"unexpected {kind.__name__}" in err and "RADIOSITY_DEBUG" in err
 
 
 def test_demo_through_the_module(tmp_path):

@@ -17,9 +17,9 @@ import pytest
 
 from radiosity_addon.replicate_process import ReplicateProcess, peak_memory, start_replicate_process
 from radiosity_addon.settings import Settings
-from radiosity_addon.solver.adaptive.processes import ProcessLost
 from radiosity_addon.solver.adaptive.requests import FollowMorePaths
 from radiosity_addon.solver.adaptive.solve_cache import SolveCache
+from radiosity_addon.solver.expected import ProcessLost
 from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.progress import Canceled
 from radiosity_addon.solver.sequence import solve

@@ -11,6 +11,7 @@ import json
 
 import numpy as np
 
+from ..solver.expected import Refused
 from .bake_notes import UV_MAP, read_made
 from .pack import Chart, Packed, area_of, pack
 from .unwrap import chart_steps, check_room, existing_uvs
@@ -28,7 +29,7 @@ def atlas_steps(names: list[str], others: list[str], map_name: str, settings):
     HeldMap, empty where all lie well already.
 
     ``others`` are objects that may be in the atlas and are not baked now: their part of it must not
-    move. Raises ValueError where it would, and where the charts do not fit.
+    move. Raises Refused where it would, and where the charts do not fit.
     """
     import bpy
 
@@ -40,7 +41,7 @@ def atlas_steps(names: list[str], others: list[str], map_name: str, settings):
     bound = [name for name in others if _facts(bpy.data.objects[name], map_name).get("atlas")
              == settings.atlas and bpy.data.objects[name].data.name_full not in first]  # fmt: skip
     if bound:
-        raise ValueError(
+        raise Refused(
             f"{lacking[0]!r} does not lie in the atlas {settings.atlas!r} as it is asked for, and "
             f"packing anew would move {bound[0]!r} ({len(bound)} in all), which is not baked: bake "
             "all of them together"
@@ -49,7 +50,7 @@ def atlas_steps(names: list[str], others: list[str], map_name: str, settings):
     for index, name in enumerate(names):
         item = bpy.data.objects.get(name)
         if item is None:
-            raise ValueError(f"{name!r} was deleted while the atlas was laid out; bake again")
+            raise Refused(f"{name!r} was deleted while the atlas was laid out; bake again")
         if find_uv_map(item.data, map_name) is None:
             check_room(item, map_name)
         uv = existing_uvs(item) if settings.unwrap == "existing" else None
@@ -104,7 +105,7 @@ def _pack_steps(names: list[str], charts: list[Chart], settings):
         if all(_fits(each, settings.size) for each in tried):
             break
     else:
-        raise ValueError(_too_large(names, parts, tried, settings))
+        raise Refused(_too_large(names, parts, tried, settings))
     found: list = [None] * len(names)
     for number, (part, packed) in enumerate(zip(parts, tried), 1):
         size, uvs = settings.size, packed.uvs
@@ -181,14 +182,14 @@ def _held(names: list[str], packed: list, map_name: str, settings) -> list[HeldM
 
 
 def check_own_maps(names: list[str], map_name: str) -> None:
-    """Raise ValueError for an object whose map of this name no bake made: it is not to be moved."""
+    """Raise Refused for an object whose map of this name no bake made: it is not to be moved."""
     import bpy
 
     for name in names:
         mesh = bpy.data.objects[name].data
         found = find_uv_map(mesh, map_name)
         if found and read_made(mesh).get(found, {}).get("kind") != UV_MAP:
-            raise ValueError(
+            raise Refused(
                 f"{name!r} has a UV map {found!r} that no bake made, so that it is not packed into "
                 f"the atlas; use it as it is with --uv-map {found}, or rename it"
             )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..settings import LONGEST_NAME, Domain, check_name
+from ..solver.expected import Refused
 from .bake_notes import COLOR, note
 from .layers import check_editable, item_count, write_attribute
 
@@ -19,7 +20,7 @@ def write_colors(
     ``domain`` is "corner" or "point"; with "point", vertices past the last row belong to no face
     and become black. An attribute of that name, type and domain is overwritten, a color
     attribute of another type or domain replaced. A new attribute becomes the active one; the one
-    that renders stays the user's, if there is any. Returns warnings. Raises ValueError for a
+    that renders stays the user's, if there is any. Returns warnings. Raises Refused for a
     linked mesh, a name too long, and rows that do not fit the mesh.
     """
     mesh = item.data
@@ -51,11 +52,11 @@ def find_colors(mesh, name: str) -> str | None:
 
 
 def _rows(mesh, colors: np.ndarray, domain: str) -> np.ndarray:
-    """(n, 4) float32 for every loop or vertex of the mesh; ValueError when they do not fit."""
+    """(n, 4) float32 for every loop or vertex of the mesh; Refused when they do not fit."""
     size = item_count(mesh, domain)
     short_allowed = domain == Domain.POINT and len(colors) <= size
     if len(colors) != size and not short_allowed:
-        raise ValueError(
+        raise Refused(
             f"mesh {mesh.name!r} has {size} {domain}s where {len(colors)} were baked; it changed: "
             "bake again"
         )
@@ -75,7 +76,7 @@ def _free_name(item, name: str) -> tuple[str, list[str]]:
     if len(other.encode()) > LONGEST_NAME or (
         other in mesh.attributes and mesh.color_attributes.get(other) is None
     ):
-        raise ValueError(
+        raise Refused(
             f"{item.name!r} has an attribute or UV map {name!r} already; choose another --name"
         )
     return other, [f"{item.name!r}: {name!r} is a UV map or attribute of another kind there; the "

@@ -21,6 +21,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from ..settings import Domain
+from ..solver.expected import Refused
 from ..solver.receivers import Receivers
 from .bounded import solve_bounded, solve_roughly
 from .corner_bounds import color_bounds
@@ -142,14 +143,14 @@ def _nowhere_seen(corners: csr_matrix, light: SurfaceLight, hidden: np.ndarray |
 
 
 def _check(name: str, values: np.ndarray, weights: np.ndarray) -> None:
-    """Raise ValueError for light of a wrong shape or that is not finite."""
+    """Raise ValueError for light of a wrong shape, Refused for light that is not finite."""
     if values.shape != (len(weights), 3) or weights.ndim != 1:
         raise ValueError(
             f"light {values.shape} and weights {weights.shape} do not fit the receivers of {name!r}"
         )
     bad = int((~np.isfinite(values).all(1)).sum() + (~np.isfinite(weights) | (weights < 0)).sum())
     if bad:
-        raise ValueError(
+        raise Refused(
             f"{bad} receivers of {name!r} have light or area that is not finite; look for "
             "infinite values among the lamps, the sky and the emission strengths"
         )

@@ -9,14 +9,15 @@ from __future__ import annotations
 import numpy as np
 
 from ..settings import Domain
+from ..solver.expected import Refused
 
 FARTHEST = 1e18  # distance [scene's length] from the origin: what is farther is left out
 
 
 def check_editable(name: str, mesh) -> None:
-    """Raise ValueError when ``mesh`` of object ``name`` belongs to a linked library."""
+    """Raise Refused when ``mesh`` of object ``name`` belongs to a linked library."""
     if not mesh.is_editable or mesh.library is not None:
-        raise ValueError(
+        raise Refused(
             f"the mesh of {name!r} is linked from another file and cannot be changed; make it "
             "local (Object > Relations > Make Local > All) or bake it in its own file"
         )
@@ -35,14 +36,14 @@ def item_count(mesh, domain: str) -> int:
 def write_attribute(mesh, name: str, values: np.ndarray) -> None:
     """Set the color or FLOAT2 attribute ``name`` to ``values`` (n, 4 or 2) float32, linear.
 
-    Raises ValueError when the rows do not match the mesh: it was changed meanwhile.
+    Raises Refused when the rows do not match the mesh: it was changed meanwhile.
     """
     attribute = mesh.attributes[name]
     if mesh.is_editmode:
         _write_bmesh(mesh, attribute, values)
         return
     if len(attribute.data) != len(values):
-        raise ValueError(_mismatch(mesh, len(values), len(attribute.data)))
+        raise Refused(_mismatch(mesh, len(values), len(attribute.data)))
     field = "vector" if attribute.data_type == "FLOAT2" else "color"
     attribute.data.foreach_set(field, np.ascontiguousarray(values, np.float32).ravel())
     mesh.update()
@@ -62,11 +63,11 @@ def within_range(points: np.ndarray) -> np.ndarray:
 
 
 def _write_bmesh(mesh, attribute, values: np.ndarray) -> None:
-    """``write_attribute`` of a mesh that is edited. Raises ValueError where it cannot hold the values."""
+    """``write_attribute`` of a mesh that is edited. Raises Refused where it cannot hold the values."""
     import bmesh
 
     if attribute.data_type == "BYTE_COLOR":
-        raise ValueError(f"mesh {mesh.name!r} is in Edit Mode; leave it to bake byte colors")
+        raise Refused(f"mesh {mesh.name!r} is in Edit Mode; leave it to bake byte colors")
     name, data_type, domain = attribute.name, attribute.data_type, attribute.domain
     edited = _bmesh(mesh)
     corners = domain == "CORNER"
@@ -74,7 +75,7 @@ def _write_bmesh(mesh, attribute, values: np.ndarray) -> None:
     layer = owners.float_color[name] if data_type == "FLOAT_COLOR" else owners.uv[name]
     items = [loop for face in edited.faces for loop in face.loops] if corners else edited.verts
     if len(items) != len(values):
-        raise ValueError(_mismatch(mesh, len(values), len(items)))
+        raise Refused(_mismatch(mesh, len(values), len(items)))
     for item, value in zip(items, values.tolist()):
         if data_type == "FLOAT_COLOR":
             item[layer] = value

@@ -11,6 +11,7 @@ from io import StringIO
 
 import numpy as np
 
+from ..solver.expected import Refused
 from ..steps import finish, scaled
 from .bake_notes import read_made
 from .layers import bulk, check_editable
@@ -39,7 +40,7 @@ def ensure_uv_map(
     Returns (object name, map name) of each map made, one per mesh: objects that share a mesh share
     the map, laid out for the first one's scale. The active map and the one that renders stay.
     Charts are at least three texels apart, more at larger resolutions if the margin asks for it.
-    Raises ValueError, with nothing made, for a linked mesh and for one with 8 UV maps.
+    Raises Refused, with nothing made, for a linked mesh and for one with 8 UV maps.
     """
     names = [item.name for item in objects]
     held = finish(unwrap_steps(names, name, (resolution, resolution), margin, how))
@@ -93,13 +94,13 @@ def kept_maps(objects, name: str, how: str) -> list[str]:
 
 
 def existing_uvs(item) -> np.ndarray:
-    """(n_loops, 2) float32 of the UV map by which the object's textures lie. Raises ValueError where
+    """(n_loops, 2) float32 of the UV map by which the object's textures lie. Raises Refused where
     there is none, or where Edit Mode holds it."""
     if item.data.is_editmode:
-        raise ValueError(f"{item.name!r} is in Edit Mode; leave it, so that its UV map can be read")
+        raise Refused(f"{item.name!r} is in Edit Mode; leave it, so that its UV map can be read")
     layers = item.data.uv_layers
     if not len(layers):
-        raise ValueError(
+        raise Refused(
             f"{item.name!r} has no UV map whose charts could be used; unwrap it, or choose smart or "
             "lightmap for --unwrap"
         )
@@ -108,15 +109,15 @@ def existing_uvs(item) -> np.ndarray:
 
 
 def check_room(item, name: str) -> None:
-    """Raise ValueError where the object's mesh cannot get the UV map ``name``."""
+    """Raise Refused where the object's mesh cannot get the UV map ``name``."""
     check_editable(item.name, item.data)
     if len(item.data.uv_layers) >= MOST_MAPS:
-        raise ValueError(
+        raise Refused(
             f"{item.name!r} has {MOST_MAPS} UV maps, the most that Blender renders from; remove "
             f"one, or name the one to bake to with --uv-map instead of {name!r}"
         )
     if name in item.data.attributes and FALLBACK.format(name) in item.data.attributes:
-        raise ValueError(f"{item.name!r} has attributes {name!r} that are no UV map; rename them")
+        raise Refused(f"{item.name!r} has attributes {name!r} that are no UV map; rename them")
 
 
 def chart_steps(shape: Shape, how: str, existing: np.ndarray | None, gap: float, done: float):

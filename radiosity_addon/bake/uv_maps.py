@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..settings import Domain
+from ..solver.expected import Refused
 from .bake_notes import UV_MAP, forget, note, read_made
 from .layers import bulk, item_count, write_attribute
 
@@ -49,9 +50,9 @@ def free_name(mesh, name: str) -> str:
 
 
 def held_now(item, name: str) -> HeldMap:
-    """A UV map that is there. Raises ValueError where Edit Mode holds it."""
+    """A UV map that is there. Raises Refused where Edit Mode holds it."""
     if item.data.is_editmode:
-        raise ValueError(f"{item.name!r} is in Edit Mode; leave it, so that its map can be laid out")
+        raise Refused(f"{item.name!r} is in Edit Mode; leave it, so that its map can be laid out")
     values = bulk(item.data.uv_layers[name].data, "uv", np.float32, 2)
     return HeldMap(item.session_uid, item.name, name, values, read_made(item.data).get(name, {}))
 
@@ -59,7 +60,7 @@ def held_now(item, name: str) -> HeldMap:
 def give_maps(held) -> None:
     """Put the maps on their meshes; a mesh that changed or is gone goes without.
 
-    Raises ValueError, with none of the new maps left, when a mesh takes no map of that name.
+    Raises Refused, with none of the new maps left, when a mesh takes no map of that name.
     """
     import bpy
 
@@ -123,7 +124,7 @@ def _add(mesh, name: str) -> None:
     rendered = next((layer.name for layer in layers if layer.active_render), None)
     layers.new(name=name, do_init=False)  # which 5.2 makes but does not return in Edit Mode
     if name not in layers:
-        raise ValueError(f"mesh {mesh.name!r} takes no UV map {name!r}; rename or remove one")
+        raise Refused(f"mesh {mesh.name!r} takes no UV map {name!r}; rename or remove one")
     note(mesh, name, kind=UV_MAP, new=True)
     if active is not None:
         layers.active = layers[active]

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..settings import RESOLUTION_RANGE
+from ..solver.expected import Refused
 from ..solver.geometry.planar import cell_areas
 from .bake_notes import OWNER, read_made
 
@@ -72,7 +73,7 @@ def sheet_of(item, uv_map: str, settings) -> tuple[str | None, tuple[int, int]]:
 def own_size(item, default: tuple[int, int]) -> tuple[int, int]:
     """Width and height of the object's own image: its custom property, or the ``default``.
 
-    Raises ValueError for a property that is no resolution.
+    Raises Refused for a property that is no resolution.
     """
     value = item.get(RESOLUTION)
     if value is None:
@@ -84,7 +85,7 @@ def own_size(item, default: tuple[int, int]) -> tuple[int, int]:
     if numbers == [0, 0]:
         return default
     if len(numbers) != 2 or not all(LEAST <= n <= LARGEST for n in numbers):
-        raise ValueError(
+        raise Refused(
             f"{item.name!r}: its property {RESOLUTION} is {value!r}; make it one or two whole "
             f"numbers from {LEAST} to {LARGEST}, or remove it"
         )
@@ -92,7 +93,7 @@ def own_size(item, default: tuple[int, int]) -> tuple[int, int]:
 
 
 def density_factor(item) -> float:
-    """By how much the object's texels are denser than the atlas'. Raises ValueError for what is
+    """By how much the object's texels are denser than the atlas'. Raises Refused for what is
     no number from 0.001 to 1000."""
     value = item.get(DENSITY, 1.0)
     try:
@@ -100,7 +101,7 @@ def density_factor(item) -> float:
     except (TypeError, ValueError):
         factor = 0.0
     if not 1e-3 <= factor <= 1e3:
-        raise ValueError(
+        raise Refused(
             f"{item.name!r}: its property {DENSITY} is {value!r}; make it a number from 0.001 to "
             "1000, or remove it"
         )

@@ -15,7 +15,7 @@ __all__ = ["Exported", "ExportedObject", "export_scene"]
 def export_scene(context, settings, progress=None) -> Exported:
     """Read the context's scene and view layer as a render sees them.
 
-    ``progress(fraction)`` is called now and then and may raise to cancel. Raises ValueError for
+    ``progress(fraction)`` is called now and then and may raise to cancel. Raises Refused for
     objects or UV maps that are not there, or when no mesh is left to bake.
     """
     from .pipeline import steps

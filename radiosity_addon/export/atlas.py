@@ -10,6 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..solver.expected import Refused
+
 LARGEST = 4096  # edge [texels] of the image, at most
 SMALLEST_SQUARE, LARGEST_SQUARE = 1, 11  # edges [powers of two, texels] of squares
 INSET = 1.45  # distance [texels] between a square's border and its triangle's corners
@@ -37,7 +39,7 @@ def first_texels(triangles: int) -> int:
 
 def make_atlas(area: np.ndarray, texels: int) -> Atlas:
     """Squares of about so many ``texels`` for triangles of these areas ``area`` (n,), larger ones for larger
-    triangles. Raises ValueError where they do not fit into an image of LARGEST texels."""
+    triangles. Raises Refused where they do not fit into an image of LARGEST texels."""
     share = area / max(float(area.sum()), 1e-300)
     power = np.floor(0.5 * np.log2(np.maximum(share * texels, 1e-9)))
     power = np.clip(power, SMALLEST_SQUARE, LARGEST_SQUARE).astype(np.int64)
@@ -45,7 +47,7 @@ def make_atlas(area: np.ndarray, texels: int) -> Atlas:
         power = np.maximum(power - 1, SMALLEST_SQUARE)
     size = _side(power)
     if size > LARGEST:
-        raise ValueError(
+        raise Refused(
             f"{len(area)} triangles with a material that Cycles has to evaluate need an image of "
             f"{size} texels, above {LARGEST}; simplify the material or the mesh"
         )

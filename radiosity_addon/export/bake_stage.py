@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..bake.texels import width_and_height
+from ..solver.expected import Refused
 from .material_slots import slot_keys
 from .panorama import set_up_cycles
 from .parts import Part, material_key
@@ -17,13 +18,13 @@ UV_LIMIT = 7  # number [UV maps] of an object: of Blender's 8 one is ours
 
 
 def user_materials(keys) -> dict:
-    """{key: the user's material}. Raises ValueError for one that was removed."""
+    """{key: the user's material}. Raises Refused for one that was removed."""
     import bpy
 
     known = {material_key(material): material for material in bpy.data.materials}
     removed = [key for key in keys if key not in known]
     if removed:
-        raise ValueError(f"material {removed[0]!r} was removed while it was read; bake again")
+        raise Refused(f"material {removed[0]!r} was removed while it was read; bake again")
     return {key: known[key] for key in keys}
 
 

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..solver.expected import Refused
+
 WHITE = (0.73, 0.73, 0.73)  # color [linear] of ceiling, floor and back
 RED = (0.61, 0.055, 0.06)  # color [linear] of the left wall
 GREEN = (0.117, 0.435, 0.115)  # color [linear] of the right wall
@@ -23,10 +25,10 @@ CUBE = ((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0),
 def build_demo(name: str):
     """Build the demo scene called ``name`` in the current scene; return its mesh object.
 
-    Raises ValueError for an unknown name.
+    Raises Refused for an unknown name.
     """
     if name not in DEMOS:
-        raise ValueError(f"there is no demo {name!r}; choose one of {', '.join(DEMOS)}")
+        raise Refused(f"there is no demo {name!r}; choose one of {', '.join(DEMOS)}")
     return DEMOS[name]()
 
 

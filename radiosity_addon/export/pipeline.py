@@ -14,6 +14,7 @@ from ..bake.exported_object import ExportedObject
 from ..bake.layers import within_range
 from ..bake.windows import TexelRect, full_rect, sheet_of, texels_covered, window
 from ..settings import Target
+from ..solver.expected import Refused
 from ..solver.passes import Pass
 from ..solver.scene import Scene
 from .assemble import (
@@ -125,7 +126,7 @@ def _find_scene(name: str):
 
     scene = bpy.data.scenes.get(name)
     if scene is None:
-        raise ValueError(f"scene {name!r} is gone; bake again")
+        raise Refused(f"scene {name!r} is gone; bake again")
     return scene
 
 
@@ -257,9 +258,9 @@ def _uvs(geometry: Assembly, name: str, atlases) -> np.ndarray:
 def _exported(
     geometry: Assembly, palette, illumination: Illumination, objects, skipped, warnings
 ) -> Exported:
-    """All that was read, put together. Raises ValueError where no object is left to bake."""
+    """All that was read, put together. Raises Refused where no object is left to bake."""
     if not objects:
-        raise ValueError("there is no mesh to bake; " + why_none(skipped))
+        raise Refused("there is no mesh to bake; " + why_none(skipped))
     parts = [placed.part for placed in geometry.placed]
     maps = functools.cache(lambda name: _uvs(geometry, name, palette.atlases))
     uvs = functools.cache(lambda name, border: in_border(maps(name), border))

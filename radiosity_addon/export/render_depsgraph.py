@@ -8,6 +8,7 @@ hands its graph over. This costs milliseconds plus the evaluation itself.
 
 from __future__ import annotations
 
+from ..solver.expected import Refused
 from .traceless import temporary_scene
 
 ENGINE = "RADIOSITY_EXPORT"
@@ -17,7 +18,7 @@ def with_render_depsgraph(scene, view_layer, read, prepare=None):
     """Return ``read(depsgraph)``, evaluated for rendering; exceptions in it pass through.
 
     ``prepare(temporary scene)`` may add temporary objects first. Call inside ``traceless()``: the
-    temporary scene is removed there. Raises RuntimeError when Blender refuses to render.
+    temporary scene is removed there. Raises Refused when Blender refuses to render.
     """
     import bpy
 
@@ -46,5 +47,5 @@ def with_render_depsgraph(scene, view_layer, read, prepare=None):
     if "error" in outcome:
         raise outcome["error"]
     if "result" not in outcome:
-        raise RuntimeError("Blender did not evaluate the scene for rendering; is a render running?")
+        raise Refused("Blender did not evaluate the scene for rendering; is a render running?")
     return outcome["result"]

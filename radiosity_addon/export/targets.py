@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ..bake.layers import FARTHEST
 from ..settings import Target
+from ..solver.expected import Refused
 from .parts import Part
 
 NOT_RENDERED = "is not visible in renders"
@@ -37,16 +38,16 @@ LOST_UV = "its modifiers drop the UV map {name!r}"
 def choose_objects(view_layer, names: tuple[str, ...]) -> list:
     """The objects asked for, sorted by name; every mesh when none is named.
 
-    Raises ValueError for names that are not in the view layer, or when there is no mesh at all.
+    Raises Refused for names that are not in the view layer, or when there is no mesh at all.
     """
     if not names:
         chosen = [item for item in view_layer.objects if item.type == "MESH"]
         if not chosen:
-            raise ValueError("there is no mesh to bake; " + why_none(()))
+            raise Refused("there is no mesh to bake; " + why_none(()))
         return sorted(chosen, key=lambda item: item.name)
     missing = [name for name in names if name not in view_layer.objects]
     if missing:
-        raise ValueError(
+        raise Refused(
             f"no object named {', '.join(map(repr, missing))} in view layer {view_layer.name!r}; "
             "check the spelling and that its collection is not excluded"
         )
@@ -78,7 +79,7 @@ def sort_out(items, parts: list[Part], seen: set[str], settings):
     """Split the chosen objects into receivers (list) and skipped [(name, reason)].
 
     ``seen`` names the objects that renders show; others are left out silently when the settings
-    do not name them. Raises ValueError when an object lacks the UV map to bake to.
+    do not name them. Raises Refused when an object lacks the UV map to bake to.
     """
     own, users = own_parts(parts), {}
     receivers, skipped = [], []
@@ -119,7 +120,7 @@ def uv_map_name(item, settings) -> str:
 
 
 def _check_uv(item, part: Part, settings) -> str | None:
-    """Why an object gets no image, for lack of its UV map; None where it does. Raises ValueError for a
+    """Why an object gets no image, for lack of its UV map; None where it does. Raises Refused for a
     map that was never there."""
     if settings.target != Target.IMAGE:
         return None
@@ -127,5 +128,5 @@ def _check_uv(item, part: Part, settings) -> str | None:
     if name not in item.data.uv_layers:
         if item.data.library:
             return LINKED_UV.format(name=name)
-        raise ValueError(NO_UV.format(object=item.name, name=name))
+        raise Refused(NO_UV.format(object=item.name, name=name))
     return None if name in part.mesh.uvs else LOST_UV.format(name=name)

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ..bake.image import holds_bake
+from ..solver.expected import Refused
 from .dress import CARRIED, TAG
 
 PACKAGE = __package__.rpartition(".")[0]  # what Blender knows as the add-on
@@ -27,12 +28,12 @@ OPTIONS = {
 
 def export_glb(path: str | Path, objects: set[str], names: dict[str, str]) -> None:
     """Export the open scene with the attributes ``names`` (Blender's name: ours) carried along
-    and the nodes of ``objects`` tagged. Raises RuntimeError with the exporter's reason.
+    and the nodes of ``objects`` tagged. Raises Refused with the exporter's reason.
     """
     import bpy
 
     if "gltf" not in dir(bpy.ops.export_scene):
-        raise RuntimeError("Blender's glTF exporter is off; enable the add-on glTF 2.0 format")
+        raise Refused("Blender's glTF exporter is off; enable the add-on glTF 2.0 format")
     failures: list[Exception] = []
     with _hooked(_recording(_hook_class(objects, names), failures)):
         known = bpy.ops.export_scene.gltf.get_rna_type().properties.keys()
@@ -40,12 +41,14 @@ def export_glb(path: str | Path, objects: set[str], names: dict[str, str]) -> No
         try:
             bpy.ops.export_scene.gltf(filepath=str(Path(path).resolve()), **options)
         except RuntimeError as error:
+            if failures:
+                raise failures[0] from error
             lines = str(error).strip().splitlines() or ["no reason given"]
-            raise RuntimeError(f"Blender's glTF exporter failed: {lines[-1]}") from error
+            raise Refused(f"Blender's glTF exporter failed: {lines[-1]}") from error
     if failures:
-        raise RuntimeError(f"Blender's glTF exporter failed: {failures[0]}")
+        raise failures[0]  # which exporters before Blender 5.1 only log
     if not Path(path).is_file():
-        raise RuntimeError("Blender's glTF exporter wrote nothing; is there a mesh to export?")
+        raise Refused("Blender's glTF exporter wrote nothing; is there a mesh to export?")
 
 
 def warn_of_plain_export(log) -> None:

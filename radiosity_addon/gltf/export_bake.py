@@ -16,6 +16,7 @@ from ..bake.primaries import to_rec709
 from ..bake.uv_maps import find_uv_map
 from ..figures import figure, percent
 from ..settings import Settings, Target
+from ..solver.expected import Refused
 from ..solver.passes import Pass
 from ..stages.job import Job
 from .blender_export import carried, export_glb
@@ -58,13 +59,13 @@ def baked_with(settings: Settings, objects: tuple[str, ...]) -> Baked:
 def export_bake(baked: Baked, path: str | Path) -> tuple[str, ...]:
     """Write the open scene to ``path`` with the bake in it; returns warnings.
 
-    The caller puts the file in place. Raises RuntimeError with the exporter's reason and
-    ValueError when not one object carries the bake.
+    The caller puts the file in place. Raises Refused with the exporter's reason, and
+    when not one object carries the bake.
     """
     warnings: list[str] = []
     found = _attributes(baked)
     if not found:
-        raise ValueError(f"no object carries a bake called {baked.name!r}; bake before the export")
+        raise Refused(f"no object carries a bake called {baked.name!r}; bake before the export")
     lightmaps = _lightmaps(baked, warnings) if baked.target == Target.IMAGE else None
     names = carried(found.values())
     export_glb(path, set(baked.objects), names)

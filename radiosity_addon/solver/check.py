@@ -9,6 +9,7 @@ from dataclasses import fields as members
 
 import numpy as np
 
+from .expected import Refused
 from .fields import Constant, CornerColors, Field
 from .receivers import Receivers
 from .scene import Scene, sides
@@ -17,9 +18,9 @@ QUANTITIES = ("reflectance", "diffuse", "emission", "transmittance")
 
 
 def check_scene(scene: Scene, receivers: Receivers) -> None:
-    """Raise ValueError naming the material, lamp or number that cannot be solved with."""
+    """Raise Refused naming the material, lamp or number that cannot be solved with."""
     if receivers.count == 0 or len(scene.triangles) == 0:
-        raise ValueError("there is no surface to bake: no face with an area takes part")
+        raise Refused("there is no surface to bake: no face with an area takes part")
     if len(receivers.triangle) and not (
         0 <= receivers.triangle.min() <= receivers.triangle.max() < len(scene.triangles)
     ):
@@ -30,18 +31,18 @@ def check_scene(scene: Scene, receivers: Receivers) -> None:
         for quantity in QUANTITIES:
             field = getattr(material, quantity)
             if field is not None and not _finite(field):
-                raise ValueError(
+                raise Refused(
                     f"the {quantity} of material {material.name!r} is not finite; give it numbers"
                 )
     for lamp in scene.lamps:
         for member in members(lamp):
             value = getattr(lamp, member.name)
             if member.name != "name" and value is not None and not np.isfinite(value).all():
-                raise ValueError(
+                raise Refused(
                     f"the {member.name} of lamp {lamp.name!r} is {value}; give it finite numbers"
                 )
     if scene.sky is not None and not np.isfinite(scene.sky.pixels).all():
-        raise ValueError("the sky has pixels that are not finite; repair or replace its image")
+        raise Refused("the sky has pixels that are not finite; repair or replace its image")
 
 
 def _finite(field: Field) -> bool:

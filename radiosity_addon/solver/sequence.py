@@ -15,7 +15,6 @@ from .adaptive.error_estimator import ErrorEstimator
 from .adaptive.estimate import Estimate, Surface
 from .adaptive.placed_receivers import placed
 from .adaptive.plan import Plan, make_plan
-from .adaptive.processes import ProcessLost
 from .adaptive.replicate import Replicate
 from .adaptive.requirements import Requirements, SolverSettings, requirements_of
 from .adaptive.round_result import SolveFigures
@@ -30,6 +29,7 @@ from .check import check_scene
 from .direct.beams import split_beams
 from .direct.line_of_sight import LineOfSight
 from .energy import energy_balance
+from .expected import ProcessLost
 from .filtering.graph import build_graph
 from .filtering.lattice_weights import build_lattices
 from .geometry.triangles import rounding_warning
@@ -57,7 +57,7 @@ def solve(
     ``project`` tells where the error is judged, for colors that are means over receivers; None
     judges the receivers themselves. ``progress`` may raise to stop. ``cache`` has solves to use
     again and takes those made. ``beside`` does the second replicate in another process; None does
-    both here. The result is the same. Raises ValueError for a scene that cannot be solved.
+    both here. The result is the same. Raises Refused for a scene that cannot be solved.
 
     A cube that glows inside with radiance 1 and reflects half: 1 + 1/2 + 1/4 + ... = 2 everywhere.
 
@@ -195,7 +195,7 @@ def open_scene(
     beside: RemoteReplicate | None = None,
 ) -> Context:
     """The scene made ready for rays, checked, with the threads that are left where ``beside`` does
-    the second replicate. Raises ValueError for a scene that cannot be solved."""
+    the second replicate. Raises Refused for a scene that cannot be solved."""
     check_scene(scene, receivers)
     threads, helpers = thread_count(settings.threads), None
     if beside is not None:

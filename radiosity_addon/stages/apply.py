@@ -15,6 +15,7 @@ from ..bake.image import MARK, file_names, find_baked, save_encoded, save_image,
 from ..bake.windows import owners
 from ..files import Publication
 from ..settings import Settings, Target
+from ..solver.expected import Refused
 from ..solver.progress import Progress, silent
 from ..steps import finish
 from .encode import BYTE_ENCODING, Encoding, encoding_name, encoding_of
@@ -33,7 +34,7 @@ def apply(
 
     The files become part of ``publication``, for the caller to commit; without one they are in
     place on return. On any failure Blender's data are put back, the UV maps that prepare made are
-    removed, and the exception goes on: ValueError for objects that changed meanwhile, OSError for
+    removed, and the exception goes on: Refused for objects that changed meanwhile, OSError for
     files. ``encoding``: as ``encode`` gives it, found here when not given.
     """
     steps = apply_steps(context, job, result, publication, encoding)
@@ -176,13 +177,13 @@ def _save_file(job: Job, image, pixels, path: Path, encoding: Encoding) -> None:
 
 
 def _find(job: Job) -> list:
-    """The targets' objects as they are now. Raises ValueError for one that is gone."""
+    """The targets' objects as they are now. Raises Refused for one that is gone."""
     import bpy
 
     objects = [bpy.data.objects.get(target.name) for target in job.targets]
     for target, item in zip(job.targets, objects):
         if item is None or item.type != "MESH":
-            raise ValueError(f"there is no mesh object {target.name!r} any more; bake again")
+            raise Refused(f"there is no mesh object {target.name!r} any more; bake again")
     return objects
 
 

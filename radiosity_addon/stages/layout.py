@@ -16,6 +16,7 @@ from ..bake.texels import overlapping_texels, texel_receivers
 from ..bake.uv_cover import missed_shares, missed_warning
 from ..bake.windows import full_rect
 from ..settings import Domain, Target
+from ..solver.expected import Refused
 from ..solver.progress import Progress
 from ..solver.receivers import Receivers, concatenate, slice_receivers
 from ..solver.workers.parallel import map_chunks
@@ -44,12 +45,12 @@ class Layout:
 
 
 def lay_out(job: Job, progress: Progress) -> Layout:
-    """The receivers of every target, on all threads, and warnings about UV maps. Raises ValueError
+    """The receivers of every target, on all threads, and warnings about UV maps. Raises Refused
     where none has a texel."""
     layout = lay_out_part(job, progress)
     if not layout.receivers.count and job.settings.target == Target.IMAGE:
         warnings = layout.warnings or [f"{job.targets[0].name!r}: {NO_TEXEL}"]
-        raise ValueError("there is no texel to bake: " + warnings[-1])
+        raise Refused("there is no texel to bake: " + warnings[-1])
     return layout
 
 

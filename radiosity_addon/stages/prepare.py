@@ -14,6 +14,7 @@ from ..bake.uv_maps import HeldMap, give_maps, given, remove_uv_maps, take_back
 from ..bake.windows import own_size
 from ..export.exported import Exported
 from ..settings import Settings, Target
+from ..solver.expected import Refused
 from ..solver.progress import Progress, silent
 from ..steps import finish
 from .job import Job
@@ -25,7 +26,7 @@ UV_MAP = "Radiosity"  # made where no map is named
 def prepare(context, settings: Settings, progress: Progress = silent) -> Job:
     """Look at the open file and export it; missing UV maps are made and left on their meshes.
 
-    Raises ValueError for a choice of objects that cannot be baked, MemoryError when the images
+    Raises Refused for a choice of objects that cannot be baked, MemoryError when the images
     asked for do not fit; then, or when stopped, the file is as it was.
     """
     def report(fraction: float) -> None:
@@ -94,13 +95,13 @@ def _export_steps(scene, view_layer, settings: Settings, report):
 
 
 def _find(scene_name: str, layer_name: str):
-    """The scene and view layer of these names. Raises ValueError when they are gone."""
+    """The scene and view layer of these names. Raises Refused when they are gone."""
     import bpy
 
     scene = bpy.data.scenes.get(scene_name)
     layer = scene.view_layers.get(layer_name) if scene else None
     if layer is None:
-        raise ValueError(f"view layer {layer_name!r} of {scene_name!r} is gone; bake again")
+        raise Refused(f"view layer {layer_name!r} of {scene_name!r} is gone; bake again")
     return scene, layer
 
 
@@ -118,12 +119,12 @@ def matching(view_layer, words: tuple[str, ...]) -> tuple[str, ...]:
 def _candidates(view_layer, settings: Settings) -> list[str]:
     """Names of the meshes asked for that could get a UV map; the export may leave out some.
 
-    Raises ValueError for a name that the view layer does not have.
+    Raises Refused for a name that the view layer does not have.
     """
     found = {item.name: item for item in view_layer.objects}
     unknown = [name for name in settings.objects if name not in found]
     if unknown:
-        raise ValueError(
+        raise Refused(
             f"no object of the view layer is called {_quoted(unknown)}; "
             f"its meshes are {_quoted(_meshes(found)) or 'none'}"
         )

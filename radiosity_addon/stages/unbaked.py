@@ -8,6 +8,7 @@ from ..bake.bake_notes import PASSES
 from ..bake.image import find_image
 from ..bake.windows import owners
 from ..settings import Settings
+from ..solver.expected import Refused
 from .job import Job, UnbakedTexels
 from .sheets import sheets_of
 
@@ -15,7 +16,7 @@ from .sheets import sheets_of
 def unbaked_texels(job: Job) -> dict[str, UnbakedTexels]:
     """What the atlas' images hold of objects that are not baked now, by the name of the sheet.
 
-    Raises ValueError where it could not stand beside what is baked.
+    Raises Refused where it could not stand beside what is baked.
     """
     import bpy
 
@@ -36,18 +37,18 @@ def unbaked_texels(job: Job) -> dict[str, UnbakedTexels]:
 
 
 def _check_beside(image, size: tuple[int, int], others: list[str], settings: Settings) -> None:
-    """Raise ValueError where an image cannot keep the texels of ``others`` beside what is baked."""
+    """Raise Refused where an image cannot keep the texels of ``others`` beside what is baked."""
     rest = f"{others[0]!r} ({len(others)} in all), which is not baked now"
     if tuple(image.size) != size:
         width, height = image.size
-        raise ValueError(
+        raise Refused(
             f"image {image.name!r} has {width} x {height} texels and {size[0]} x {size[1]} are asked "
             f"for; it also holds {rest}: bake all of them together, or name --resolution "
             f"{width}x{height}"
         )
     passes = ",".join(settings.passes)
     if image.get(PASSES, passes) != passes:
-        raise ValueError(
+        raise Refused(
             f"image {image.name!r} holds the passes {image[PASSES]} of {rest}: bake the same "
             "passes, all of them together, or under another --name"
         )

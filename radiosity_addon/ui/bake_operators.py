@@ -5,6 +5,7 @@ from functools import partial
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
 
+from ..solver.expected import EXPECTED  # anything else is a fault of ours and shows its traceback
 from . import background, overlay, results, session
 from .choice import chosen_objects, why_not
 from .keywords import given_to, with_keywords, without_use
@@ -13,8 +14,6 @@ from .properties import settings_of
 from .report_store import store_report
 from .words import by_labels
 
-# What bad input and failing disks raise; anything else is a fault of ours and shows its traceback.
-EXPECTED = (ValueError, OSError, RuntimeError, MemoryError, ImportError)
 CANCELED = "Bake canceled; the scene is as it was"
 
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 
 import bpy
 
+from ..solver.expected import Refused
+
 
 @dataclass(frozen=True)
 class Followed:
@@ -17,7 +19,7 @@ class Followed:
 
 
 def follow(job, result) -> Followed:
-    """Find today's objects. Raises RuntimeError when none of the targets is left."""
+    """Find today's objects. Raises Refused when none of the targets is left."""
     from ..stages.leave_out import leave_out, without_bare
 
     objects = {item.session_uid: item for item in bpy.data.objects}
@@ -27,7 +29,7 @@ def follow(job, result) -> Followed:
     lost = {index: reason for index, reason in why if reason}
     reasons = [f"{job.targets[index].name} {reason}" for index, reason in lost.items()]
     if len(lost) == len(items):
-        raise RuntimeError(f"nothing is left to write to: {reasons[0]}; bake again")
+        raise Refused(f"nothing is left to write to: {reasons[0]}; bake again")
     kept = {job.targets[index].name: item for index, item in enumerate(items) if index not in lost}
     job, result = leave_out(job, result, lost)
     warnings = (*result.warnings, *(f"{text}; it was left out" for text in reasons))

@@ -4,6 +4,7 @@ import bpy
 from bpy.props import StringProperty
 from bpy_extras.io_utils import ExportHelper
 
+from ..solver.expected import EXPECTED
 from .properties import settings_of
 from .results import CarriesBake, baked_objects
 
@@ -30,7 +31,7 @@ class RADIOSITY_OT_export_gltf(CarriesBake, bpy.types.Operator, ExportHelper):
                 baked = baked_with(settings_of(context.scene.radiosity), names)
                 warnings = export_bake(baked, files.stage(self.filepath))
                 files.commit()
-        except (ValueError, OSError, RuntimeError) as error:
+        except EXPECTED as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         for text in warnings:

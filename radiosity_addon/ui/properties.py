@@ -240,7 +240,7 @@ class RadiositySettings(bpy.types.PropertyGroup):
 
 
 def settings_of(properties: RadiositySettings, objects: tuple[str, ...] = ()) -> Settings:
-    """The Settings that the properties stand for. Raises ValueError as ``Settings.check`` does.
+    """The Settings that the properties stand for. Raises Refused as ``Settings.check`` does.
 
     ``objects``: names of the receivers when not all visible ones are.
     """

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from ..bake.uv_maps import give_maps
 from ..settings import Settings
+from ..solver.expected import Refused
 from ..steps import scaled
 from .changed_objects import follow
 from .keep_file import NAME, forget_kept
@@ -206,10 +207,10 @@ def current() -> BakeSession | None:
 
 
 def begin(session: BakeSession) -> None:
-    """Make ``session`` the current one. Raises RuntimeError while another one is."""
+    """Make ``session`` the current one. Raises Refused while another one is."""
     global _current
     if _current is not None:
-        raise RuntimeError("a bake is running already; wait for it or cancel it")
+        raise Refused("a bake is running already; wait for it or cancel it")
     _current = session
 
 

@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from ..libraries import environment
+from ..solver.expected import Refused
 from . import worker
 from .payload import read_payload, write_payload
 
@@ -27,7 +28,7 @@ ERRORS = "errors"  # the file that takes standard output and error
 LAST_LINES = 3  # number [lines] of the process's last words that are shown
 
 
-class SolverFailed(RuntimeError):
+class SolverFailed(Refused):
     """The solver's process ended without a result; the message says why and what to do."""
 
 

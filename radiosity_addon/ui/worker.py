@@ -25,8 +25,6 @@ PROGRESS_LENGTH = 128  # length [bytes] of a message of progress
 PROGRESS_PAUSE = 0.05  # time [s] between two writes
 LOADING = "loading SciPy"  # the first stage that it reports
 FAILED = 1  # code [exit status]
-# What bad input raises; anything else leaves a traceback on standard error.
-EXPECTED = (ValueError, OSError, RuntimeError, MemoryError, ImportError)
 
 
 def main(folder: Path, keep: Path | None = None) -> int:
@@ -45,9 +43,10 @@ def _work(folder: Path, keep: Path | None, given: threading.Event, progress: Pro
     replicate_process = importlib.import_module(f"{package}.replicate_process")
     second = replicate_process.start_replicate_process(0)
     numpy = importlib.import_module("numpy")
-    payload, keep_file, overall_progress, work, _ = (
+    payload, keep_file, overall_progress, work, expected, _ = (
         importlib.import_module(f"{package}.{name}")
-        for name in ("ui.payload", "ui.keep_file", "overall_progress", "bake_job", "solver.sequence")
+        for name in ("ui.payload", "ui.keep_file", "overall_progress", "bake_job", "solver.expected",
+                     "solver.sequence")
     )
     given.wait()
     try:
@@ -61,7 +60,7 @@ def _work(folder: Path, keep: Path | None, given: threading.Event, progress: Pro
         payload.write_payload(folder / f"{RESULT}.part", content)
         os.replace(folder / f"{RESULT}.part", folder / RESULT)
         keep_file.write_kept(keep, kept)
-    except EXPECTED as error:
+    except expected.EXPECTED as error:  # anything else leaves a traceback on standard error
         text = str(error) or type(error).__name__
         (folder / FAILURE).write_text(text, encoding="utf-8")
         return FAILED

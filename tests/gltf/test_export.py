@@ -79,7 +79,7 @@ def test_a_failing_exporter_leaves_nothing_and_says_one_line(
     assert bake(room, tmp_path) == 1
     assert [p.name for p in tmp_path.iterdir() if p.is_file()] == []
     ours = [line for line in capfd.readouterr().err.splitlines() if line.startswith("radiosity")]
-    assert len(ours) == 1 and "glTF" in ours[0]
+    assert len(ours) == 1 and "unexpected ValueError: no such luck" in ours[0]
 
 
 def test_a_wrong_ending_is_wrong_usage(capfd):

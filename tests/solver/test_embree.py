@@ -122,7 +122,7 @@ def test_what_the_device_logs_is_raised(application):
 
     tracer._scene = Failing()
     for method in (tracer.intersect, tracer.clear):
-        with pytest.raises(RuntimeError, match="Embree failed: ERROR: out of memory"):
+        with pytest.raises(MemoryError, match="Embree failed: ERROR: out of memory"):
             method(ABOVE, DOWN)
     assert not embree._DEVICE.messages  # said once
 

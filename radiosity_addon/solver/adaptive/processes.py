@@ -28,7 +28,3 @@ class Opening(Protocol):
 
     def opened(self, helpers: OpenHelpers | None) -> object:
         """What the process holds from now on, and has other requests answer for. It has a ``context``."""
-
-
-class ProcessLost(RuntimeError):
-    """A process beside this one has ended; the message says how and what to do."""

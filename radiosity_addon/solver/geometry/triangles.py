@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..expected import Refused
 from ..scene import Scene
 from .thin_triangles import edge_shrink
 
@@ -55,7 +56,8 @@ class Geometry:
 
 
 def build_geometry(vertices: np.ndarray, triangles: np.ndarray) -> Geometry:
-    """Normalize. Raises ValueError for vertices that are not finite or triangles out of range."""
+    """Normalize. Raises Refused for a scene too small or too large for its numbers, ValueError for
+    vertices that are not finite and triangles out of range: no caller may give them."""
     vertices = np.asarray(vertices, np.float64).reshape(-1, 3)
     triangles = np.asarray(triangles, np.int32).reshape(-1, 3)
     if len(triangles) and not (0 <= triangles.min() <= triangles.max() < len(vertices)):
@@ -67,7 +69,7 @@ def build_geometry(vertices: np.ndarray, triangles: np.ndarray) -> Geometry:
     center = low / 2 + high / 2
     scale = float(max((high / 2 - low / 2).max() * 2, np.finfo(float).tiny * 1e16))
     if len(triangles) and not SMALLEST < scale < LARGEST:
-        raise ValueError(
+        raise Refused(
             f"the scene is {scale:.3g} units across; that must lie between {SMALLEST:g} and "
             f"{LARGEST:g}: apply a scale"
         )

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..expected import Refused
 from ..geometry.triangles import Geometry
 from ..scene import AreaLamp, Lamp, PointLamp, Scene, SunLamp, lamp_color
 from ..tracing.embree import Tracer
@@ -186,11 +187,11 @@ def _batches(
 
 
 def _check_distances(lamps: list[Lamp], geometry: Geometry) -> None:
-    """Raise ValueError for a lamp so far away for the size of the scene that numbers do not hold its light."""
+    """Raise Refused for a lamp so far away for the size of the scene that numbers do not hold its light."""
     for lamp in lamps:
         away = 0.0 if lamp.middle is None else float(np.abs(geometry.normalized(lamp.middle)).max())
         if away > FARTHEST:
-            raise ValueError(
+            raise Refused(
                 f"lamp {lamp.name!r} is {away:.0e} times as far away as the scene is large; move it "
                 "nearer, or make it a sun"
             )

@@ -29,10 +29,11 @@ class _DeviceErrors(logging.Handler):
         self.messages.append(record.getMessage())
 
     def raise_any(self) -> None:
-        """Raise RuntimeError with what was said since the last time."""
+        """Raise MemoryError or RuntimeError with what was said since the last time."""
         if self.messages:
             said, self.messages = "; ".join(self.messages), []
-            raise RuntimeError(f"Embree failed: {said}; free some memory or simplify the scene")
+            error = MemoryError if "memory" in said.lower() else RuntimeError
+            raise error(f"Embree failed: {said}; free some memory or simplify the scene")
 
 
 _DEVICE = _DeviceErrors()

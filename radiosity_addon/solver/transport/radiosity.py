@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from ..expected import Refused
 from ..lights.context import Context
 from .emission import emission_to_find
 from .patches import Patches
@@ -95,11 +96,11 @@ def solve_rows(
 
 
 def _check_steady(reflectance: np.ndarray, transport: Transport, matrix: csr_matrix) -> None:
-    """Raise ValueError where light of a channel is only ever reflected, by all rows' ``reflectance``
+    """Raise Refused where light of a channel is only ever reflected, by all rows' ``reflectance``
     (n_rows, channels that have light): then none of it ever leaves."""
     lossless = (reflectance > 1 - 1e-9).all(axis=0).any()
     if lossless and matrix.nnz == sum(block.hits.size for block in transport.blocks):
-        raise ValueError(
+        raise Refused(
             "every surface of this closed scene reflects all light (reflectance 1), of one color at least, so "
             "that light would grow without end; lower the reflectance of at least one material"
         )
