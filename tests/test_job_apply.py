@@ -136,7 +136,7 @@ def test_failure_removes_the_new_image_the_files_and_the_uv_map(pair, tmp_path, 
         item.data.uv_layers.new(name="Radiosity")
     saved = []
 
-    def disk_full(image, path, kind):
+    def disk_full(image, path):
         saved.append(path)
         path.write_bytes(b"half")
         if len(saved) == 2:

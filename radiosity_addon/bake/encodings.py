@@ -6,15 +6,17 @@ A color is divided by a scale first, so that what is brighter than 1 need not be
     linear       value / scale, 8 bits: what loaders of glTF take a lightmap for
     rgbm         value = scale · rgb · alpha, 8 bits, rgb and alpha linear
     rgbe         value = rgb · 2^(255 alpha − 128), 8 bits; its range needs no scale
+    hdr          as rgbe, but with rgb in 256ths: what readers of Radiance files make of one
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-BITS = {"png": 8, "png16": 16, "linear": 8, "rgbm": 8, "rgbe": 8}
+BITS = {"png": 8, "png16": 16, "linear": 8, "rgbm": 8, "rgbe": 8, "hdr": 8}
 SRGB = ("png", "png16")
 OWN_RANGE = ("rgbm",)  # formats whose scale is the brightest value unless one is named
+ONE = {"rgbe": 255, "hdr": 256}  # code [of a mantissa] of 1, of formats with a shared exponent
 EXPONENT_OFFSET = 128  # offset [of an exponent] in RGBE (Ward 1991, "Real Pixels")
 DARK = 0.25  # brightness [of the mean]: darker places are judged against it (the report's error)
 
@@ -22,7 +24,7 @@ DARK = 0.25  # brightness [of the mean]: darker places are judged against it (th
 def scale_of(colors: list[np.ndarray], encoding: str, asked: float | None) -> float:
     """What to divide ``colors``, arrays of any shape, by: the scale that is ``asked`` for; the brightest
     value (at least 1e-6) where that is 0, or None for RGBM; else 1."""
-    if encoding == "rgbe":
+    if encoding in ONE:
         return 1.0
     if asked is None:
         asked = 0.0 if encoding in OWN_RANGE else 1.0
@@ -37,7 +39,7 @@ def share_above(colors: np.ndarray, limit: float) -> float:
 
 
 def encode(colors: np.ndarray, encoding: str, scale: float, seed: int = 0) -> np.ndarray:
-    """Codes of ``colors`` (..., 3) linear: (..., 3), or (..., 4) for RGBM and RGBE, as uint8,
+    """Codes of ``colors`` (..., 3) linear: (..., 3), or (..., 4) for RGBM, RGBE and HDR, as uint8,
     or uint16 for png16. See the module for formulas.
 
     Dithered: a value between two codes becomes either of them by chance, the nearer the likelier,
@@ -47,8 +49,8 @@ def encode(colors: np.ndarray, encoding: str, scale: float, seed: int = 0) -> np
     chance = np.random.default_rng(seed).random(values.shape)
     if encoding == "rgbm":
         return _rgbm(np.minimum(values, 1), chance)
-    if encoding == "rgbe":
-        return _rgbe(values, chance)
+    if encoding in ONE:
+        return _rgbe(values, chance, ONE[encoding])
     most = 2 ** BITS[encoding] - 1
     values = np.minimum(values, 1)
     values = to_srgb(values) if encoding in SRGB else values
@@ -57,11 +59,11 @@ def encode(colors: np.ndarray, encoding: str, scale: float, seed: int = 0) -> np
 
 def decode(codes: np.ndarray, encoding: str, scale: float) -> np.ndarray:
     """The linear colors (..., 3) float64 that an engine reads from ``codes`` (..., 3 or 4)."""
+    if encoding in ONE:
+        return codes[..., :3] / ONE[encoding] * np.exp2(codes[..., 3:].astype(float) - EXPONENT_OFFSET)
     parts = codes / (2.0 ** BITS[encoding] - 1)
     if encoding == "rgbm":
         return scale * parts[..., :3] * parts[..., 3:]
-    if encoding == "rgbe":
-        return parts[..., :3] * np.exp2(codes[..., 3:].astype(float) - EXPONENT_OFFSET)
     return scale * (from_srgb(parts) if encoding in SRGB else parts)
 
 
@@ -102,9 +104,9 @@ def _rgbm(values: np.ndarray, chance: np.ndarray) -> np.ndarray:
     return np.concatenate([rgb, multiplier], -1).astype(np.uint8)
 
 
-def _rgbe(values: np.ndarray, chance: np.ndarray) -> np.ndarray:
-    """The smallest power of two above the brightest channel as exponent."""
+def _rgbe(values: np.ndarray, chance: np.ndarray, one: int) -> np.ndarray:
+    """The smallest power of two with which the brightest channel is at most 255 of ``one`` as exponent."""
     peak = np.maximum(values.max(-1, keepdims=True), 2.0 ** (1 - EXPONENT_OFFSET))
-    exponent = np.minimum(np.ceil(np.log2(peak)), 255 - EXPONENT_OFFSET)
-    rgb = _dither(np.minimum(values / np.exp2(exponent), 1), 255, chance)
+    exponent = np.minimum(np.ceil(np.log2(peak * one / 255)), 255 - EXPONENT_OFFSET)
+    rgb = np.minimum(np.floor(values / np.exp2(exponent) * one + chance), 255)
     return np.concatenate([rgb, exponent + EXPONENT_OFFSET], -1).astype(np.uint8)

@@ -1,4 +1,4 @@
-"""Images: the baked texture inside the .blend, and files of it, written by Blender. bpy."""
+"""Images: the baked texture inside the .blend, and files of it. bpy."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ import numpy as np
 
 from .bake_notes import ATLAS, read_made
 from .encodings import BITS, SRGB, encode
+from .hdr import hdr_bytes
 from .png import png_bytes
 from .windows import owners
 
 MARK = "radiosity_bake"  # custom property on images that we made: their full name
-ENDINGS = {"exr": ".exr", "hdr": ".hdr", **dict.fromkeys(BITS, ".png")}
-BLENDER_FORMAT = {"exr": ("OPEN_EXR", "32"), "hdr": ("HDR", "32")}
+ENDINGS = {**dict.fromkeys(BITS, ".png"), "exr": ".exr", "hdr": ".hdr"}
 RESERVED = re.compile(r"(?i)^(con|prn|aux|nul|com\d|lpt\d)(\.|$)")  # names Windows keeps
 LONGEST_STEM = 180  # length [bytes] of a file's name: longer ones are cut
 
@@ -51,7 +51,7 @@ def _pack_small(image) -> None:
     of it, and drop its pixels. Raises OSError."""
     with tempfile.TemporaryDirectory(prefix="radiosity-") as folder:
         path = Path(folder) / "image.exr"
-        _render_to(image, path, "exr", codec="ZIP")
+        _render_to(image, path, codec="ZIP")
         data = path.read_bytes()
     image.pack(data=data, data_len=len(data))
     image.source = "FILE"  # else the pixels are made anew, black
@@ -113,17 +113,16 @@ def file_names(names: list[str], file_format: str) -> list[str]:
     return result
 
 
-def save_image(image, path: str | Path, file_format: str) -> None:
-    """Write ``image`` to ``path`` as "exr" or "hdr"; an existing file is replaced whole.
+def save_image(image, path: str | Path) -> None:
+    """Write the linear values of ``image`` to ``path`` as OpenEXR; an existing file is replaced whole.
 
-    Both hold the linear values, HDR without alpha. Raises OSError naming the path; no part of a
-    file stays.
+    Raises OSError naming the path; no part of a file stays.
     """
-    _write_atomically(path, file_format, lambda partial: _render_to(image, partial, file_format))
+    _write_atomically(path, "exr", lambda partial: _render_to(image, partial))
 
 
 def save_encoded(pixels: np.ndarray, path: str | Path, encoding: str, scale: float) -> None:
-    """Write ``pixels`` (height, width, 4) linear Rec.709 as a PNG file in one of the encodings.
+    """Write ``pixels`` (height, width, 4) linear Rec.709 in one of the encodings: as a PNG or Radiance file.
 
     Alpha is kept where the encoding leaves it free. Raises as ``save_image`` does.
     """
@@ -131,7 +130,7 @@ def save_encoded(pixels: np.ndarray, path: str | Path, encoding: str, scale: flo
     if codes.shape[-1] == 3:
         alpha = np.rint(np.clip(pixels[..., 3:], 0, 1) * (2 ** BITS[encoding] - 1))
         codes = np.concatenate([codes, alpha.astype(codes.dtype)], -1)
-    data = png_bytes(codes, srgb=encoding in SRGB)
+    data = hdr_bytes(codes) if encoding == "hdr" else png_bytes(codes, srgb=encoding in SRGB)
 
     def write(partial: Path) -> None:
         try:
@@ -155,14 +154,13 @@ def _write_atomically(path: str | Path, file_format: str, write) -> None:
         partial.unlink(missing_ok=True)
 
 
-def _render_to(image, path: Path, file_format: str, codec: str = "NONE") -> None:
-    """Write an image as Blender writes renders. Raises OSError naming the path."""
+def _render_to(image, path: Path, codec: str = "NONE") -> None:
+    """Write an image as Blender writes renders to OpenEXR. Raises OSError naming the path."""
     import bpy
 
     scene = bpy.data.scenes.new("radiosity save")
     try:
-        _set_up(scene, file_format)
-        scene.render.image_settings.exr_codec = codec
+        _set_up(scene, codec)
         image.save_render(str(path), scene=scene)
     except RuntimeError as error:
         raise OSError(_explain(path, str(error).splitlines()[0])) from error
@@ -172,15 +170,14 @@ def _render_to(image, path: Path, file_format: str, codec: str = "NONE") -> None
         raise OSError(_explain(path, "nothing was written"))
 
 
-def _set_up(scene, file_format: str) -> None:
+def _set_up(scene, codec: str) -> None:
     """Color management and file format of ``Image.save_render``."""
     scene.display_settings.display_device = "sRGB"
     view = scene.view_settings
     view.view_transform, view.exposure, view.gamma = "Standard", 0.0, 1.0
     settings = scene.render.image_settings
-    settings.file_format, depth = BLENDER_FORMAT[file_format]
-    settings.color_mode = "RGB" if file_format == "hdr" else "RGBA"
-    settings.color_depth = depth
+    settings.file_format, settings.color_mode, settings.color_depth = "OPEN_EXR", "RGBA", "32"
+    settings.exr_codec = codec
 
 
 def _explain(path: Path, cause: str) -> str:

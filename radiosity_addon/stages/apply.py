@@ -168,7 +168,7 @@ def _mark(image, job: Job, sheet: Sheet) -> None:
 def _save_file(job: Job, image, pixels, path: Path, encoding: Encoding) -> None:
     """The image's file, as Blender writes it or encoded by us in Rec.709."""
     if encoding_name(job.settings) is None:
-        save_image(image, path, _file_format(job.settings))
+        save_image(image, path)
         return
     from ..bake.primaries import to_rec709
 

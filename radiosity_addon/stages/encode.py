@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..bake.encodings import BITS, coding_error, decode, encode, scale_of, share_above
+from ..bake.encodings import BITS, ONE, coding_error, decode, encode, scale_of, share_above
 from ..figures import figure, percent
 from ..settings import Target
 from ..solver.workers.parallel import ranges
@@ -53,7 +53,7 @@ def encoding_of(
         judged.append(colors[-first % every :: every])
         above += share_above(colors, scale) * len(colors) / max(count, 1)
         first += len(colors)
-    above = 0.0 if name == "rgbe" else above
+    above = 0.0 if name in ONE else above
     judged = np.concatenate(judged)
     error = coding_error(judged, decode(encode(judged, name, scale), name, scale))
     return Encoding(name, scale, above, error, _warn(job, name, scale, above, float(peak[0])))

@@ -7,6 +7,7 @@ import os
 import numpy as np
 import pytest
 
+from radiosity_addon.bake.encodings import decode, encode
 from radiosity_addon.bake.image import file_names, save_encoded, save_image, write_image
 
 
@@ -27,11 +28,11 @@ def read(image):
 
 
 def save(image, path, kind) -> None:
-    """As the bake does: PNG files are ours, the others Blender's."""
-    if kind == "png":
-        save_encoded(read(image), path, kind, 1.0)
+    """As the bake does: PNG and HDR files are ours, OpenEXR Blender's."""
+    if kind == "exr":
+        save_image(image, path)
     else:
-        save_image(image, path, kind)
+        save_encoded(read(image), path, kind, 1.0)
 
 
 def load(blender, path):
@@ -99,7 +100,7 @@ def test_the_users_image_of_that_name_stays(blender):
 
 @pytest.mark.parametrize("kind", ["exr", "png", "hdr"])
 def test_files_hold_the_values(blender, tmp_path, kind):
-    """EXR float32 exactly; HDR 8 bits of mantissa shared by the channels; PNG 8 bits sRGB:
+    """EXR float32 exactly; HDR 256ths of the power of two above the brightest channel; PNG 8 bits sRGB:
     1.055 x^(1/2.4) − 0.055 above 0.0031308, cut at 1; dithered, so one of the two codes next to
     the value: less than one code off."""
     path = tmp_path / f"image.{kind}"
@@ -110,10 +111,20 @@ def test_files_hold_the_values(blender, tmp_path, kind):
         linear = wanted[..., :3]
         encoded = np.where(linear > 0.0031308, 1.055 * linear ** (1 / 2.4) - 0.055, 12.92 * linear)
         wanted[..., :3] = np.clip(encoded, 0, 1)
-    tolerance = {"exr": 0, "png": 1.0 / 255, "hdr": 3.7 / 128}[kind]
+    tolerance = {"exr": 0, "png": 1.0 / 255, "hdr": 4 / 256}[kind]
     channels = 3 if kind == "hdr" else 4
     assert np.abs(result - wanted)[..., :channels].max() <= tolerance
     assert os.listdir(tmp_path) == [path.name] and len(blender.data.scenes) == scenes
+
+
+@pytest.mark.parametrize("width", [5, 8, 300])
+def test_hdr_files_hold_the_codes(blender, tmp_path, width):
+    """Told flat, in one run and in three: Blender reads what the codes stand for."""
+    values = np.random.default_rng(1).lognormal(0, 4, (3, width, 4)).astype(np.float32)
+    save_encoded(values, tmp_path / "image.hdr", "hdr", 1.0)
+    codes = encode(values[..., :3], "hdr", 1.0)
+    result = read(load(blender, tmp_path / "image.hdr"))[..., :3]
+    np.testing.assert_array_equal(result, decode(codes, "hdr", 1.0).astype(np.float32))
 
 
 def test_png_has_eight_bits(blender, tmp_path):
@@ -125,14 +136,14 @@ def test_png_has_eight_bits(blender, tmp_path):
 def test_a_file_is_replaced_whole(blender, tmp_path):
     path = tmp_path / "image.exr"
     path.write_text("old")
-    save_image(write_image("Radiosity_Cube", pattern()), path, "exr")
+    save_image(write_image("Radiosity_Cube", pattern()), path)
     assert read(load(blender, path)) == pytest.approx(pattern())
 
 
 def test_missing_folder_is_named(blender, tmp_path):
     image = write_image("Radiosity_Cube", pattern())
     with pytest.raises(OSError, match=r"missing does not exist; create it"):
-        save_image(image, tmp_path / "missing" / "image.exr", "exr")
+        save_image(image, tmp_path / "missing" / "image.exr")
     assert not (tmp_path / "missing").exists()
 
 
