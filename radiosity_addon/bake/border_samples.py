@@ -9,11 +9,11 @@ import numpy as np
 from ..solver.array_struct import ArrayStruct
 from ..solver.geometry.planar import doubled_areas
 from ..solver.geometry.segments import Segments
+from ..solver.ragged import ragged_ranges
 from .continuations import Parts, Seams, face_normals_of, into_faces
 from .faces import triangle_areas
 from .islands import Charted, Edges
 from .shown import Sheets, Stencils
-from .texels import expand
 
 SPACING = 0.5  # distance [texels] of two samples along a border, at most
 MOST = 1 << 14  # number [samples of one edge], at most
@@ -57,7 +57,7 @@ def _spread_evenly(length: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarr
     """(owner, fraction, weight): points along lines of so many texels (k,), in the middles of equal
     parts."""
     count = np.clip(np.ceil(length / SPACING), 1, MOST).astype(int)
-    owner, number = expand(count)
+    owner, number = ragged_ranges(count)
     return owner, (number + 0.5) / count[owner], length[owner] / count[owner]
 
 

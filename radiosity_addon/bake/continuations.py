@@ -14,8 +14,8 @@ import numpy as np
 from ..components import connected_components
 from ..solver.array_struct import ArrayStruct
 from ..solver.geometry.vectors import unit_rows
+from ..solver.ragged import ragged_ranges
 from .islands import Charted, Edges
-from .texels import expand
 
 WELD = 1e-5  # distance [of the surface's extent]: points closer than that are one
 # Cosine [of 3°] between shading normals: those that differ by more are of different faces.
@@ -112,7 +112,7 @@ def _points_on(ends: np.ndarray, positions: np.ndarray):
     known, point = key.ravel()[order], point.ravel()[order]
     low = np.searchsorted(known, key.min(1), "right")
     count = np.maximum(np.searchsorted(known, key.max(1), "left") - low, 0)
-    owner, offset = expand(count)
+    owner, offset = ragged_ranges(count)
     owner, point = np.unique(np.stack([long[owner], point[low[owner] + offset]]), axis=1)
     away = positions[point] - start[owner]
     along = np.einsum("ij,ij->i", away, step[owner]) / length[owner] ** 2
@@ -146,8 +146,8 @@ def _continued(charted: Charted, edges: Edges, parts: Parts, bent: float) -> Sea
     start = np.flatnonzero(new)
     size = np.diff(start, append=len(parts.low))
     start, size = start[(size > 1) & (size <= CROWD)], size[(size > 1) & (size <= CROWD)]
-    first, offset = expand(size)
-    group, other = expand(size[first])  # each member beside each of its line
+    first, offset = ragged_ranges(size)
+    group, other = ragged_ranges(size[first])  # each member beside each of its line
     one = start[first][group] + offset[group]
     other = start[first][group] + other
     one, other = one[one < other], other[one < other]

@@ -13,12 +13,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..solver.adaptive import relative_error
+from ..solver.fields import srgb_to_linear
+
 BITS = {"png": 8, "png16": 16, "linear": 8, "rgbm": 8, "rgbe": 8, "hdr": 8}
 SRGB = ("png", "png16")
 OWN_RANGE = ("rgbm",)  # formats whose scale is the brightest value unless one is named
 ONE = {"rgbe": 255, "hdr": 256}  # code [of a mantissa] of 1, of formats with a shared exponent
 EXPONENT_OFFSET = 128  # offset [of an exponent] in RGBE (Ward 1991, "Real Pixels")
-DARK = 0.25  # brightness [of the mean]: darker places are judged against it (the report's error)
 
 
 def scale_of(colors: list[np.ndarray], encoding: str, asked: float | None) -> float:
@@ -64,33 +66,23 @@ def decode(codes: np.ndarray, encoding: str, scale: float) -> np.ndarray:
     parts = codes / (2.0 ** BITS[encoding] - 1)
     if encoding == "rgbm":
         return scale * parts[..., :3] * parts[..., 3:]
-    return scale * (from_srgb(parts) if encoding in SRGB else parts)
+    return scale * (srgb_to_linear(parts) if encoding in SRGB else parts)
 
 
 def to_srgb(linear: np.ndarray) -> np.ndarray:
-    """The sRGB curve (IEC 61966-2-1, 4.4) at values from 0 to 1, of any shape."""
+    """The sRGB curve (IEC 61966-2-1, 4.4) at values from 0 to 1, of any shape: the inverse of ``srgb_to_linear``."""
     return np.where(
         linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 0) ** (1 / 2.4) - 0.055
     )
 
 
-def from_srgb(encoded: np.ndarray) -> np.ndarray:
-    """The inverse of ``to_srgb``."""
-    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
-
-
 def coding_error(colors: np.ndarray, decoded: np.ndarray) -> float:
-    """Root mean square of the relative error of ``decoded`` beside ``colors`` (n, 3), rows counting
-    alike.
-
-    Relative to a row's mean over channels, but to a quarter of the mean of all at least: the
-    report's measure of error.
-    """
+    """Root mean square of the error of ``decoded`` beside ``colors`` (n, 3), relative as the report's is; rows
+    count alike."""
     if not len(colors):
         return 0.0
-    light = colors.mean(axis=1, keepdims=True)
-    against = np.maximum(light, max(DARK * float(light.mean()), 1e-30))
-    return float(np.sqrt((((decoded - colors) / against) ** 2).mean()))
+    scale = relative_error.scale_of(colors, relative_error.area_shares(np.ones(len(colors))))
+    return float(np.sqrt((((decoded - colors) / scale) ** 2).mean()))
 
 
 def _dither(values: np.ndarray, most: int, chance: np.ndarray) -> np.ndarray:

@@ -11,9 +11,10 @@ from collections import deque
 import numpy as np
 
 from ..solver.geometry.planar import cell_areas, doubled_areas
+from ..solver.ragged import ragged_ranges
 from ..solver.receivers import Receivers
 from ..steps import finish
-from .texels import OVERLAP, expand, texel_steps
+from .texels import OVERLAP, texel_steps
 
 SHARED = 0.02  # share [of a texel]: two faces that both cover more of a full one may be in conflict
 
@@ -50,7 +51,7 @@ def _neighbors(pairs, touches) -> np.ndarray:
     """(m,) bool: whether the faces of a pair share a vertex. ``touches`` (k, 2) are all (face,
     vertex), sorted."""
     first, stop = (np.searchsorted(touches[:, 0], pairs[:, 0], side) for side in ("left", "right"))
-    owner, offset = expand(stop - first)
+    owner, offset = ragged_ranges(stop - first)
     vertex = touches[first[owner] + offset, 1]
     width = 1 + touches[:, 1].max()
     wanted, known = pairs[owner, 1] * width + vertex, touches[:, 0] * width + touches[:, 1]
@@ -68,7 +69,7 @@ def _sharing(cells: Receivers, uv, face, resolution) -> tuple[np.ndarray, np.nda
     texel, who = cells.receiver[chosen], face[cells.triangle[chosen]]
     start = np.nonzero(np.diff(texel, prepend=-1))[0]
     size = np.diff(start, append=len(texel))
-    first, offset = expand(np.repeat(size, size))
+    first, offset = ragged_ranges(np.repeat(size, size))
     second = np.repeat(start, size)[first] + offset
     a, b = who[first], who[second]
     found = a < b

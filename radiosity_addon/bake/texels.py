@@ -12,6 +12,7 @@ from typing import Iterator
 import numpy as np
 
 from ..solver.geometry.planar import cell_areas, doubled_areas
+from ..solver.ragged import ragged_ranges
 from ..solver.receivers import Receivers, TexelMaps
 from ..steps import finish
 from .clip import clip_squares, fan
@@ -137,19 +138,11 @@ def _barycentric(points: np.ndarray) -> np.ndarray:
     return np.array([[v[:, 1], -v[:, 0]], [-u[:, 1], u[:, 0]]]) / doubled_areas(points)
 
 
-def expand(count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Ragged ranges: (owner, offset), (sum of ``count``,) int each, with offset 0..count[i]-1 for every
-    owner i."""
-    owner = np.repeat(np.arange(len(count)), count)
-    begin = np.cumsum(count) - count
-    return owner, np.arange(len(owner)) - begin[owner]
-
-
 def _rows(points: np.ndarray, height: int) -> tuple[np.ndarray, np.ndarray]:
     """All (triangle, row) pairs that meet."""
     low = np.clip(np.floor(points[..., 1].min(1)), 0, height).astype(np.int64)
     high = np.clip(np.ceil(points[..., 1].max(1)), 0, height).astype(np.int64)
-    owner, offset = expand(np.maximum(high - low, 0))
+    owner, offset = ragged_ranges(np.maximum(high - low, 0))
     return owner, low[owner] + offset
 
 
@@ -195,15 +188,15 @@ def _clamped(first, last, width) -> tuple[np.ndarray, np.ndarray]:
 
 def _full_texels(inner, owner, row):
     """Texels wholly inside one triangle: (owner, column, row, corners in the texel, square)."""
-    span, offset = expand(inner[1] - inner[0])
+    span, offset = ragged_ranges(inner[1] - inner[0])
     corners = np.broadcast_to([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], (len(span), 3, 2))
     return owner[span], inner[0][span] + offset, row[span], corners, np.ones(len(span), bool)
 
 
 def _partial(outer, inner, owner, row):
     """Candidates left and right of the inner run: (owner, column, row)."""
-    before, left = expand(inner[0] - outer[0])
-    after, right = expand(outer[1] - inner[1])
+    before, left = ragged_ranges(inner[0] - outer[0])
+    after, right = ragged_ranges(outer[1] - inner[1])
     span = np.concatenate([before, after])
     column = np.concatenate([outer[0][before] + left, inner[1][after] + right])
     return owner[span], column, row[span]

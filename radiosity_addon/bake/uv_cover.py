@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..figures import percent
-from ..solver.geometry.planar import doubled_areas
+from ..solver.geometry.planar import cell_areas, doubled_areas
 from ..solver.receivers import Receivers
 
 FLAT = 1e-12  # area [of the tile]: a triangle with less UV area has none
@@ -27,15 +27,14 @@ class Missed:
 def missed_shares(receivers: Receivers, uv: np.ndarray, start: int, area: np.ndarray) -> Missed:
     """What gets no texel.
 
-    ``uv`` (n, 3, 2) and ``area`` (n,) [m²] of the scene triangles from ``start`` on. A receiver's
-    cells are given in a triangle's own coordinates, so that their areas, doubled, add up to the
-    part of the triangle that lies in the tile.
+    ``uv`` (n, 3, 2) and ``area`` (n,) [m²] of the scene triangles from ``start`` on. The cells of receivers
+    in a triangle are shares of it that add up to the part that lies in the tile.
     """
     total = float(area.sum())
     if total == 0:
         return Missed()
-    cells = np.abs(doubled_areas(receivers.corners)) * np.where(receivers.square, 2.0, 1.0) / 2
-    inside = np.bincount(receivers.triangle - start, 2 * cells, len(uv))
+    shares = cell_areas(receivers.corners, receivers.square)
+    inside = np.bincount(receivers.triangle - start, shares, len(uv))
     real = np.isfinite(uv).all(axis=(1, 2))
     extent = np.abs(doubled_areas(np.where(real[:, None, None], uv, 0.0))) / 2
     flat = real & (extent <= FLAT)

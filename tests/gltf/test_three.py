@@ -14,7 +14,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import browser  # noqa: E402
 import gltf_stage as stage  # noqa: E402
 
-from radiosity_addon.bake.encodings import from_srgb  # noqa: E402
+from radiosity_addon.solver.fields import srgb_to_linear  # noqa: E402
 from tests.one_core import main  # noqa: E402
 
 pytestmark = pytest.mark.skipif(bool(browser.missing()), reason=browser.missing())
@@ -64,7 +64,7 @@ def _pixels(bpy, png: bytes, folder: Path) -> np.ndarray:
     image.colorspace_settings.name = "Non-Color"
     pixels = np.empty(stage.SIZE[0] * stage.SIZE[1] * 4, np.float32)
     image.pixels.foreach_get(pixels)
-    return from_srgb(pixels.reshape(stage.SIZE[1], stage.SIZE[0], 4)[..., :3].astype(float))
+    return srgb_to_linear(pixels.reshape(stage.SIZE[1], stage.SIZE[0], 4)[..., :3].astype(float))
 
 
 def _away_from_edges(truth: np.ndarray) -> np.ndarray:

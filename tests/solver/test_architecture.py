@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SOLVER = ROOT / "radiosity_addon" / "solver"
 # From the lowest to the highest. A module imports its own layer's package or lower ones only.
 LAYERS = (
-    "expected", "workers", "array_struct", "progress", "passes", "fields", "scene", "receivers", "solution", "check", "geometry",
+    "expected", "workers", "ragged", "array_struct", "progress", "passes", "fields", "scene", "receivers", "solution", "check", "geometry",
     "materials", "sampling", "tracing", "lights", "direct", "elements", "transport", "gather",
     "filtering", "adaptive", "energy", "sequence", "tiles",
 )

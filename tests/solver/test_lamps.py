@@ -13,10 +13,13 @@ import numpy as np
 import pytest
 
 from radiosity_addon.solver import scene
+from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.geometry.triangles import build_geometry
+from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.lights.light_batch import LightBatch
 from radiosity_addon.solver.lights.sources import BATCHES
-from radiosity_addon.solver.scene import AreaLamp, PointLamp, SunLamp
+from radiosity_addon.solver.progress import silent
+from radiosity_addon.solver.scene import WHITE, AreaLamp, Material, PointLamp, Scene, SunLamp
 
 PACKAGE = Path(inspect.getfile(scene)).parents[1]
 LAMPS = [thing for thing in vars(scene).values()
@@ -101,3 +104,16 @@ def test_nobody_asks_for_the_type_of_a_batch():
     }
     assert len(batches) > len(BATCHES), "those of lamps, and the sky's"
     assert asking(batches) == []
+
+
+def test_faces_and_lamps_of_one_type_are_one_batch():
+    """A glowing triangle, two panels and a sun: the faces and the panels in one batch, in this order."""
+    glow = Material("Glow", WHITE, Constant(ONE))
+    triangles = np.array([[0, 1, 2], [3, 4, 5]], np.int32)
+    vertices = np.concatenate([np.eye(3) / 10, 9 * np.eye(3)])
+    number = np.arange(2, dtype=np.int32)
+    panel, sun = EXAMPLES[-1], EXAMPLES[-2]
+    found = Scene(vertices, triangles, number, 0 * number, (glow, Material("Gray")), ("A",), (sun, panel, panel))
+    sources = build_context(found, 0, 1, silent).sources
+    assert [len(batch.color) for batch in sources.batches] == [3, 1]
+    assert sources.batches[0].object.tolist() == [0, -1, -1]

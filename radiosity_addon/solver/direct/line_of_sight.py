@@ -62,9 +62,7 @@ class LineOfSight:
         if len(one) == 0:
             return sees
         footprints = self.footprints
-        first, cells = footprints.start[other], np.diff(footprints.start)[other]
-        pair = np.repeat(np.arange(len(one)), cells)
-        cell = np.arange(len(pair)) + np.repeat(first - np.cumsum(cells) + cells, cells)
+        pair, cell = footprints.cells_of(other)
         for u, v in ((0, 0), (1, 0), (0, 1), (1, 1)):
             left = np.flatnonzero(sees[pair] & ((u + v < 2) | footprints.square[cell]))
             start, end = one[pair[left]], cell[left]

@@ -14,6 +14,7 @@ import numpy as np
 from ..direct.line_of_sight import LIFT, is_clear, is_path_clear
 from ..geometry.grids import grid_cells
 from ..lights.context import Context
+from ..ragged import ragged_ranges
 from ..tracing.crossings import Crossings
 from .elements import INSIDE, Elements, cut_cells, refine
 
@@ -39,8 +40,8 @@ def _cut_along_crossings(context: Context, elements: Elements, most: float) -> E
     """Cells cut along all that crosses them or stands on them, to at most ``most`` elements."""
     crossings = context.crossings.large(SMALL)
     n = elements.grid[crossings.triangle].astype(np.int64) ** 2
-    line = np.repeat(np.arange(len(n)), n)
-    cell = elements.base[crossings.triangle[line]] + np.arange(len(line)) - (np.cumsum(n) - n)[line]
+    line, offset = ragged_ranges(n)
+    cell = elements.base[crossings.triangle[line]] + offset
     line, cell = _crossed(crossings, elements, line, cell)
     for _ in range(FINER):
         many = np.bincount(cell, minlength=len(elements.element))[cell] > FEW

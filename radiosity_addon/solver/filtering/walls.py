@@ -66,9 +66,7 @@ def _divides(
     owner: np.ndarray,
 ) -> np.ndarray:
     """(k,) bool: whether parts of the receivers ``owner`` (k,) lie on both sides of lines (k,)."""
-    start, number = footprints.start[owner], np.diff(footprints.start)[owner]
-    pair = np.repeat(np.arange(len(owner)), number)
-    cell = np.arange(len(pair)) + np.repeat(start - np.cumsum(number) + number, number)
+    pair, cell = footprints.cells_of(owner)
     above = shares_above(context.geometry, context.crossings, receivers, line[pair], cell)
     area = np.diff(footprints.cumulative)[cell]
     total = np.bincount(pair, area, len(owner))

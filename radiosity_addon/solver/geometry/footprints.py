@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..ragged import ragged_ranges
 from ..receivers import Receivers
 from ..workers.parallel import ranges
 from .cell_shading import CellShading, build_cell_shading
@@ -53,6 +54,12 @@ class Footprints:
         sums = np.add.reduceat(weight[:, None] * values[cells], starts, axis=0)
         result[several] = sums / np.add.reduceat(weight, starts)[:, None]
         return result
+
+    def cells_of(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(pair, cell), (m,) int each: all cells of the footprints ``chosen`` (k,) int, and of each the number among
+        the k of the footprint that it belongs to."""
+        pair, offset = ragged_ranges(np.diff(self.start)[chosen])
+        return pair, self.start[chosen][pair] + offset
 
     def grouped(self, group: np.ndarray) -> Footprints:
         """The cells of ``group`` (n_cells,) int as footprints 0, 1, ...; those of groups below 0 left

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..array_struct import ArrayStruct
 from ..expected import Refused
 from ..geometry.triangles import Geometry
 from ..scene import AreaLamp, Lamp, PointLamp, Scene, SunLamp, lamp_color
@@ -178,12 +179,23 @@ def _batches(
         if mine:
             batch = make([lamp for lamp, _ in mine], geometry)
             found.append((batch, [pair for _, pair in mine]))
-    if len(found) > 1 and type(found[0][0]) is type(found[1][0]):  # faces, lamps: one is quicker than two
-        (one, own), (two, others) = found[:2]
-        found[:2] = [(one.join([one, two]), own + others)]
+    found = _joined(found)
     if spots is not None:
         found.append((spots, [(None, None)] * len(spots.color)))
     return found
+
+
+def _joined(found: list[tuple[LightBatch, list[Links]]]) -> list[tuple[LightBatch, list[Links]]]:
+    """One batch of each type whose batches can be joined, in the order of the first: one is sampled more quickly
+    than several. Emissive faces and area lamps are of one type."""
+    groups: dict[object, list] = {}
+    for number, (batch, links) in enumerate(found):
+        same = type(batch) if isinstance(batch, ArrayStruct) else number
+        groups.setdefault(same, []).append((batch, links))
+    return [
+        (batch.join([each for each, _ in pairs]) if len(pairs) > 1 else batch, [link for _, own in pairs for link in own])
+        for pairs in groups.values() for batch, _ in pairs[:1]
+    ]
 
 
 def _check_distances(lamps: list[Lamp], geometry: Geometry) -> None:

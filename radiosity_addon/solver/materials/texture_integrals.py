@@ -16,6 +16,7 @@ import numpy as np
 
 from ..fields import Texture, decoded, srgb_to_linear
 from ..geometry.planar import determinants
+from ..ragged import ragged_ranges
 from .evaluate import bilinear, mirrored
 
 THIN = 1e-3  # width [texels]: thinner regions, as a palette's single points, are given so much
@@ -214,8 +215,7 @@ def _pieces(start: np.ndarray, step: np.ndarray) -> tuple[np.ndarray, np.ndarray
         ends = start[:, axis], start[:, axis] + step[:, axis]
         first = np.floor(np.minimum(*ends)).astype(np.int64) + 1
         count = np.maximum(np.ceil(np.maximum(*ends)).astype(np.int64) - first, 0)
-        edge = np.repeat(np.arange(m), count)
-        rank = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count)
+        edge, rank = ragged_ranges(count)
         edges.append(edge)
         cuts.append(((first[edge] + rank) - start[edge, axis]) / step[edge, axis])
     edge, low = np.concatenate(edges), np.clip(np.concatenate(cuts), 0, 1)

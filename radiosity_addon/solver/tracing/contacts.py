@@ -12,6 +12,7 @@ import numpy as np
 
 from ..geometry.planar import determinants
 from ..geometry.triangles import Geometry
+from ..ragged import ragged_ranges
 from ..receivers import Receivers
 from ..workers.parallel import map_chunks, ranges
 from .crossings import Crossings
@@ -116,10 +117,9 @@ def _outline(corners: np.ndarray, square: np.ndarray) -> np.ndarray:
 def _repeated(
     values: np.ndarray, first: np.ndarray, last: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """``values`` (k,) repeated for each number from ``first`` to ``last`` (k,), and these."""
-    number = last - first
-    offset = np.repeat(first - np.cumsum(number) + number, number)
-    return np.repeat(values, number), np.arange(len(offset)) + offset
+    """``values`` (k,) repeated for each number from ``first`` to before ``last`` (k,), and these numbers."""
+    owner, offset = ragged_ranges(last - first)
+    return values[owner], first[owner] + offset
 
 
 def _meets_box(ends: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
