@@ -7,10 +7,11 @@ import numpy as np
 BAND = 1 << 22  # number [texels] whose distances are found together: they take 50 bytes each
 
 
-def extend_islands(
+def extended(
     pixels: np.ndarray, covered: np.ndarray, margin: int, band: int = BAND
-) -> np.ndarray:
-    """RGBA image (height, width, 4) float32 from ``pixels`` (height, width, 3).
+) -> tuple[np.ndarray, np.ndarray]:
+    """RGBA image (height, width, 4) float32 from ``pixels`` (height, width, 3), and which of its texels have a
+    color, (height, width) bool.
 
     Texels within ``margin`` (Euclidean, in texels) of a covered one take the color of the
     nearest covered texel, so that filtering between texels never mixes in black. Covered texels
@@ -19,14 +20,6 @@ def extend_islands(
     Distances of about ``band`` texels are found together. Raises ValueError when the shapes differ or
     the margin is negative.
     """
-    return extended(pixels, covered, margin, band)[0]
-
-
-def extended(
-    pixels: np.ndarray, covered: np.ndarray, margin: int, band: int = BAND
-) -> tuple[np.ndarray, np.ndarray]:
-    """The same image as ``extend_islands`` gives, and which of its texels have a color, (height, width)
-    bool: all others are black. Raises ValueError as that does."""
     if pixels.shape != (*covered.shape, 3):
         raise ValueError(f"pixels have shape {pixels.shape}; it must be {(*covered.shape, 3)}")
     if margin < 0:

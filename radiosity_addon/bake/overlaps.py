@@ -7,32 +7,28 @@ a texel with others of it, so layers taken apart can be laid out side by side.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Generator
 
 import numpy as np
 
 from ..solver.geometry.planar import cell_areas, doubled_areas
 from ..solver.ragged import ragged_ranges
 from ..solver.receivers import Receivers
-from ..steps import finish
 from .texels import OVERLAP, texel_steps
 
 SHARED = 0.02  # share [of a texel]: two faces that both cover more of a full one may be in conflict
 
 
-def overlap_layers(
+def overlap_steps(
     uv: np.ndarray, face: np.ndarray, corners: np.ndarray, count: int, resolution: int
-) -> np.ndarray:
-    """(n_faces,) int: 0 for faces that may stay, 1, 2, … for those to be taken apart.
+) -> Generator[float, None, np.ndarray]:
+    """(n_faces,) int: 0 for faces that may stay, 1, 2, … for those to be taken apart. In steps of some hundredths
+    of a second, which yield the fraction done.
 
     ``uv`` (n, 3, 2) of the triangles, ``face`` (n,) which of ``count`` faces each is of,
     ``corners`` (n, 3) their vertices: among many faces in a texel those that share one are
     taken to be neighbors. ``resolution`` is that of the search for overlaps, in texels.
     """
-    return finish(overlap_steps(uv, face, corners, count, resolution))
-
-
-def overlap_steps(uv, face, corners, count: int, resolution: int):
-    """``overlap_layers`` in steps of some hundredths of a second."""
     layer = np.zeros(count, int)
     cells = yield from texel_steps(uv, np.arange(len(uv)), resolution)
     pairs, certain = _sharing(cells, uv, face, resolution)

@@ -23,7 +23,6 @@ class MeshArrays:
     polygon: np.ndarray  # (n,) int32
     slot: np.ndarray  # (n,) int32, material slot
     loop_vertex: np.ndarray  # (n_loops,) int32
-    polygon_start: np.ndarray  # (n_polygons,) int32, first loop
     uvs: dict[str, np.ndarray]  # name -> (n_loops, 2) float32
     colors: dict[str, np.ndarray]  # name -> (n_loops, 4) float32, linear
     active_uv: str = ""
@@ -45,7 +44,6 @@ def read_mesh(mesh) -> MeshArrays:
         polygon=polygon,
         slot=slots[polygon],
         loop_vertex=vertex,
-        polygon_start=bulk(mesh.polygons, "loop_start", np.int32),
         uvs={layer.name: read_uv(layer) for layer in mesh.uv_layers},
         colors=_read_colors(mesh, vertex),
         active_uv=active,

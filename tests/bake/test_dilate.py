@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radiosity_addon.bake.dilate import extend_islands
+from radiosity_addon.bake.dilate import extended
+
+
+def image_of(*arguments):
+    """The image that ``extended`` makes of these."""
+    return extended(*arguments)[0]
 
 
 def two_islands():
@@ -17,48 +22,48 @@ def two_islands():
 
 
 def test_margin_takes_the_nearest_island():
-    image = extend_islands(*two_islands(), 2)
+    image = image_of(*two_islands(), 2)
     assert image[3, :, 0].tolist() == [1, 1, 1, 1, 1, 1, 0, 2, 2, 2, 2, 2, 2, 0]
 
 
 def test_islands_do_not_bleed_into_each_other():
     pixels, covered = two_islands()
-    image = extend_islands(pixels, covered, 100)
+    image = image_of(pixels, covered, 100)
     assert np.array_equal(image[covered][:, :3], pixels[covered])
     assert image[3, :, 0].tolist() == [1] * 6 + [image[3, 6, 0]] + [2] * 7  # 6 is halfway
 
 
 def test_alpha_says_which_texels_belong_to_a_face():
     pixels, covered = two_islands()
-    assert np.array_equal(extend_islands(pixels, covered, 2)[..., 3], covered.astype(np.float32))
+    assert np.array_equal(image_of(pixels, covered, 2)[..., 3], covered.astype(np.float32))
 
 
 def test_margin_is_round():
     covered = np.zeros((9, 9), bool)
     covered[4, 4] = True
-    image = extend_islands(np.ones((9, 9, 3), np.float32), covered, 3)
+    image = image_of(np.ones((9, 9, 3), np.float32), covered, 3)
     y, x = np.mgrid[:9, :9] - 4
     assert np.array_equal(image[..., 0] == 1, x**2 + y**2 <= 9)
 
 
 @pytest.mark.parametrize("fill", [False, True])
 def test_nothing_or_everything_covered(fill):
-    image = extend_islands(np.full((4, 4, 3), 0.5), np.full((4, 4), fill), 2)
+    image = image_of(np.full((4, 4, 3), 0.5), np.full((4, 4), fill), 2)
     assert (image[..., :3] == 0.5 * fill).all() and (image[..., 3] == fill).all()
 
 
 def test_what_is_not_covered_does_not_matter():
     pixels, covered = two_islands()
     pixels[~covered] = np.nan
-    assert np.isfinite(extend_islands(pixels, covered, 1)).all()
+    assert np.isfinite(image_of(pixels, covered, 1)).all()
 
 
 def test_bad_input():
     pixels, covered = two_islands()
     with pytest.raises(ValueError, match="margin is -1"):
-        extend_islands(pixels, covered, -1)
+        image_of(pixels, covered, -1)
     with pytest.raises(ValueError, match="must be"):
-        extend_islands(pixels, covered[1:], 1)
+        image_of(pixels, covered[1:], 1)
 
 
 def test_bands_give_the_same_image():
@@ -70,9 +75,9 @@ def test_bands_give_the_same_image():
     covered = random.random((40, 50)) < 0.02
     row, column = np.mgrid[:40, :50]
     pixels = np.stack([row, column, covered], -1).astype(np.float32)
-    whole = extend_islands(pixels, covered, 3)
+    whole = image_of(pixels, covered, 3)
     for texels in (200, 1):
-        image = extend_islands(pixels, covered, 3, texels)
+        image = image_of(pixels, covered, 3, texels)
         filled = image[..., 2] > 0
         assert np.array_equal(filled, whole[..., 2] > 0)
         apart = np.hypot(image[..., 0] - row, image[..., 1] - column)

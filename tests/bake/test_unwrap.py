@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radiosity_addon.bake.overlaps import overlap_layers
+from radiosity_addon.bake.overlaps import overlap_steps
 from radiosity_addon.bake.texels import overlapping_texels, texel_receivers
 from radiosity_addon.bake.unwrap import ensure_uv_map
 from radiosity_addon.bake.uv_maps import find_uv_map, remove_uv_maps
 from radiosity_addon.bake_job import prepare
 from radiosity_addon.settings import Settings
+from radiosity_addon.steps import finish
 from tests.export.stage import linked
 
 
@@ -124,9 +125,9 @@ def test_layers_of_stacked_quads():
     half = np.array([[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]], float)
     uv = np.concatenate([half, half])
     corners = np.array([(0, 1, 2), (0, 2, 3), (4, 5, 6), (4, 6, 7)])
-    layer = overlap_layers(uv, np.arange(4), corners, 4, 16)
+    layer = finish(overlap_steps(uv, np.arange(4), corners, 4, 16))
     assert layer[0] != layer[2] and layer[1] != layer[3]
-    assert not overlap_layers(half, np.arange(2), corners[:2], 2, 16).any()
+    assert not finish(overlap_steps(half, np.arange(2), corners[:2], 2, 16)).any()
 
 
 def state(blender, obj):

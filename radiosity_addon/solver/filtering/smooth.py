@@ -19,6 +19,7 @@ from ..workers.parallel import map_chunks, ranges
 from .neighborhood import Neighborhood
 
 WINDOW = 33  # width [receivers] of the mean where there is no lattice
+MAP_LEVELS = 3  # number [levels] of kernels that such a mean takes where there is one
 BAND = 1 << 16  # number [values] that are looked at together
 LARGEST = 1e9  # value [of a picture]: float32 holds fourth powers up to it
 MARGIN = 0.2  # share [of the noise that a wider kernel takes away] that may come back as blur
@@ -73,7 +74,7 @@ def smooth(
     return Smoothed(out_a, out_b, square, touched)
 
 
-def smooth_map(neighborhoods: Sequence[Neighborhood], values: np.ndarray, levels: int = 3) -> np.ndarray:
+def smooth_map(neighborhoods: Sequence[Neighborhood], values: np.ndarray) -> np.ndarray:
     """(count,) values averaged over the texels around, or, where there is no neighborhood, over
     receivers of near numbers: those of a face and its neighbors."""
     if not neighborhoods:
@@ -81,7 +82,7 @@ def smooth_map(neighborhoods: Sequence[Neighborhood], values: np.ndarray, levels
     result = values.copy()
     for neighborhood in neighborhoods:
         (picture,) = neighborhood.as_pictures(values[:, None])
-        for level in range(levels):
+        for level in range(MAP_LEVELS):
             (picture,) = neighborhood.step(picture, level=level)
         result[neighborhood.index] = neighborhood.read(picture)
     return result

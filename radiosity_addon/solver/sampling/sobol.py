@@ -62,16 +62,14 @@ def cosine_lifted(u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray,
     return radius * np.cos(angle), radius * np.sin(angle), z
 
 
-def tangent_frames(normal: np.ndarray, rotation: np.ndarray | float = 0.0) -> np.ndarray:
-    """(..., 3, 3) float32: rows tangent, bitangent, normal of unit ``normal`` (..., 3).
-
-    The tangent is turned about the normal by ``rotation`` (...) revolutions.
-    """
-    return np.moveaxis(tangent_axes(normal, rotation), 0, -2)
+def tangent_frames(normal: np.ndarray) -> np.ndarray:
+    """(..., 3, 3) float32: rows tangent, bitangent, normal of unit ``normal`` (..., 3)."""
+    return np.moveaxis(tangent_axes(normal), 0, -2)
 
 
 def tangent_axes(normal: np.ndarray, rotation: np.ndarray | float = 0.0) -> np.ndarray:
-    """(3, ..., 3) float32: the same, all tangents, then all bitangents, then all normals."""
+    """(3, ..., 3) float32: all tangents, then all bitangents, then all normals of unit ``normal`` (..., 3). The
+    tangents are turned about the normals by ``rotation`` (...) revolutions."""
     normal = np.asarray(normal, np.float32)
     tangent, bitangent = tangents(np.ascontiguousarray(np.moveaxis(normal, -1, 0)))
     angle = np.asarray(rotation, np.float32) * np.float32(2 * np.pi)
