@@ -6,15 +6,14 @@ Vertices are checked where they are normalized (``geometry``).
 from __future__ import annotations
 
 from dataclasses import fields as members
+from typing import get_args
 
 import numpy as np
 
 from .expected import Refused
 from .fields import Constant, CornerColors, Field
 from .receivers import Receivers
-from .scene import Scene, sides
-
-QUANTITIES = ("reflectance", "diffuse", "emission", "transmittance")
+from .scene import Quantity, Scene, sides
 
 
 def check_scene(scene: Scene, receivers: Receivers) -> None:
@@ -28,11 +27,10 @@ def check_scene(scene: Scene, receivers: Receivers) -> None:
     if not 0 <= scene.material.min() <= scene.material.max() < len(scene.materials):
         raise ValueError("triangles name materials that do not exist")
     for material in sides(scene.materials):
-        for quantity in QUANTITIES:
-            field = getattr(material, quantity)
-            if field is not None and not _finite(field):
+        for quantity in get_args(Quantity):
+            if not _finite(getattr(material, quantity)):
                 raise Refused(
-                    f"the {quantity} of material {material.name!r} is not finite; give it numbers"
+                    f"the {quantity.replace('_', ' ')} of material {material.name!r} is not finite; give it numbers"
                 )
     for lamp in scene.lamps:
         for member in members(lamp):

@@ -22,9 +22,9 @@ from .sampling.sobol import cosine_directions, sobol, tangent_frames, uniform
 from .sampling.streams import Stream
 from .tracing.embree import Hits
 
-PARTICLES = 2048  # number [particles] of all lights
+PARTICLES = 2048  # number [particles] that the near lights share, and so do the distant ones: shares are off by 1/√PARTICLES
 MAX_BOUNCES = 64  # number [bounces] of a particle, at most
-FAINT = 0.01  # share [of all light] under way: less is shared out as the rest was
+FAINT = 0.01  # share [of all light] still under way: at less, the rest is taken to end as what ended before did
 
 
 @dataclass(frozen=True)
@@ -70,16 +70,16 @@ def _follow(context: Context, particles: Particles) -> tuple[np.ndarray, np.ndar
         escaped += particles.weight[hits.triangle < 0].sum(axis=0)
         met = np.flatnonzero(hits.triangle >= 0)
         xi = uniform((len(met), 3), context.seed, Stream.PARTICLE_BOUNCES, bounce)
-        particles, lost = _go_on(context, particles.take(met), hits, met, xi)
+        particles, lost = _scattered(context, particles.take(met), hits, met, xi)
         absorbed += lost
     return absorbed, escaped
 
 
-def _go_on(
+def _scattered(
     context: Context, particles: Particles, hits: Hits, met: np.ndarray, xi: np.ndarray
 ) -> tuple[Particles, np.ndarray]:
-    """The particles after they ``met`` (n,) the surface, reflected or let through by chance in
-    proportion to either share, and the power (channels,) that stayed there."""
+    """The ``particles`` (n,) that hit the surface, ``met`` (n,) int of all ``hits``, reflected or transmitted by
+    chance in proportion to either share, by ``xi`` (n, 3) in [0, 1); and the power (channels,) absorbed there."""
     triangle, front = hits.triangle[met], hits.front[met]
     uv = np.stack([hits.u[met], hits.v[met]], 1).astype(float)
     back = particles.weight * context.reflectance(triangle, uv, front)

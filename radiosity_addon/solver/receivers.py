@@ -16,7 +16,7 @@ from .array_struct import ArrayStruct
 
 @dataclass(frozen=True)
 class Shading:
-    """How cells are turned and rounded for the light that falls on them.
+    """The normals by which light on cells counts, and the rounded surface that it starts from.
 
     ``normal`` is the mean over a cell, shorter than 1 where it varies within; where it is 0, or
     faces away from the triangle, the triangle's own counts.
@@ -29,7 +29,7 @@ class Shading:
 
 @dataclass(frozen=True)
 class TexelMaps(ArrayStruct):
-    """Where in images triangles lie, by which a place on one finds its texel."""
+    """Where triangles lie in images: by this a place on a triangle finds its texel."""
 
     triangle: np.ndarray  # (k,) int32: scene triangles, each at most once
     image: np.ndarray  # (k,) int32
@@ -55,10 +55,10 @@ class Receivers:
 
 @dataclass(frozen=True)
 class Projection:
-    """Where the error is judged instead of at the receivers: at colors that are means of them.
+    """Colors fitted to the light at receivers: where the error is judged instead of at the receivers.
 
-    ``apply`` maps values (count, c) at receivers to colors (m, c), linearly, about as ``show`` does
-    light (count, c >= 1), to (m, 3), of which colors stay within bounds; ``area`` (m,), in any unit, is
+    ``apply`` maps values (count, c) at receivers to colors (m, c), linearly. ``show`` maps light (count, c), 1 or 3
+    channels, to the colors (m, 3) that users see, which are kept within bounds. ``area`` (m,), in any unit, is
     what each color counts by: that of the faces it is fitted to.
     """
 

@@ -37,13 +37,13 @@ class Material:
     diffuse: Field | None = None  # None: the reflectance
 
     @property
-    def shown(self) -> Field:
-        """The diffuse reflectance."""
+    def diffuse_reflectance(self) -> Field:
+        """``diffuse``, or the reflectance where it is None."""
         return self.reflectance if self.diffuse is None else self.diffuse
 
 
 # What of a material is asked for, by its name.
-Quantity = Literal["reflectance", "shown", "emission", "transmittance"]
+Quantity = Literal["reflectance", "diffuse_reflectance", "emission", "transmittance"]
 
 
 def sides(materials: tuple[Material, ...]) -> list[Material]:
@@ -52,7 +52,7 @@ def sides(materials: tuple[Material, ...]) -> list[Material]:
 
 
 class Lamp(Protocol):
-    """A lamp: a frozen dataclass, whose numbers are checked, with a ``name``.
+    """What every type of lamp has. A lamp is a frozen dataclass; all its numbers are checked to be finite.
 
     ``color_field`` names the field (3,) that tells how bright it is, in the lamp's own unit.
     ``takes_distribution``: whether it has a field ``distribution`` by which it may shine as a node

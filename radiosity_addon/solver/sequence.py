@@ -43,7 +43,7 @@ from .scene import Scene
 from .solution import Solution, Statistics
 from .workers.parallel import thread_count
 
-LATE = 1.5  # factor [of the time limit]: solves that took longer are told
+LATE = 1.5  # factor [of the time limit]: a solve that takes longer gets a warning
 
 
 @np.errstate(under="ignore")  # light that vanishes beside the brightest is nothing
@@ -85,8 +85,8 @@ def solve(
 
 @dataclass(frozen=True)
 class Options:
-    """What a solve may be given: see ``solve``. ``requirements``: the light that is found; None: what the
-    passes ask for and the scene can give. ``useful``: the gain of variance from which on rays are guided."""
+    """Options of a solve: see ``solve``. ``requirements``: the light that is found; None: what the
+    passes ask for and the scene can give. ``useful``: rays are guided where that divides the variance by this at least."""
 
     project: Projection | None = None
     cache: SolveCache | None = None
@@ -110,7 +110,7 @@ def solve_opened(
 
 @dataclass(frozen=True)
 class OpenSolve:
-    """All that is ready for the first round, its plan, and warnings."""
+    """A solve that is ready for its first round, the plan of that, and warnings of a lost process."""
 
     rounds: Rounds
     plan: Plan
@@ -129,7 +129,7 @@ class Outcome:
 def begin(
     context: Context, receivers: Receivers, settings: SolverSettings, options: Options, clock: Clock
 ) -> OpenSolve:
-    """Both replicates opened. Arguments as in ``solve_opened``."""
+    """A solve with both replicates, ready for its first round. The arguments are those of ``solve_opened``."""
     scene = context.scene
     threads, cache = thread_count(settings.threads), options.cache
     beside = None if threads == 1 else options.beside
@@ -210,7 +210,7 @@ def open_scene(
 def _second_replicate(
     beside: RemoteReplicate | None, first: Replicate
 ) -> tuple[SecondReplicate, tuple[str, ...]]:
-    """The second replicate, and warnings: this process where the other is not there."""
+    """The second replicate, and warnings; it is in this process where there is no other, or the other has ended."""
     lost = ()
     if beside is not None:
         try:
@@ -230,7 +230,7 @@ def estimator_of(
     first: Replicate, passes: tuple[Pass, ...], project: Projection | None, threads: int,
     brightness: float | None = None,
 ) -> ErrorEstimator:
-    """What the error of the replicate's receivers is measured on."""
+    """The estimator of the error at the replicate's receivers. ``brightness``: see ``ErrorEstimator``."""
     context, footprints, receivers = first.context, first.placed.footprints, first.placed.receivers
     position, normal = footprints.middle()
     walls = first.placed.walls
@@ -248,12 +248,13 @@ def estimator_of(
 
 
 def late_warning(seconds: float, limit: float | None) -> list[str]:
-    """What to say of ``seconds`` of solving: all receivers get their first rays, whatever the limit."""
+    """A warning where ``seconds`` of solving are far above the ``limit``: all receivers get their first rays, whatever
+    it is."""
     if limit is None or seconds < LATE * limit:
         return []
     return [
-        f"solving took {seconds:.1f} s, above the time limit of {limit:g} s: the first rays of all texels or "
-        "faces are shot whatever it is; lower the resolution, or bake fewer objects"
+        f"solving took {seconds:.1f} s, above the time limit of {limit:g} s: every texel or face gets its first "
+        "rays, whatever the limit; lower the resolution, or bake fewer objects"
     ]
 
 
@@ -271,6 +272,6 @@ def _warnings(context: Context, reached: Outcome, settings: SolverSettings) -> I
     residual = max(replicate.residual for replicate in reached.figures)
     if residual > 0.1 * settings.target_error:
         yield (
-            f"the linear system was solved to a residual of {residual:.2g} only; "
-            "reflectances this close to 1 need a scene that light can leave"
+            f"the linear system was solved to a residual of {residual:.2g} only: reflectances are too close to 1 "
+            "for a scene that light cannot leave; lower them"
         )

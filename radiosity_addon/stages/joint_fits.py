@@ -104,7 +104,7 @@ def _materials(scene: Scene) -> np.ndarray:
 
 
 def _look(material: Material, index: int) -> object:
-    fields = material.shown, material.emission
+    fields = material.diffuse_reflectance, material.emission
     if all(isinstance(field, Constant) for field in fields):
         return tuple(tuple(np.asarray(field.value, float).tolist()) for field in fields)
     return index

@@ -84,7 +84,7 @@ GRAY = (0.8, 0.8, 0.8, 1.0)
 def sent(exported, u=0.3, v=0.3):
     """What the material of the first triangle sends on, and what it shows."""
     material = material_of(exported)
-    return value_at(material.reflectance, 0, u, v), value_at(material.shown, 0, u, v)
+    return value_at(material.reflectance, 0, u, v), value_at(material.diffuse_reflectance, 0, u, v)
 
 
 def test_a_coating_dims_its_base_by_what_it_mirrors(blender, export):
@@ -152,7 +152,7 @@ def test_a_coating_on_a_picture(blender, export, extension):
     field = material_of(exported)
     assert field.reflectance.pixels is field.diffuse.pixels
     place, first = np.random.default_rng(1).random((50, 2)) / 2, np.zeros(50, int)
-    found, shown = (evaluate_field(each, first, place) for each in (field.reflectance, field.shown))
+    found, shown = (evaluate_field(each, first, place) for each in (field.reflectance, field.diffuse_reflectance))
     np.testing.assert_allclose(found, shown / LET_THROUGH * (1 - COATING) + COATING, rtol=1e-5)
     assert (found == COATING).all(axis=1).any() == (extension == "CLIP")
 

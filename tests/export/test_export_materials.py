@@ -44,7 +44,7 @@ def test_principled_is_as_cycles_bakes_it(blender, export, name):
     color = cycles_bake(blender, plane, "DIFFUSE", ("COLOR",), samples=4)[0, 0]
     emission = cycles_bake(blender, plane, "EMIT", (), samples=4)[0, 0]
     # The table of the coating's albedo is interpolated: 0.2 % of reflectance.
-    np.testing.assert_allclose(value_at(material.shown, 0, 0.3, 0.3), color, atol=2e-3)
+    np.testing.assert_allclose(value_at(material.diffuse_reflectance, 0, 0.3, 0.3), color, atol=2e-3)
     np.testing.assert_allclose(value_at(material.emission, 0, 0.3, 0.3), emission, atol=1e-4)
 
 

@@ -74,6 +74,6 @@ def test_one_pictures_means_are_looked_for_once(shared):
     scene = replace(meshes.box_scene(), materials=(material,), material=np.zeros(12, np.int32))
     regions = triangle_regions(np.zeros(1, int), np.array([[[0.1, 0.2], [0.7, 0.1], [0.2, 0.7]]]))
     base, _ = FieldMeans(replace(shown, factor=1.0))(regions)
-    diffuse, _ = material_means(scene, "shown", regions)
+    diffuse, _ = material_means(scene, "diffuse_reflectance", regions)
     np.testing.assert_allclose(diffuse, 0.9 * base, rtol=1e-12)
     np.testing.assert_allclose(reflectance_means(scene, regions, diffuse), 0.7 * base + 0.2, rtol=1e-7)

@@ -1,7 +1,7 @@
 """Allocation: how many more points and rays receivers should get, by the errors expected of them.
 
-The mean over the surface should be what is aimed at for the fewest samples, and no place much worse: single
-texels that are far off show, though the mean hardly notices them.
+The mean error over the surface is to reach the goal with the fewest samples, and no place is to be much worse:
+single texels that are far off can be seen, though they hardly change the mean.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from ..filtering.smooth import dilate
 from ..gather.lighting import Lighting
 from .estimate import Estimate
 
-# Errors [of the goal] of explicit and of gathered light, expected at a single place, at most: it has more samples
-# where they are larger, though the mean over the surface is good, or it shows as a dash or a stain; and the
-# errors [relative] below which it does not show.
+# Errors [of the goal] of explicit and of gathered light that are allowed at single places: a place where the expected
+# error is larger gets more samples even if the mean over the surface is good, as it would show as a dash or a stain.
+# And errors [relative] that nobody sees: a place gets no samples to go below them.
 WORST, SEEN = (0.8, 1.3), (0.018, 0.029)
-LEAST_MORE = 1.25  # factor [samples of a receiver]: it gets none where fewer would do
+LEAST_MORE = 1.25  # factor [samples of a receiver]: one that needs fewer than so many times as many gets none
 
 Lacking = tuple[np.ndarray, np.ndarray]  # numbers of points and of rays, (count,) float64 each
 
@@ -43,8 +43,8 @@ def lacking_in_mean(
 
 
 def lacking_at_worst(estimate: Estimate, goal: float, light: Lighting) -> Lacking:
-    """What they lack for none to be off by more than WORST times the ``goal``, as far as is known and SEEN; slivers,
-    of which little is seen, may be."""
+    """Samples that receivers lack for none to have an expected error above WORST times the ``goal``, or above SEEN where
+    that is more. Slivers, which are smaller than the mean receiver, may have more."""
     seen = np.minimum(estimate.share * len(estimate.share), 1)
     points, rays = (
         _beyond(number * seen * np.maximum(local, 0) / max(worst * goal, least) ** 2, number)
@@ -62,7 +62,7 @@ def _parts(
 
 
 def _adding_up_to(wanted: float, parts: np.ndarray) -> np.ndarray:
-    """``parts`` (n,) in proportion, but with the sum ``wanted`` where they have one."""
+    """``parts`` (n,) scaled to the sum ``wanted``; as they are where their sum is 0."""
     total = parts.sum()
     return parts * (wanted / total) if total > 0 else parts
 
@@ -88,5 +88,5 @@ def _more_in_mean(square: np.ndarray, goal: float, number: np.ndarray) -> np.nda
 
 
 def _beyond(best: np.ndarray, number: np.ndarray) -> np.ndarray:
-    """(count,) what the ``best`` numbers are more than the ``number`` (count,) there is, by more than a little."""
+    """(count,) by how much the ``best`` numbers exceed the ``number`` (count,) there is; 0 where that is little."""
     return np.where(best > LEAST_MORE * number, best - number, 0.0)

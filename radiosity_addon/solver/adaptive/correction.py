@@ -23,9 +23,9 @@ LEVELS = 6  # number [levels of regions], each half as wide as the one around it
 PER_REGION = 64  # number [paths in a region, on average]: levels with fewer are not used
 POOLED = 8  # weight [paths] of all regions' variance beside a region's own
 SIGNIFICANT = 2.5  # bias [standard errors]: smaller ones are taken for noise
-WILD = 0.5  # deviation [relative] of a path: above it, elements with rare large values count
-MOST_OF_SQUARE = 0.8  # share [of the variance] that few elements must be behind to be divided
-FEW = 0.05  # share [of elements] that may be behind it: more of them are noisy, not wrong
+WILD = 0.5  # deviation [relative] of paths: above it, elements of which rare large values come may be divided
+MOST_OF_SQUARE = 0.8  # share [of the variance of paths] that has to come from few elements for them to be divided
+FEW = 0.05  # share [of elements' sides], at most, that are such few: if it comes from more, they are noisy, not biased
 MOST_OF_BIAS = 0.9  # share [of the bias]: elements that bring the rest are not divided
 LARGEST = 3.0  # factor [gathered light]: a larger correction is reported, not added
 

@@ -25,9 +25,9 @@ from ..workers.parallel import map_chunks
 from .estimate import Estimate, SmoothedLight, Surface
 from .relative_error import MOST, area_shares, bounds_of, mean_over, scale_of
 
-DOUBTFUL = 4.0  # ratio [of the replicates' brightness]: above it one of them may be all wrong
-LEAST = 1e-20  # irradiance [of the brightest emission]: the least that is taken as typical
-SIGN_DRAWS = 4  # number [draws of signs] that tell what neighborhoods share from noise
+DOUBTFUL = 4.0  # ratio [of the replicates' brightness at a place]: above it, one of them may be all wrong
+LEAST = 1e-20  # irradiance [of the brightest emission] that is taken as typical, at least
+SIGN_DRAWS = 4  # number [draws of signs] by which noise is told from what neighborhoods have in common
 PARTS = (np.arange(64) + 0.5) / 64  # shares [of the surface] whose bounds of the error are reported
 
 Means = tuple[np.ndarray, np.ndarray, np.ndarray]  # see ``Lighting.means``
@@ -44,7 +44,7 @@ def _of_passes(shadows: SmoothedLight, gathered: SmoothedLight) -> list[tuple[np
 
 @dataclass(frozen=True)
 class ErrorEstimator:
-    """What the error is measured on. ``project``: see ``sequence.solve``."""
+    """The surface and settings by which light and its error are estimated. ``project``: see ``sequence.solve``."""
 
     surface: Surface
     neighborhoods: Sequence[Neighborhood]

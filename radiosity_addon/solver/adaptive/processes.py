@@ -1,4 +1,4 @@
-"""Processes beside this one: what they are told first, and how they are missed."""
+"""Processes beside this one: the first request that opens a scene there, and the error where one has ended."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from ..workers.parallel import Helpers
 
 
 class OpenHelpers(Helpers, Protocol):
-    """Helpers that are told of the scene first."""
+    """Helpers for which a scene is opened first."""
 
     def open(self, split: Split, count: int) -> None:
-        """Let at most ``count`` of them help in the scene of ``split``, as memory allows; returns at once."""
+        """Open the scene of ``split`` in at most ``count`` of them, as memory allows; returns at once."""
 
     @property
     def peak_memory(self) -> int:
         """The sum of their largest resident sizes [bytes]."""
 
     def leave(self) -> None:
-        """Help with nothing until the next scene is opened."""
+        """Close the scene: they do no work until the next one is opened."""
 
 
 @runtime_checkable

@@ -32,22 +32,22 @@ from .round_result import RoundResult, SolveFigures
 from .second_replicate import SecondReplicate
 from .solve_cache import Solve, SolveCache, cached_solve
 
-MAX_ROUNDS = 20  # number [rounds], at most
+MAX_ROUNDS = 20  # number [rounds] of a bake, at most
 MAX_SAMPLES = 1 << 14  # number [rays or points of a receiver] in one round, at most
-ELEMENTS_SHARE = 0.8  # error [of the goal] common to neighbors: above it elements get finer
-LAST_RESTART = 6  # number [rounds]: after so many, solving anew would waste too much
-GROWTH = 8  # factor [samples so far]: the most in one round
-# Number [rays] of a large round, and its GROWTH: elements may be too coarse.
+ELEMENTS_SHARE = 0.8  # error [of the goal] that finer elements would lower: above it elements get finer
+LAST_RESTART = 6  # number [rounds] after which nothing is solved anew: too many samples would be thrown away
+GROWTH = 8  # factor [samples of a receiver so far] by which they grow in one round, at most
+# Number [rays] of a large round, and factor [as GROWTH] of it: should elements be too coarse, fewer rays are wasted.
 LARGE_ROUND, LARGE_GROWTH = 1.5e7, 3
-# Error [of the goal] known of elements: above it more paths along the residual are followed.
+# Error [of the goal] by a bias that is known and not corrected: above it more paths along the residual are followed.
 BIAS_SHARE = 0.7
-MOST_MORE_PATHS = 8  # factor [paths along the residual]: the most in one round
-DIRECT_SHARE = 0.4  # share [of the goal's square]: what direct light keeps at most of it, as more points lower that
-CLOSE = 0.95  # error [of what is enough] that rays do not lower: above it elements get finer
-NEAR = 1.1  # factor [of the error that rays do not lower]: below it no more rays are traced
-SURE = 2.0  # uncertainty [standard deviations] of an error that rays do not lower, before it counts
-UNEVEN = 0.01  # share [of the surface] of places worse than they may be: fewer are worth no round of their own
-TELLING = 1.25  # factor [rays of the round before]: from it on, two rounds tell what rays do not lower
+MOST_MORE_PATHS = 8  # factor [paths along the residual so far] by which they grow in one round, at most
+DIRECT_SHARE = 0.4  # share [of the goal's square] by direct light, at most, in the error that rays do not lower: points lower it
+CLOSE = 0.95  # error [of what is enough] that rays do not lower: a smaller one is taken as 0
+NEAR = 1.1  # factor [of the error that rays do not lower]: where the error is below it, no more rays are traced
+SURE = 2.0  # margin [standard deviations] that is taken off an error that rays do not lower
+UNEVEN = 0.01  # share [of the surface] of places worse than they may be: fewer get no round of their own
+TELLING = 1.25  # factor [rays of the round before]: two rounds that differ by less do not show what rays do not lower
 
 
 @dataclass(frozen=True)

@@ -23,12 +23,12 @@ from .transmission import followed
 
 TRIAL = 64  # number [particles of each spot] that find how much of the surface it lights
 NARROW = 2e-3  # share [of all surface]: a spot that lights less is a beam
-LANDED = 0.25  # share [of a spot's particles] that must land: with fewer its area is not known
-STEEPEST = 0.05  # cosine [of incidence]: the least by which the lit area is judged
+LANDED = 0.25  # share [of a spot's particles] that must land on surfaces: with fewer, the lit area is not known
+STEEPEST = 0.05  # cosine [of incidence], at least, that the lit area is computed with
 PARTICLES = 4096  # number [particles of each beam]
 FAINT = 0.01  # share [of a beam's reflection]: planes that reflect less are left out
-ALIKE = 1e4  # steps [per unit of normals and heights]: what agrees to one lies in one plane
-SMALLEST = 1e-5  # half axis [unit box] of an ellipse: the least
+ALIKE = 1e4  # steps [per 1] that normals and heights are rounded to: places where they agree lie in one plane
+SMALLEST = 1e-5  # half axis [unit box] of an ellipse, at least
 
 
 @dataclass(frozen=True)
@@ -58,8 +58,8 @@ def split_beams(context: Context) -> Split:
 
 
 def find_beams(context: Context) -> np.ndarray:
-    """(k,) int: the lights that are beams. None are in scenes with objects that diffuse rays or
-    shadows do not meet: particles would."""
+    """(k,) int: the lights that are beams. There are none in scenes with objects that diffuse rays or shadow rays pass
+    through: particles do not."""
     scene, sources = context.scene, context.sources
     for met in (scene.casts_shadow, scene.visible):
         if met is not None and not met.all():

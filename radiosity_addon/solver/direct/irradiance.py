@@ -31,7 +31,7 @@ from ..tracing.blockers import Blockers
 from .many_lights import sampled_light
 from .transmission import visibility, visible_samples
 
-POINTS_PER_CHUNK = 1 << 14  # number [points] that are lit together
+POINTS_PER_CHUNK = 1 << 14  # number [points] of a chunk
 
 
 def direct_light(

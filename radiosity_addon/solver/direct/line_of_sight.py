@@ -12,16 +12,16 @@ from ..geometry.triangles import OFFSET
 from ..geometry.vectors import unit_rows
 from ..lights.context import Context
 
-LIFT = 4 * OFFSET  # height [unit box] of lines of sight above the surface
-RISE = 0.5  # height [of the distance] by which a way may rise between two places
+LIFT = 4 * OFFSET  # height [unit box] above the surface at which lines of sight begin and end
+RISE = 0.5  # height [of the distance between two places] that a path over what stands between them may rise to
 
 
 def is_path_clear(
     context: Context, start: np.ndarray, start_up: np.ndarray, end: np.ndarray, end_up: np.ndarray
 ) -> np.ndarray:
-    """(k,) bool: from ``start`` (k, 3) there is a free way to ``end`` (k, 3): straight, or, as a
-    surface may be curved, through places above the two; ``_up`` (k, 3) are their unit normals, on
-    the side that is asked about."""
+    """(k,) bool: from ``start`` (k, 3) a path to ``end`` (k, 3) is clear: a straight one, or, as a surface may be
+    curved, one through places above the two. ``start_up`` and ``end_up`` (k, 3) are the unit normals there, on
+    the side of the path."""
     low, goal = start + LIFT * start_up, end + LIFT * end_up
     free = is_clear(context, low, goal)
     some = np.flatnonzero(~free)
@@ -35,7 +35,7 @@ def is_path_clear(
 
 
 def are_free(context: Context, segments: Segments) -> np.ndarray:
-    """(k,) bool: there are free ways along the segments: see ``is_path_clear``."""
+    """(k,) bool: the paths along the segments are clear: see ``is_path_clear``."""
     starts, ends = map(context.geometry.normalized, (segments.starts, segments.ends))
     return is_path_clear(context, starts, segments.start_up, ends, segments.end_up)
 
@@ -56,8 +56,8 @@ class LineOfSight:
     normal: np.ndarray  # (count, 3) normals there, not unit
 
     def sees_all_of(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """(k,) bool: from the middle of the receivers ``one`` (k,) int there are free ways to every
-        corner of the footprints ``other`` (k,) int."""
+        """(k,) bool: from the middle of the receivers ``one`` (k,) int the paths to all corners of the footprints
+        ``other`` (k,) int are clear."""
         sees = np.ones(len(one), bool)
         if len(one) == 0:
             return sees

@@ -1,4 +1,4 @@
-"""Many lights: direct light where there are many lights, of which every point looks at a few."""
+"""Many lights: direct light where there are so many lights that every point samples only a few of them."""
 
 from __future__ import annotations
 
@@ -80,8 +80,8 @@ def _variance(total: np.ndarray, square: np.ndarray, choices: int, per: int) -> 
 def _light_samples(
     context: Context, points: Points, middles: Middles, key: tuple[int, ...]
 ) -> Iterator[tuple]:
-    """Yield (light, factor) pairs (n,): what was chosen for each point, and one over its
-    probability and the number of choices; and the row of blockers that shade all of those."""
+    """Yield (light, factor, row): for each of n points the light chosen (n,) int, one over its probability and over the
+    number of choices (n,), and the number of the blockers that shade all of these lights."""
     per, count = points.shape
     for number, sampler in enumerate(context.sources.samplers):
         table = sobol(per, 6, *key, 2, number)[:, 5:]
@@ -98,8 +98,8 @@ def _light_samples(
 def _samples(
     context: Context, light: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
 ) -> Iterator[tuple]:
-    """Yield (sample, color, rows): of each kind at the points, (k,) or a slice of all, whose
-    ``light`` (n,) is of that kind."""
+    """Yield (sample, color, rows) of each batch: ``rows``, (k,) int or a slice of all, are the points whose ``light``
+    (n,) int is of that batch; the sample and the color (k, channels) are theirs."""
     sources = context.sources
     batches = sources.batch[light]
     for number, batch in enumerate(sources.batches):

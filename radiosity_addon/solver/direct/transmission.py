@@ -115,7 +115,7 @@ def visible_samples(
 
 
 def _transmittance(context: Context, hits: Hits, index: np.ndarray) -> np.ndarray:
-    """(k, channels) float32 of the chosen hits."""
+    """(k, channels) float32 transmittance where the hits ``index`` (k,) int are."""
     uv = np.stack([hits.u[index], hits.v[index]], 1).astype(float)
     found = context.transmittance(hits.triangle[index], uv, hits.front[index])
     return found.astype(np.float32)

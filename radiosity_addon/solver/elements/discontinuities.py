@@ -18,19 +18,20 @@ from ..ragged import ragged_ranges
 from ..tracing.crossings import Crossings
 from .elements import INSIDE, Elements, cut_cells, refine
 
-MAX_GROWTH = 4  # factor [elements at the start]: the most there may be after refinement
-SPENT = 2.5  # factor [elements at the start]: the most after cuts; shadows' edges get the rest
+MAX_GROWTH = 4  # factor [elements at the start] of elements after refinement, at most
+SPENT = 2.5  # factor [elements at the start] of elements after cuts, at most: what is left is for shadows' edges
 SMALL = 0.004  # height [of the scene] over the cutting plane: lower faces are not cut
-FEW = 3  # number [lines across a cell]: with more of them the cell is divided first
-FINER = 3  # factor [cells along an edge]: how finely such a cell is divided
-MOST_CUTS = 12  # number [cuts of a cell]: the rest are left out
-PROBES = 8  # number [places along an edge] looked at to find one in each part of a cell
-MOST_TESTED = 1 << 18  # number [small faces] looked at one by one: with more, none is cut
-ROUNDS = 4  # number [elements] that small faces of one may fall into: with more they stay whole
+FEW = 3  # number [lines across a cell]: a cell with more is halved before it is cut
+MOST_HALVINGS = 3  # number [halvings of a cell's edges] before it is cut, at most
+MOST_CUTS = 12  # number [cuts of a cell], at most
+PROBES = 8  # number [places along an edge] among which one inside of a cut cell's piece is looked for
+MOST_TESTED = 1 << 18  # number [small faces]: where there are more, only those in elements with cut ones are tested
+ROUNDS = 4  # number [rounds] in which hidden faces form new elements; those left over become elements of their own
 
 
 def split_at_discontinuities(context: Context, elements: Elements, target: int, tolerance: float) -> Elements:
-    """Divide elements so that none lies on both sides of something; a few coarse ones may."""
+    """Divide elements so that none lies on both sides of something that stands on it, as far as ``target``, about the
+    number of elements, allows. The smaller the ``tolerance``, the error asked for, the finer they are divided."""
     most = SPENT * max(elements.count, target)
     elements = _split_hidden(context, _cut_along_crossings(context, elements, most), most)
     return _refine_obstructed(context, elements, target, tolerance)
@@ -43,7 +44,7 @@ def _cut_along_crossings(context: Context, elements: Elements, most: float) -> E
     line, offset = ragged_ranges(n)
     cell = elements.base[crossings.triangle[line]] + offset
     line, cell = _crossed(crossings, elements, line, cell)
-    for _ in range(FINER):
+    for _ in range(MOST_HALVINGS):
         many = np.bincount(cell, minlength=len(elements.element))[cell] > FEW
         many &= ~elements.shared()[cell]
         if not many.any() or elements.count > most:
@@ -166,9 +167,8 @@ def _inside(elements: Elements, cell: np.ndarray) -> np.ndarray:
 def _sees(
     context: Context, position: np.ndarray, normal: np.ndarray, label: np.ndarray
 ) -> np.ndarray:
-    """(k,) bool: from the place there is a free way, above the surface and below, to that one of
-    the places with its ``label`` (k,) that is nearest to their mean: straight, or, as a surface may
-    be curved, through places above the two."""
+    """(k,) bool: the path from a place to that one of the places with its ``label`` (k,) which is nearest to their mean
+    is clear, above the surface and below: see ``is_path_clear``."""
     labels, label = np.unique(label, return_inverse=True)
     number = np.bincount(label)
     mean = np.stack([np.bincount(label, axis) / number for axis in position.T], 1)
@@ -199,7 +199,7 @@ def _refine_obstructed(context: Context, elements: Elements, target: int, tolera
 
 
 def _obstructed(context: Context, elements: Elements, cells: np.ndarray) -> np.ndarray:
-    """(k,) bool: something cuts through the flat cells (k,) int, seen from either side."""
+    """(k,) bool: something stands on ``cells`` (k,) int or cuts through them, on either side."""
     corners = elements.corners[cells].astype(float)
     middle = corners.mean(axis=1, keepdims=True)
     ends = np.concatenate([middle, middle + 0.99 * (corners - middle)], axis=1)

@@ -19,10 +19,10 @@ from ..geometry.grids import cell_in_grid, grid_cells, inside, quarter_at, quart
 from ..geometry.planar import cell_areas
 from ..geometry.triangles import OFFSET, Geometry
 
-MAX_GRID = 128  # grid [cells along a triangle's edge]: the finest before refinement
-LONG = 4.0  # aspect [of an element's size]: a small triangle that is longer is a sliver
-MAX_SLIVER_GRID = 32  # grid [cells along a sliver]: the finest
-SLIVER_CELLS = 500_000  # number [cells of all slivers]: beyond it slivers get coarser grids
+MAX_GRID = 128  # number [cells along a triangle's edge] before refinement, at most
+LONG = 4.0  # length [of an element's size]: a small triangle that is longer is a sliver
+MAX_SLIVER_GRID = 32  # number [cells along a sliver], at most
+SLIVER_CELLS = 500_000  # number [cells of all slivers], about, at most: of more slivers the grids are coarser
 BAND = OFFSET  # distance [unit box] from a cut: nearer to it, the side of a hit is unknown
 INSIDE = -1  # code [``Elements.element``]: -1 - k tells that grid k divides the cell further
 
@@ -58,15 +58,15 @@ class Elements:
         return 2 * self.element[cell_sides >> 1].astype(np.int64) + (cell_sides & 1)
 
     def shared(self) -> np.ndarray:
-        """(n_cells,) bool: the cell belongs to an element of several."""
-        large_cells = np.flatnonzero(self.element >= 0)
-        owner = self.element[large_cells]
+        """(n_cells,) bool: the cell belongs to an element of several cells."""
+        leaf = np.flatnonzero(self.element >= 0)
+        owner = self.element[leaf]
         result = np.zeros(len(self.element), bool)
-        result[large_cells] = np.bincount(owner, minlength=1)[owner] > 1
+        result[leaf] = np.bincount(owner, minlength=1)[owner] > 1
         return result
 
     def pieces(self) -> np.ndarray:
-        """(n_cells,) bool: the cell is what a cut left, not all of its corners' triangle."""
+        """(n_cells,) bool: the cell is one side of a cut, and its corners are those of the cell that was cut."""
         first = self.base[self.grid == 0]
         result = np.zeros(len(self.element), bool)
         result[first] = result[first + 1] = True
@@ -151,8 +151,8 @@ def build_elements(geometry: Geometry, group: np.ndarray, target: int) -> Elemen
     element[large_cells] = np.arange(large_cells.sum())
     small = np.flatnonzero(~large_cells)
     center = _centers(geometry, triangle[small], corners[small])
-    labels, clusters = _clusters(geometry, triangle[small], center, group[triangle[small]], size)
-    element[small] = labels + large_cells.sum()
+    number, clusters = _clusters(geometry, triangle[small], center, group[triangle[small]], size)
+    element[small] = number + large_cells.sum()
     count = int(large_cells.sum()) + clusters
     none = np.zeros((0, 3), np.float32)
     divided = bool((grid > 1).any())

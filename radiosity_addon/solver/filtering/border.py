@@ -14,10 +14,10 @@ from scipy.sparse import csr_matrix
 
 from ..array_struct import ArrayStruct
 
-LEVELS = 2  # number [levels] of kernels that borders have: neighbors up to two texels away
+LEVELS = 2  # number [levels] of kernels, from the first, that have borders: their neighbors are up to two texels away
 PLANE = 0.1  # height [of its distance] of a neighbor over a texel's plane, at most
 FACING = 0.99  # cosine [of an angle] between the normals of neighbors, at least
-STRETCH = 2.0  # distance [of the nearest neighbor's, for each texel between], at most
+STRETCH = 2.0  # distance [per texel, of the nearest neighbor's] of a neighbor on the surface, at most
 Missing = tuple[int, float, float, np.ndarray]  # a direction: see ``find_border``
 
 

@@ -17,8 +17,8 @@ from ..workers.parallel import ranges
 from .border import Border
 from .neighborhood import Sees
 
-MANY = 400_000  # number [texels] from which an image is a fine one
-BAND = 1 << 16  # number [texels] that are averaged together: their weights stay in the cache
+MANY = 400_000  # number [texels] of an image: one with more averages more widely before it decides on a level
+BAND = 1 << 16  # number [texels] at a time: their weights stay in the cache
 # Directions [rows, columns] to neighbors, and the weight of each.
 DIRECTIONS = ((0, 1, 1 / 8), (1, 0, 1 / 8), (1, 1, 1 / 16), (1, -1, 1 / 16))
 

@@ -19,10 +19,10 @@ from .lattice import BAND, DIRECTIONS, Lattice
 from .walls import Walls
 
 LEVELS = 5  # number [levels]: kernels reach 1, 3, 7, 15, 31 texels
-FLAT = 0.1  # distance [of the pair's] of a pair's middle from the texel: further, it does not count
-ROUND = 0.3  # distance [of the pair's]: the same where faces are shaded smooth: edges up to 33° are
-STRETCH = 2.0  # width [of what texels nearby have] of a pair: wider, it does not count
-MOST = 2.0  # factor [of a pair's weight] where others are missing, at most
+FLAT = 0.1  # distance [of that between the two] of a pair's middle from the texel: a pair that bends more does not count
+ROUND = 0.3  # distance [as above] where faces are shaded smooth, over edges of up to 33°
+STRETCH = 2.0  # distance [of that of the nearest pairs, per texel] between the two of a pair: a wider pair does not count
+MOST = 2.0  # factor [of a pair's weight] by which it replaces missing pairs, at most
 MOST_GIVEN = 2 * sum(weight for *_, weight in DIRECTIONS)  # share [of the kernel] of a texel's neighbors, at most
 
 
@@ -90,7 +90,7 @@ def _cut_pairs(lattice: Lattice, weights: tuple, blocked: list[list] | None) -> 
 
 def _share_out(weights: tuple) -> None:
     """Let the pairs that there are take the weight of those that are missing: along an island's straight
-    edge the kernel becomes (1, 2, 1) / 4, that of a line, where it were (1, 6, 1) / 8."""
+    edge the kernel becomes (1, 2, 1) / 4, that of a line, and not (1, 6, 1) / 8."""
     total = np.float32(sum(weight for *_, weight in DIRECTIONS))
     for level in weights:
         found = np.sum(level, axis=0)

@@ -18,11 +18,11 @@ from ..geometry.vectors import row_squares
 from ..workers.parallel import map_chunks, ranges
 from .neighborhood import Neighborhood
 
-WINDOW = 33  # width [receivers] of the mean where there is no lattice
+WINDOW = 33  # width [receivers] of the mean over receivers of near numbers, where there is no neighborhood
 MAP_LEVELS = 3  # number [levels] of kernels that such a mean takes where there is one
-BAND = 1 << 16  # number [values] that are looked at together
-LARGEST = 1e9  # value [of a picture]: float32 holds fourth powers up to it
-MARGIN = 0.2  # share [of the noise that a wider kernel takes away] that may come back as blur
+BAND = 1 << 16  # number [values] at a time: they stay in the cache
+LARGEST = 1e9  # value [of a picture], at most: float32 still holds its fourth power
+MARGIN = 0.2  # share [of the noise that a wider kernel should remove] by which the error must fall, at least
 
 
 @dataclass(frozen=True)
@@ -114,14 +114,13 @@ def widest(neighborhoods: Sequence[Neighborhood], values: np.ndarray) -> np.ndar
 def _smooth_picture(
     neighborhood: Neighborhood, raw_a: np.ndarray, raw_b: np.ndarray, square: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Pictures (c, ...) of the halves smoothed, how the squared relative error changed by that
-    (...), summed, and (...) bool where neighbors had a share. ``square`` (c, ...) makes errors
-    relative.
+    """Pictures (c, ...) of both replicates smoothed, the change (...) of the squared relative error by that, summed
+    over channels, and (...) bool where neighbors had a share. ``square`` (c, ...) makes errors relative.
 
-    Each level is weighed against the one chosen so far, the change of the squared error averaged
-    over a window that is wider than the kernel, and is taken where enough of what it should take
-    away of the noise is gone: what is missing is blur. Or it is chance, in a window of few texels: where a window twice
-    as wide has enough, it suffices that this one has any.
+    Each level is compared with the level chosen so far, by the change of the squared error, averaged over a window
+    that is wider than the kernel. It is taken where the error fell by MARGIN of the noise that it should remove, at
+    least: if it fell by less, the kernel blurs. As a window of few texels may show that by chance, any fall suffices
+    where a window twice as wide shows enough of one.
     """
     count, shape = len(raw_a), raw_a.shape[1:]
     now, other = [*raw_a, *raw_b], [*raw_b, *raw_a]
@@ -160,7 +159,7 @@ def _smooth_picture(
 
 
 def _noise(a: np.ndarray, b: np.ndarray, square: np.ndarray) -> np.ndarray:
-    """(...) the halves' squared relative noise, mean of pictures (c, ...)."""
+    """(...) squared relative noise of one of two replicates (c, ...), mean over channels."""
     noise = np.zeros(a.shape[1:], np.float32)
     for one, two, weight in zip(a, b, square):
         difference = one - two

@@ -2,7 +2,7 @@
 
 Where triangles cross or stand on one another is known (``tracing.crossings``), so only receivers
 near such a line are looked at: one that a line divides holds the light of both sides and is a
-neighbor of its like only, and others are neighbors where there is a way above the surface.
+neighbor of its like only, and others are neighbors where a path above the surface is clear.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ..lights.context import Context
 from ..receivers import Receivers
 from ..tracing.contacts import find_contacts, shares_above
 
-DIVIDED = 1e-3  # share [of a receiver] beside a line: with less, it lies on the other side
+DIVIDED = 1e-3  # share [of a receiver] on either side of a line, at least, for the line to divide it
 
 
 @dataclass(frozen=True)

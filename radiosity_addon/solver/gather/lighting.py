@@ -19,8 +19,9 @@ from ..transport.radiosity import Radiosity
 from .gather import Bundle, Gathered, gather
 from .late_rows import light_of_unknown
 
-MOST_RAYS = 1 << 23  # number [rays] that are gathered at once: bounds the memory of where they end
-# Offset [of a key's word]: added to where a part's later pieces start, so that no chunk has that word.
+MOST_RAYS = 1 << 23  # number [rays] gathered at a time: bounds the memory of their ends
+# Offset [of a word of a random key]: the keys of a part's later pieces have it, plus where the piece starts, so that
+# their words are different from all numbers of groups.
 PIECE_OFFSET = 1 << 20
 MOST_POINTS = 256  # number [points of a receiver] that share its rays in one round
 Samples = list[tuple[np.ndarray, int]]  # [(owners (k,) int, samples of each)]

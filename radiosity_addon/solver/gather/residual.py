@@ -28,10 +28,10 @@ from ..transport.rays import Shot, mean_of_rays, own_directions, shoot, sums_of
 from ..workers.parallel import ranges
 from .gather import first_hand, first_hand_table, follow_onward, light_at
 
-NEXT_RAYS = 16  # number [rays] at each place of a path: they find K (T + F) there
+NEXT_RAYS = 16  # number [rays] at each place of a path, which estimate K (T + F) there
 LIGHT_SAMPLES = 2  # number [samples of each light] at each place of a path
-MAX_BOUNCES = 64  # number [places] of a path: chance ends nearly all long before
-PATHS_PER_CHUNK = 4096  # number [paths] that are followed together
+MAX_BOUNCES = 64  # number [places] of a path, at most: chance ends nearly all long before
+PATHS_PER_CHUNK = 4096  # number [paths] of a chunk
 STAGE = "transport"
 
 

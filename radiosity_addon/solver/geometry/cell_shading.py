@@ -10,8 +10,8 @@ from ..receivers import Receivers
 from ..workers.parallel import ranges
 from .triangles import Geometry
 
-BAND = 1 << 15  # number [cells] that are looked at together
-SAME = 1e-6  # difference [of 1] between parts of normals: below it they are one
+BAND = 1 << 15  # number [cells] at a time: bounds the memory of their float64 arrays
+SAME = 1e-6  # difference [of 1] between coordinates of unit normals: below it the normals are the same
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from .planar import cell_areas
 from .triangles import OFFSET, Geometry
 from .vectors import unit_rows
 
-BAND = 1 << 15  # number [cells] that are placed together
+BAND = 1 << 15  # number [cells] at a time: bounds the memory of their float64 arrays
 
 
 @dataclass(frozen=True)
@@ -62,8 +62,8 @@ class Footprints:
         return pair, self.start[chosen][pair] + offset
 
     def grouped(self, group: np.ndarray) -> Footprints:
-        """The cells of ``group`` (n_cells,) int as footprints 0, 1, ...; those of groups below 0 left
-        out. Light counts by their own normals."""
+        """Footprints 0, 1, ... of the cells with these numbers in ``group`` (n_cells,) int, without those below 0, and
+        without shading."""
         cells = np.argsort(group, kind="stable")
         cells = cells[np.searchsorted(group[cells], 0) :]
         start = np.searchsorted(group[cells], np.arange(int(group.max(initial=-1)) + 2))

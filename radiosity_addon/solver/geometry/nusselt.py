@@ -19,7 +19,7 @@ from .warps import sample_linear
 
 BLOCK = 1 << 11  # number [polygons] at a time: their arrays stay in the cache
 STEPS = 2  # number [iterations] of Newton's method: nearly always enough
-CLOSE = 1e-5  # error [of a sector's area]: where more is left of it, bracketed steps follow
+CLOSE = 1e-5  # error [of a sector's area]: larger ones are reduced by bracketed steps
 BRACKETED_STEPS = 30  # number [iterations] of bracketed steps
 REVOLUTION = 2 * np.pi  # angle [rad] all around
 
@@ -61,8 +61,8 @@ def cosine_toward(rays: list, normal: np.ndarray, xi: np.ndarray) -> tuple[np.nd
     corners = np.stack([np.stack([dot(ray, axis) for axis in axes]) for ray in rays])
     lowest, highest = corners[:, 2].min(axis=0), corners[:, 2].max(axis=0)
     total, direction = np.zeros(normal.shape[1]), np.array(normal)
-    for some, cut in ((lowest >= 0, False), ((lowest < 0) & (highest > 0), True)):
-        chosen = np.flatnonzero(some)
+    for mask, cut in ((lowest >= 0, False), ((lowest < 0) & (highest > 0), True)):
+        chosen = np.flatnonzero(mask)
         for some in np.split(chosen, range(BLOCK, len(chosen), BLOCK)):
             part = np.take(corners, some, axis=2)
             mine = project(_above(part) if cut else part, [axis[:, some] for axis in axes])
@@ -216,8 +216,8 @@ def _bracketed(
     outer: np.ndarray, inner: np.ndarray, width: np.ndarray, target: np.ndarray, angle: np.ndarray,
     close: np.ndarray,
 ) -> np.ndarray:
-    """The same angles (n,) where Newton's method from afar fails: its steps, or halves of what is
-    left between bounds where they leave it, until the areas are as ``close`` (n,) as they must be."""
+    """The same angles (n,) where Newton's method fails from the start ``angle`` (n,): its steps, or halves of the
+    bracket where a step would leave it, until areas differ from the ``target`` (n,) by no more than ``close`` (n,)."""
     angle, low, high = angle.copy(), np.zeros(len(angle)), width.copy()
     some = np.arange(len(angle))
     for _ in range(BRACKETED_STEPS):

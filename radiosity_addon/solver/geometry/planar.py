@@ -17,7 +17,8 @@ def determinants(u: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 
 def cell_areas(corners: np.ndarray, square: np.ndarray | bool) -> np.ndarray:
-    """(k,) twice the areas of cells (k, 3, 2), of parallelograms where ``square`` (k,) bool."""
+    """(k,) shares of their triangles that cells (k, 3, 2) are, whose corners are barycentric: twice their areas, as
+    the whole triangle's is 1/2. Cells are parallelograms where ``square`` (k,) bool."""
     return np.abs(doubled_areas(corners)) * np.where(square, 2.0, 1.0)
 
 

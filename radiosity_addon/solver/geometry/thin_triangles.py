@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
-LEAST = 1e-5  # distance [of a triangle] of points from its edges, at least, for float32's sake
-MOST = 0.5  # distance [of a triangle] of points from its edges, at most
+LEAST_SHRINK = 1e-5  # share [of a triangle] that points leave out at its edges, at least: float32 rounds
+MOST_SHRINK = 0.5  # share [of a triangle] that points leave out, at most
 # Cosine [of 15°] between two triangles: those that meet more sharply keep points away.
 SHARP = np.cos(np.radians(15))
-# Sine [of an angle]: below it two triangles are one wall twice, and no distance helps.
+# Sine [of an angle] between two triangles: below it they are the same wall twice, and no distance helps.
 COINCIDENT = 1e-5
 
 
@@ -25,7 +25,7 @@ def edge_shrink(
     ``triangles`` (n, 3) int; ``p0``, ``e1``, ``e2`` (n, 3) as in ``geometry``; ``lift`` in the
     same length. Only walls that share the edge's vertices are known to meet there.
     """
-    shrink = np.full(len(triangles), LEAST)
+    shrink = np.full(len(triangles), LEAST_SHRINK)
     first, second, corner_a, corner_b = _edge_pairs(triangles)
     if len(first) == 0:
         return shrink
@@ -38,7 +38,7 @@ def edge_shrink(
     distance = 2 * lift / sine
     for whose, height in ((first, height_a), (second, height_b)):
         # A triangle drawn together by s about its centroid leaves s/3 of its height at each edge.
-        np.maximum.at(shrink, whose[sharp], np.minimum(3 * distance / height[sharp], MOST))
+        np.maximum.at(shrink, whose[sharp], np.minimum(3 * distance / height[sharp], MOST_SHRINK))
     return shrink
 
 

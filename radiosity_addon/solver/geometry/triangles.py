@@ -19,12 +19,12 @@ from .thin_triangles import edge_shrink
 OFFSET = 5e-7
 SURROUND = 0.9  # radius [unit box] of a sphere around everything
 SMALLEST, LARGEST = 1e-100, 1e100  # extents [scene's length]: powers of them must be numbers, too
-# Edge [unit box] of faces: rays of smaller ones start too far from where they should.
+# Edge [unit box] of a face: rays of a smaller one start too far off it, by OFFSET, for its size.
 SMALL = 8 * OFFSET
-# Extent [unit box] of an object: of smaller ones rays start a thirtieth of their size too far out.
+# Extent [unit box] of an object: rays of a smaller one start more than a thirtieth of its size off it.
 SMALL_OBJECT = 32 * OFFSET
 NAMED = 3  # number [objects] that a warning names, at most
-ROUGH = 1e-4  # step [of a scene's extent] of 32-bit vertices: a larger one has lost its shape
+ROUGH = 1e-4  # step [of a scene's extent] between 32-bit vertices: where it is larger, the scene's shape is lost
 
 
 @dataclass(frozen=True)
@@ -86,8 +86,8 @@ def build_geometry(vertices: np.ndarray, triangles: np.ndarray) -> Geometry:
 
 
 def rounding_warning(scene: Scene, geometry: Geometry) -> str | None:
-    """What to say where the scene's shape may be lost to rounding: its vertices are 32-bit numbers too
-    far from the origin for its size, or most faces, or some of the objects, are too small for it."""
+    """A warning where rounding may lose the scene's shape: its vertices are 32-bit numbers too far from the origin for
+    its size, or half of its faces, or some of its objects, are too small for its size. Else None."""
     return (
         _far_from_origin(scene.vertices, geometry)
         or _small_faces(geometry)
@@ -118,8 +118,8 @@ def _small_faces(geometry: Geometry) -> str | None:
         return None
     return (
         f"the scene is {geometry.scale:.3g} units across and half of its faces are smaller than "
-        f"{middle * geometry.scale:.2g}: light near them cannot be told apart; bake what lies far "
-        "apart on its own"
+        f"{middle * geometry.scale:.2g}: the light near faces that small is not accurate; bake what lies far "
+        "apart separately"
     )
 
 
@@ -137,6 +137,6 @@ def _small_objects(scene: Scene, geometry: Geometry) -> str | None:
     more = f" and {len(some) - NAMED} more" if len(some) > NAMED else ""
     return (
         f"the scene is {geometry.scale:.3g} units across, and {names}{more} less than "
-        f"{SMALL_OBJECT * geometry.scale:.2g}: light near them cannot be told apart; bring what lies "
+        f"{SMALL_OBJECT * geometry.scale:.2g}: the light near objects that small is not accurate; bring what lies "
         "far away nearer (a dome for the sky can be much smaller), or bake without it"
     )

@@ -138,7 +138,7 @@ class Context:
     def mean_reflectances(self, regions: Regions) -> np.ndarray:
         """(n, 2 · channels) float64 exact means of the reflectance, and of the diffuse one behind it, over
         regions of fronts."""
-        diffuse, _ = material_means(self.scene, "shown", regions)
+        diffuse, _ = material_means(self.scene, "diffuse_reflectance", regions)
         both = reflectance_means(self.scene, regions, diffuse), diffuse
         return np.clip(np.concatenate([mean[:, : self.channels] for mean in both], axis=1), 0, 1)
 

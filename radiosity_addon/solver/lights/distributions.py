@@ -14,7 +14,7 @@ import numpy as np
 
 ROWS = 18  # number [rows] of the coarse picture: 10° each
 CAP = np.pi / ROWS  # angle [rad] around a direction that its coarse maximum holds for
-FINE = 256  # number [places] of the quadrature along a lamp's axis, and around it
+FINE = 256  # number [nodes] of the quadrature along a lamp's axis, and around it
 
 
 @dataclass(frozen=True)

@@ -23,12 +23,12 @@ from ..tracing.embree import Tracer
 from .flat_shapes import RECTANGLE, TRIANGLE
 from .polygons import Polygons
 
-LARGEST_SHARE = 0.1  # share [of the scene's area]: an object's glowing faces above it are left to rays
-BRIGHT = 4.0  # radiance [of the scene's mean]: what is less bright is left to rays
-MOST = 1 << 20  # number [lights]: a scene with more emissive faces leaves them to rays
+LARGEST_SHARE = 0.1  # share [of the scene's area] of an object's glowing faces: where it is larger, rays find them
+BRIGHT = 4.0  # radiance [of the scene's mean]: faces that are less bright are found by rays
+MOST = 1 << 20  # number [lights]: where faces would be more, rays find them
 PROBES = 1 << 20  # number [rays of all sides] that look where their light goes
 MOST_PROBES = 32  # number [rays of a side], at most
-HIDDEN = 0.02  # share [of a light's importance] that stays where no probe came out
+HIDDEN = 0.02  # share [of a light's importance] that a side keeps of which every probe met a light
 
 
 def emissive_faces(

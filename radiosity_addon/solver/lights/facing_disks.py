@@ -18,9 +18,9 @@ from .light_tree import Emitters
 
 NODES = 24  # number [nodes] of the quadrature across a soft spot
 FAR = 32  # distance [radii of a footprint]: from it on, curvature across it is < 0.1 %
-# Radius [of a lamp's height above the horizon]: where it is less, all of its disk brings alike.
+# Radius [of a lamp's height above the horizon]: all parts of a smaller disk bring about the same.
 EVEN = 0.2
-NEAR = 1e-3  # distance [of the scene]: from nearer, float32 does not tell directions well
+NEAR = 1e-3  # distance [unit box] of a lamp: float32 is too coarse for directions to a nearer one
 
 
 @dataclass(frozen=True)
@@ -231,7 +231,7 @@ class FacingDisks:
 def batch_of_point_lamps(
     lamps: list[PointLamp], geometry: Geometry, batch: type[FacingDisks] = FacingDisks
 ) -> FacingDisks:
-    """Of point and spot lamps, as a ``batch`` of disks or of spheres."""
+    """A ``batch``, of disks or of spheres, of point and spot lamps."""
     spot = np.array([lamp.axis is not None for lamp in lamps])
     half = np.array([min(lamp.cone, 2 * np.pi) / 2 for lamp in lamps])
     edge = np.where(spot, np.cos(half), -2.0)

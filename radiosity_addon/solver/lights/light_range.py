@@ -11,9 +11,9 @@ import numpy as np
 from ..geometry.triangles import Geometry
 from ..scene import Scene
 from .light_batch import LightBatch
-from .light_tree import along_a_curve
+from .light_tree import morton_order
 
-GROUPS = 256  # number [boxes around neighboring triangles] that stand for the scene
+GROUPS = 256  # number [boxes around neighboring triangles] by which it is decided what lights may reach
 
 
 def useful_lights(
@@ -33,7 +33,7 @@ def _boxes(geometry: Geometry) -> tuple[np.ndarray, np.ndarray]:
     corners = geometry.vertices[geometry.triangles]
     if len(corners) == 0:
         return np.zeros((0, 3)), np.zeros((0, 3))
-    order = along_a_curve(corners.mean(axis=1))
+    order = morton_order(corners.mean(axis=1))
     start = np.unique(np.arange(GROUPS) * len(order) // GROUPS)
     corners = corners[order]
     low = np.minimum.reduceat(corners.min(axis=1), start)

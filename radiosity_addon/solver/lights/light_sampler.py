@@ -18,11 +18,11 @@ from ..workers.parallel import ranges
 from .light_tree import Emitters, LightTree, build_tree, sample_discrete
 
 FEW = 6  # number [lights] up to which all are sampled at every point
-PER_POINT = 3  # number [lights] sampled at a point where there are more
-ALL = 64  # number [lights] up to which all are compared at every place
-TOP = 64  # number [nodes of the tree] compared at every place, where there are more
-CHOICES = 1 << 12  # number [choices of a light] that are made together at the ends of ways: their arrays stay in the cache
-BLOCK = 8  # number [lights] compared where a way down the tree ends
+PER_POINT = 3  # number [lights] sampled at each point where there are more than FEW
+ALL = 64  # number [lights] up to which there is no tree: each place weighs all
+TOP = 64  # number [nodes] of the tree's first level, all of which each place weighs
+CHOICES = 1 << 12  # number [choices of a light from blocks] at a time: their arrays stay in the cache
+BLOCK = 8  # number [lights] of a block, which each last node of the tree has
 
 
 class Importance(Protocol):

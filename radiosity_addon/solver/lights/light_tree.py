@@ -18,10 +18,10 @@ from ..geometry.vectors import columns, dot
 from ..workers.parallel import ranges
 
 LEAST = 0.02  # share [of a node's power] that is always taken to leave toward a point
-SLACK = 0.25  # factor [a node's apparent size]: light that leaves although its mean faces away
-NEAREST = 1e-6  # squared distance [unit box]: float32 knows none that are smaller
-PLACES = 1 << 14  # number [places, each as often as it has numbers] that go down together: their arrays stay in the cache
-BITS = 10  # number [bits] of each coordinate in the order along which lights are neighbors
+SLACK = 0.25  # share [of a node's power, times its apparent size] that is added to that, as its lights face different ways
+NEAREST = 1e-6  # squared distance [unit box], at least: float32 is too coarse for smaller ones
+PLACES = 1 << 14  # number [descents] at a time: their arrays stay in the cache
+BITS = 10  # number [bits] of each coordinate in Morton's order
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ def build_tree(emitters: Emitters, top: int, size: int) -> LightTree:
     count = len(emitters.front)
     brightest = max(float((emitters.front + emitters.back).max()), 1e-300)  # float32 takes no 1e39
     emitters = replace(emitters, front=emitters.front / brightest, back=emitters.back / brightest)
-    order = along_a_curve(emitters.center)
+    order = morton_order(emitters.center)
     blocks = 1
     while blocks * size < count:
         blocks *= 2
@@ -142,8 +142,8 @@ def build_tree(emitters: Emitters, top: int, size: int) -> LightTree:
     return LightTree(tuple(levels), lights)
 
 
-def along_a_curve(center: np.ndarray) -> np.ndarray:
-    """(n,) the lights' order along Morton's curve, on which neighbors are near in space."""
+def morton_order(center: np.ndarray) -> np.ndarray:
+    """(n,) int: the order of positions (n, 3) along Morton's curve, on which neighbors are near in space."""
     low, high = center.min(axis=0), center.max(axis=0)
     extent = max(float((high - low).max()), 1e-300)
     voxel = ((center - low) / extent * (2**BITS - 1)).astype(np.int64)

@@ -1,8 +1,8 @@
 """Polygon samples: places on flat lights for points, each point its own.
 
-Each way gives, for ``lights`` ``which`` (n,) and points ``position`` (3, n) that face as ``normal``
-(3, n) tells, from ``xi`` (2, n) in [0, 1): (n,) irradiance, the integrand over the density, and
-segments (3, n) to just before the places. All are unbiased; they differ in noise and cost.
+Each strategy takes ``lights``, the numbers ``which`` (n,) of one for each point, points ``position`` (3, n) with unit
+``normal`` (3, n), and ``xi`` (2, n) in [0, 1). It gives (n,) irradiance, the integrand over the density, and segments
+(3, n) to just before the places. All are unbiased; they differ in noise and cost.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from .light_tree import sample_discrete
 if TYPE_CHECKING:
     from .polygons import Polygons
 
-SLICES = 8  # number [slices] of an ellipse that looks large
+SLICES = 8  # number [slices] that an ellipse is cut into where it looks large
 
 
 def by_area(

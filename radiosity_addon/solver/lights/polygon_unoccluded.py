@@ -26,13 +26,13 @@ if TYPE_CHECKING:
     from .polygons import Polygons
 
 FAR = 16  # distance [radii of a footprint]: from it on, a form factor's curvature across it is < 0.1 %
-NO_HEIGHT = 1e-6  # height [of the scene] over a plane: what lies nearer may be on either side of it
-# Height [of the scene] over a light: nearer than this float32 tells its places badly.
+NO_HEIGHT = 1e-6  # height [unit box] over a plane: what lies nearer may be on either side of it
+# Height [unit box] over a light: float32 is too coarse for places on a nearer one.
 NO_DISTANCE = 1e-4
-NEAR = 0.1  # radius [of a light's distance]: a larger one is sampled as its texture is
-# Radius [of a light's distance]: of a larger one four corners do not tell how its light is spread.
+NEAR = 0.1  # radius [of its distance] of a light: a larger one looks large, and has its texture's value at each place
+# Radius [of its distance] of a light: what a larger one brings is not bilinear between its corners.
 SMALL = 0.4
-# Ratio [of what two corners bring]: below it shapes other than rectangles are sampled by area.
+# Ratio [of what two corners bring]: below it, shapes other than rectangles are sampled by area.
 EVEN = 1.3
 
 

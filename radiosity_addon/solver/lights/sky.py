@@ -18,7 +18,7 @@ from .suns import through_the_scene
 
 BRIGHT = 16.0  # radiance [of the mean]: brighter regions are spots
 LARGEST = 0.2  # solid angle [sr]: larger bright regions are gathered like the rest
-MOST_SPOTS = 16  # number [spots of a sky], at most
+MOST_SPOTS = 16  # number [spots of a sky] that become lights, at most
 
 
 @dataclass(frozen=True)

@@ -210,7 +210,7 @@ def _check_distances(lamps: list[Lamp], geometry: Geometry) -> None:
 
 
 def _pairs(lit: tuple | None, shading: tuple | None, count: int) -> list[tuple]:
-    """For each of ``count`` lights the objects it lights, and those that shade it; None: all."""
+    """For each of ``count`` lights the objects that it lights, and those that shade it; None: all."""
     free = (None,) * count
     return list(zip(lit or free, shading or free))
 

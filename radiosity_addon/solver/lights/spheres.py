@@ -27,7 +27,7 @@ class SphereLights(FacingDisks):
     def sample(
         self, which: int | np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
     ) -> Sample:
-        """Sample the cone of the ball by the cosine law, or from inside it the hemisphere."""
+        """Sample the cone of the sphere by the cosine law, or from inside it the hemisphere."""
         toward, normal = columns(self.position[which] - position), columns(normal)
         distance, radius = size(toward), self.radius[which]
         inside = distance <= radius

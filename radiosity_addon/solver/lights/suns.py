@@ -14,7 +14,7 @@ from ..scene import SunLamp
 from .light_batch import Leaving, Sample, Unoccluded, combined, in_disk, no_cones
 from .light_tree import Emitters
 
-FAR = 1e3  # distance [scenes] at which a tree of lights takes suns to be
+FAR = 1e3  # distance [unit box] at which suns lie in a tree of lights
 
 
 @dataclass(frozen=True)

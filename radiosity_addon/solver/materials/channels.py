@@ -11,14 +11,14 @@ import numpy as np
 from ..fields import Constant, Field, Texture
 from ..scene import Scene, lamp_color, used_sides
 
-ALIKE = 1e-6  # difference [of the largest channel] that conversions of color spaces may leave
-SAMPLE = 4096  # number [values] that are looked at before all are
+ALIKE = 1e-6  # difference [of the largest channel]: channels that differ by less, as conversions leave them, are alike
+SAMPLE = 4096  # number [values] of a picture that are compared first: most colored ones show there
 
 
 def channels_of(scene: Scene) -> int:
     """1 where the channels of every color in use are alike, else 3."""
     used = used_sides(scene)
-    fields = [f for m in used for f in (m.reflectance, m.shown, m.emission, m.transmittance)]
+    fields = [f for m in used for f in (m.reflectance, m.diffuse_reflectance, m.emission, m.transmittance)]
     colors = [np.asarray(lamp_color(lamp)) for lamp in scene.lamps]
     colors += [] if scene.sky is None else [scene.sky.pixels]
     gray = all(map(_gray, colors)) and all(map(_gray_field, fields))

@@ -20,9 +20,9 @@ from .region_means import FieldMeans, triangle_regions
 from .texture_blocks import one_colored_parts
 
 MOST = 1 << 19  # number [parts of all triangles, cut ones too], at most
-MOST_CUT = 64  # number [triangles of a material] in which parts of one color are looked for
+MOST_CUT = 64  # number [varying triangles of a material]: of more, no parts of one color are looked for
 DEEPEST = 9  # depth [cuts into four] of a triangle, at most
-SMOOTH = 3  # depth [cuts into four] where colors vary linearly
+SMOOTH = 3  # depth [cuts into four] of triangles whose colors vary linearly
 COARSE = 1e-3  # variation [of all emission] within a cell, at most
 UNIT_TRIANGLE = np.array([[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]])  # corners of a triangle, barycentric
 
@@ -40,7 +40,7 @@ class EmissiveParts(ArrayStruct):
 
 
 def undivided(triangle: np.ndarray, radiance: np.ndarray) -> EmissiveParts:
-    """Each triangle (n,) one cell of constant radiance (n, 3)."""
+    """Triangles (n,) as one part each, of constant ``radiance`` (n, 3)."""
     n = len(triangle)
     return EmissiveParts(triangle, np.repeat(UNIT_TRIANGLE, n, axis=0), radiance, np.zeros(n), np.ones(n),
                  np.zeros(n, int))  # fmt: skip
@@ -98,8 +98,8 @@ def _leaves(
 def _one_colored(
     field: Texture, cells: EmissiveParts, area: np.ndarray, limit: float
 ) -> tuple[EmissiveParts, np.ndarray, list[EmissiveParts]]:
-    """Whole triangles, ``cells`` of ``area`` (k,), without those that show few parts of one color;
-    their area; and the cells of these."""
+    """Of whole triangles, ``cells`` of ``area`` (k,): those that do not consist of a few parts of one color, and
+    their areas; and the parts of those that do."""
     varied = np.flatnonzero(area * cells.deviation > limit)
     left, parts = np.ones(len(area), bool), []
     for k in varied if len(varied) <= MOST_CUT else ():

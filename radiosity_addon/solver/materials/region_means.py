@@ -18,9 +18,9 @@ from ..scene import Quantity, Scene
 from .evaluate import evaluate_field
 from .texture_integrals import THIN, TextureSums, sum_texture
 
-SEEN = 2.0  # size [texels] of a region: in smaller ones interpolated values are looked at, too
-EVEN = 1e-4  # deviation [of the mean]: a smaller one counts as none
-SAME = 1e-6  # error [of the mean] of integrals where nothing varies
+SEEN = 2.0  # size [texels] of a region: the deviation in a smaller one is that of interpolated values at three corners
+EVEN = 1e-4  # deviation [of the mean]: a smaller one counts as 0
+SAME = 1e-6  # difference [of the mean] between an integral and the value in the middle: a smaller one is rounding
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,8 @@ class FieldMeans:
 def material_means(
     scene: Scene, quantity: Quantity, regions: Regions, front: bool = True
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 3) means and (n,) deviations, as of ``FieldMeans``, of a quantity of the triangles' materials, on the fronts of all or on the backs of all."""
+    """(n, 3) means and (n,) deviations, as of ``FieldMeans``, of a quantity of the triangles' materials: on all
+    fronts, or on all backs where not ``front``."""
     fields = [getattr(m if front else m.back or m, quantity) for m in scene.materials]
     constants = [f.value if isinstance(f, Constant) else (0, 0, 0) for f in fields]
     material, deviation = scene.material[regions.triangle], np.zeros(len(regions.triangle))
@@ -143,8 +144,8 @@ def material_means(
 
 
 def reflectance_means(scene: Scene, regions: Regions, diffuse: np.ndarray) -> np.ndarray:
-    """(n, 3) means of the reflectance over regions of fronts, where those of the ``diffuse`` one (n, 3) are
-    known: one picture's are looked for once."""
+    """(n, 3) means of the reflectance over regions of fronts, given those of the ``diffuse`` reflectance (n, 3):
+    where one picture gives both, it is integrated once."""
     mean, material = diffuse.copy(), scene.material[regions.triangle]
     glossy = [number for number, m in enumerate(scene.materials) if m.diffuse is not None]
     for number in np.intersect1d(glossy, np.unique(material)) if glossy else ():

@@ -13,14 +13,14 @@ from ..geometry.planar import clip, doubled_areas, fan
 from .evaluate import texels
 
 MOST_BLOCKS = 64  # number [blocks of a triangle]: with more it is cut without regard to texels
-MOST_TEXELS = 1 << 16  # number [texels around a triangle] that are looked through, at most
-LEAST_AREA = 1e-9  # area [of the triangle]: smaller parts are rounding
+MOST_TEXELS = 1 << 16  # number [texels] of the box around a triangle: in a larger one no blocks are looked for
+LEAST_AREA = 1e-9  # area [of the triangle]: smaller parts are rounding, and are left out
 
 
 def one_colored_parts(field: Texture, triangle: int) -> tuple[np.ndarray, np.ndarray] | None:
     """Barycentric corners (m, 3, 2) of parts of one triangle in which ``field``, of nearest texels,
-    is constant and not black, and their texels (m, 3), not yet decoded; None where that makes many,
-    or where the triangle is none in the picture."""
+    is constant and not black, and their texels (m, 3), not yet decoded; None where there are more than MOST_BLOCKS,
+    or where the triangle has no area in the picture."""
     size = np.array(field.pixels.shape[1::-1], float)
     corners = field.uv[triangle].astype(float) * size
     edges = corners[1:] - corners[0]

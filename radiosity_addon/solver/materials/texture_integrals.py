@@ -19,12 +19,12 @@ from ..geometry.planar import determinants
 from ..ragged import ragged_ranges
 from .evaluate import bilinear, mirrored
 
-THIN = 1e-3  # width [texels]: thinner regions, as a palette's single points, are given so much
-# Numbers [parts] of a texel that is decoded after interpolation; of all.
+THIN = 1e-3  # width [texels] that thinner regions are widened to, such as points, by which a palette is looked up
+# Numbers [parts along a texel's edge; parts of all texels] of a picture that is decoded after it is interpolated, at most.
 FINEST, MOST_PARTS = 8, 1 << 22
 MOST_TEXELS = 1 << 21  # number [texels] of a picture that is summed: larger ones are halved first
-PIECES = 1 << 19  # number [pieces of edges] that are looked up together
-GAUSS = 0.5 / np.sqrt(3)  # offset [of an interval] of two points from its middle: exact to degree 3
+PIECES = 1 << 19  # number [pieces of edges] at a time, about: bounds the memory of their arrays
+GAUSS = 0.5 / np.sqrt(3)  # offset [of an interval] of Gauss's two points from its middle: exact up to degree 3
 
 
 @dataclass(frozen=True)

@@ -23,9 +23,9 @@ BINS = ROWS * COLUMNS
 CLUSTERS = 256  # number [clusters], about; more where there are many receivers
 RECEIVERS = 256  # number [receivers of a cluster], at least, where there are many
 SLOTS = 4 * BINS  # number [slots]: at least one a bin, so that no ray weighs more than 4
-MOST_GAIN = 6.0  # gain [of variance] that is believed, at most
-# Gain [of variance], mean over rays, from which on a guide pays for itself: where most light comes through
-# a small window. Below it rays in Sobol sets that all receivers share are as good, and cost less.
+MOST_GAIN = 6.0  # factor [variance without a guide over that with one] that is believed, at most
+# Factor [as above], mean over rays, from which on a guide pays for itself: where most light comes through
+# a small window. Below it, rays in Sobol sets that all receivers share are as good, and cost less.
 USEFUL = 4.5
 
 

@@ -15,7 +15,7 @@ from .sobol import GROUPS, MOST_GROUPS, sobol, tangent_axes
 
 FLAT = 1e-6  # difference [of 1] between normals: below it they are the same
 LEAST = 64  # number [owners] in a group, at least
-LARGE = 2048  # number [owners] of a group: of more there are more groups, as long chunks cost no less
+LARGE = 2048  # number [owners] of a group: where there are more, groups get more, as longer chunks are no quicker
 
 
 @dataclass(frozen=True)
@@ -126,8 +126,8 @@ class PointsOnFootprints:
 
 @dataclass(frozen=True)
 class Middles:
-    """Owners' points as one position each. All lie within ``half`` of it along each axis; where they
-    are not ``flat`` they do not all face as ``normal`` tells."""
+    """The points of R owners, each owner's as one position. Its points lie within ``half`` of that along each axis, and
+    all have the ``normal`` where they are ``flat``."""
 
     position: np.ndarray  # (3, R) float64: their mean
     normal: np.ndarray  # (3, R) float64 unit

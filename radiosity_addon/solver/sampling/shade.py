@@ -23,7 +23,7 @@ GRAZING = 0.1
 
 @dataclass(frozen=True)
 class Shade:
-    """Of points (per, R), or (n,) taken together."""
+    """How points (per, R), or (n,) of them flattened, count light."""
 
     true: np.ndarray  # (per, R, 3) float32 unit: the triangles' normals
     normal: np.ndarray  # (per, R, 3) float32 unit: light counts by the cosine to it,
@@ -32,15 +32,15 @@ class Shade:
     height: np.ndarray  # (per, R) float32: of the rounded surface over the points
 
     def take(self, some: np.ndarray | slice) -> Shade:
-        """Of some owners, (k,) int or a slice."""
+        """The same of some owners, (k,) int or a slice."""
         return self._each(lambda array: array[:, some])
 
     def rows(self, some: np.ndarray | slice) -> Shade:
-        """Of some of the points that are taken together."""
+        """The same of some of the points (n,), flattened."""
         return self._each(lambda array: array[some])
 
     def together(self) -> Shade:
-        """(n,) points in the order of (per, R) flattened."""
+        """The same of all points (n,), in the order of (per, R) flattened."""
         return self._each(lambda array: array.reshape(-1, *array.shape[2:]))
 
     def single(self) -> Shade:

@@ -12,8 +12,8 @@ import numpy as np
 from ..geometry.vectors import tangents
 from .sobol_set import BITS, SobolSet
 
-SCRAMBLES = 4  # number [scrambled sets] that shifts are made of
-# Numbers [point sets] of neighboring receivers, whose errors are independent: usually, and of many receivers.
+SCRAMBLES = 4  # number [scrambled sets]: each key shifts one of them
+# Numbers [Sobol sets, whose errors are independent] that neighboring receivers share among them: usually, and of many receivers.
 GROUPS, MOST_GROUPS = 8, 64
 
 
@@ -48,7 +48,7 @@ def uniform(shape: tuple[int, ...], *key: int) -> np.ndarray:
 
 
 def cosine_directions(xi: np.ndarray) -> np.ndarray:
-    """(n, 3) float32 unit vectors about +z with density cosθ/π, from xi (n, 2) in [0, 1)."""
+    """(n, 3) float32 unit vectors about +z with density cosθ/π, from ``xi`` (n, 2) in [0, 1)."""
     return np.stack(cosine_lifted(xi[:, 0], xi[:, 1]), 1).astype(np.float32)
 
 

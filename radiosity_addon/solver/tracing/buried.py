@@ -21,13 +21,13 @@ from .crossings import Crossings
 from .embree import Tracer
 from .solids import Solids, find_solids
 
-LIFT = 4 * OFFSET  # height [unit box] above the surface from which places are looked at
+LIFT = 4 * OFFSET  # height [unit box] above the surface from which places look for what buries them
 # Cosine [of an angle] between the normals of faces that lie flush against each other, at most.
 OPPOSED = -0.99
 MOST_LINES = 12  # number [lines] by which one cell is cut, at most
 SEEN, TEXEL_SEEN = 1e-3, 0.25  # share [of a receiver, of a texel] that must be open for it to count
 FULLY_OPEN = 1 - 1e-6  # share [of a receiver] that is open: with more, nothing of it is buried
-SLIVER = 1e-9  # area [of a triangle]: a smaller part is nothing
+SLIVER = 1e-9  # area [of a triangle]: a smaller part is left out
 
 
 @dataclass(frozen=True)

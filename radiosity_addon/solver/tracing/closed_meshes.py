@@ -1,4 +1,4 @@
-"""Closed meshes: those of which each edge is walked along as often as back."""
+"""Closed meshes: those whose triangles run along each edge as often in one direction as in the other."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..geometry.triangles import Geometry
 from ..scene import Scene
 from .embree import Tracer
 
-# Of rays from places. Any three will do that no modeled face or edge lies along.
+# Directions [unit vectors] of the rays that decide what is inside: any three along which no modeled face or edge lies.
 DIRECTIONS = np.array([[0.5377, 0.6139, 0.5782], [-0.7071, 0.1623, 0.6882], [0.2113, -0.8147, 0.54]])
 
 

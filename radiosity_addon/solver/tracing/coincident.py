@@ -17,9 +17,9 @@ from ..geometry.triangles import OFFSET, Geometry
 from ..materials.emissive_parts import EmissiveParts
 from .embree import Tracer
 
-MANY = 1024  # number [overlapping faces] that are cut: more are left to rays
+MANY = 1024  # number [overlapping faces] that are cut, at most: where there are more, rays have to find their light
 MOST_PAIRS = 1 << 24  # number [pairs of faces] that are compared, at most
-SLIVER = 1e-9  # area [of a triangle]: a smaller remainder is nothing
+SLIVER = 1e-9  # area [of a triangle]: a smaller remainder is left out
 COPIES = 4  # number [copies of one triangle] that are traced: of more, only the first
 # Odd numbers that scatter the bits of coordinates: the golden ratio's and two primes (xxHash).
 FACTORS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)

@@ -1,4 +1,4 @@
-"""Contacts: which cells of receivers the lines run through along which triangles cross.
+"""Contacts: which cells of receivers are touched by the lines along which triangles cross.
 
 A triangle may have many lines and a million cells, so its cells are sorted into squares of its
 barycentric plane, and only the squares that a line meets are looked into.
@@ -19,8 +19,8 @@ from .crossings import Crossings
 
 EACH = 64  # number [cells in a square], about
 FINEST = 1 << 10  # number [squares along a triangle's edge], at most
-NEAR = 1e-5  # distance [of a cell]: a nearer line touches it
-LINES = 1 << 10  # number [lines] that are looked at together
+NEAR = 1e-5  # distance [of a cell's edge]: a line that is nearer touches the cell
+LINES = 1 << 10  # number [lines] at a time
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Contacts:
 
 
 def find_contacts(crossings: Crossings, receivers: Receivers, threads: int = 1) -> Contacts:
-    """Of all the receivers' cells."""
+    """Where the lines of all ``crossings`` touch the receivers' cells."""
     square, home = _squares(receivers.triangle, receivers.corners)
     order = np.argsort(square, kind="stable")
     start = np.searchsorted(square[order], np.arange(len(home) + 1))
@@ -72,8 +72,7 @@ def shares_above(
     geometry: Geometry, crossings: Crossings, receivers: Receivers, line: np.ndarray,
     cell: np.ndarray,
 ) -> np.ndarray:
-    """(k,) float64: how much of the cells (k,) lies above the plane of what makes the lines (k,).
-    """
+    """(k,) float64 shares of the cells (k,) int that lie above the planes of the triangles that make the lines (k,) int."""
     corners, other = receivers.corners[cell], crossings.other[line]
     offset = geometry.at(receivers.triangle[cell, None], corners) - geometry.p0[other][:, None]
     height = np.einsum("kic,kc->ki", offset, geometry.normal[other])

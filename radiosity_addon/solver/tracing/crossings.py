@@ -18,12 +18,12 @@ from ..workers.parallel import Tick, map_chunks, ranges
 from .embree import Tracer
 
 TOUCHING = 4 * OFFSET  # distance [unit box]: nearer triangles touch
-LARGE = 0.02  # size [of the scene]: on both sides of larger triangles something may stand
-PARALLEL = 0.3  # sine [of an angle] between two triangles: below it all near the line is too near
-MOST = 1 << 18  # number [pairs]: with more, everything is cut by everything
+LARGE = 0.02  # edge [unit box] of a triangle: along longer ones rays follow the back of the face as well
+PARALLEL = 0.3  # sine [of an angle] between two triangles: flatter crossings are left out
+MOST = 1 << 18  # number [pairs] that are kept, at most
 LAYERS = 32  # number [triangles met along one edge], at most
-CHUNK = 1 << 15  # number [triangles] whose edges are followed together
-CORNERS = np.array([[0.0, 0], [1, 0], [0, 1]])
+CHUNK = 1 << 15  # number [triangles] whose edges are followed at a time
+CORNERS = np.array([[0.0, 0], [1, 0], [0, 1]])  # places [barycentric] of a triangle's corners
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from ..scene import Scene
 from ..workers.parallel import map_chunks
 from .closed_meshes import ClosedMesh, closed_meshes
 
-MOST = 1 << 12  # number [closed meshes] that are looked at, the largest ones
+MOST = 1 << 12  # number [closed meshes] that may be solids, at most: the largest
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,8 @@ from ..scene import Scene
 from ..tracing.embree import Tracer
 from ..workers.parallel import map_chunks
 
-BLOCK = 1 << 16  # number [rays] traced at once
-SHRINK = 1e-4  # distance [of a triangle] of points from its edges, lest walls there be crossed
+BLOCK = 1 << 16  # number [rays] at a time
+SHRINK = 1e-4  # share [of a triangle] that points leave out at its edges, so that they do not start beyond a wall there
 DIMENSIONS = 5  # number [random numbers of a ray]: which triangle, where in it (2), direction (2)
 
 

@@ -22,10 +22,10 @@ from .patches import Patches
 from .places import Places, no_places, places_at
 from .rays import Met, own_directions, shoot, sky_of, sums_of
 
-MOST_BOUNCES = 64  # number [bounces] of one ray: chance ends nearly all long before
-FULL_BOUNCES = 6  # number [bounces] after which chance ends rays, and their weights stay
-BACK = 4 * OFFSET  # distance [unit box] before its end from which a ray goes on, or half of its way
-FOLLOWED_PER_CHUNK = 1 << 15  # number [rays] that are followed together
+MOST_BOUNCES = 64  # number [bounces] of a ray, at most: chance ends nearly all long before
+FULL_BOUNCES = 6  # number [bounces] after which Russian roulette ends rays, so that weights do not fall further
+BACK = 4 * OFFSET  # distance [unit box] before its end at which a ray goes on; of a short ray half of its length
+FOLLOWED_PER_CHUNK = 1 << 15  # number [rays] of a chunk
 STAGE = "transport"
 
 
@@ -174,7 +174,7 @@ class _FollowChunk(Generic[Result_co]):
 def _go_on(
     context: Context, patches: Patches, rays: Ends, count: int, key: tuple[int, ...]
 ) -> Onward:
-    """``go_on`` of rays that are followed together: see there."""
+    """``go_on`` of one chunk: see there."""
     sky, passed, lit, ended, first = np.zeros((count, context.channels)), [], [], [], len(rays.owner)
     for bounce in range(MOST_BOUNCES):
         if len(rays.owner) == 0:
@@ -202,7 +202,7 @@ def _go_on(
 
 
 def _surviving(context: Context, rays: Ends, bounce: int, key: tuple[int, ...]) -> Ends:
-    """Reflected rays; chance ends some."""
+    """The rays reflected, less those that Russian roulette ends."""
     places, before = rays.places, rays.weight.max(axis=1, initial=0)
     rays = replace(
         rays,

@@ -19,7 +19,7 @@ from ..sampling.sobol import cosine_directions, cosine_lifted, sobol
 from ..tracing.embree import Hits
 from .patches import Patches
 
-RAYS_PER_CHUNK = 1 << 16  # number [rays] that are shot together
+RAYS_PER_CHUNK = 1 << 16  # number [rays] of a chunk
 
 
 @dataclass(frozen=True)

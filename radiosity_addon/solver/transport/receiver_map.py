@@ -13,13 +13,13 @@ from ..geometry.grids import cell_in_grid
 from ..geometry.planar import cell_areas, cell_middles
 from ..receivers import Receivers
 
-COVERED = 0.9  # share [of a triangle] that its receivers have: less is no map of it
-NOTHING = -1  # code [receivers]: none
+COVERED = 0.9  # share [of a triangle] that its receivers must cover for it to have a grid of them
+NOTHING = -1  # code [receivers]: no receiver lies there
 
 
 @dataclass(frozen=True)
 class ReceiverMap:
-    """What ``at`` looks up."""
+    """Tables by which ``at`` finds receivers."""
 
     first: np.ndarray  # (n_triangles,) int64: first entry of its image or grid; NOTHING: no receiver
     width: np.ndarray  # (n_triangles,) int32: of its image; 0: it has a grid

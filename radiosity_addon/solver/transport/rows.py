@@ -25,7 +25,7 @@ from .patches import Patches
 from .places import Places, no_places, places_hit
 from .rays import RAYS_PER_CHUNK, Shot, shared_directions, shoot, sky_mean
 
-MAX_GENERATIONS = 64  # number [generations] of sides seen by sides seen by ... receivers
+MAX_GENERATIONS = 64  # number [generations] of patches, each met by rays of the one before, at most
 STAGE = "transport"
 BLACK = -2  # code [rows]: a patch that reflects nothing has none
 
@@ -34,12 +34,12 @@ BLACK = -2  # code [rows]: a patch that reflects nothing has none
 class Rows:
     """n rows, all with the same number of rays."""
 
-    patches: LitPatches  # of each row
+    patches: LitPatches  # the row's own, of each row
     hits: np.ndarray  # (n, rays) int32: entry met first by each ray
     later: Later  # what rays met behind surfaces that transmit, and where they went on
     sky: np.ndarray  # (n, channels): mean sky radiosity its escaping rays bring
-    found: np.ndarray  # (n, channels): what its rays found on their way
-    onward: Onward | None  # how they found that
+    found: np.ndarray  # (n, channels): irradiance that its rays found on their way, after they went on
+    onward: Onward | None  # where those that went on were reflected and ended; None: none did
 
     @property
     def rays(self) -> int:

@@ -17,10 +17,10 @@ import numpy as np
 Operator = Callable[[np.ndarray], np.ndarray]
 
 BASIS_BYTES = 1_500_000_000  # memory [bytes] of Krylov vectors: bounds their number
-BASIS_RANGE = (20, 200)  # numbers [vectors] between restarts
-OVERHEAD = 3  # number [applications] of a cycle beside the basis: GMRES' own check, sweep, residual
-ROUND_OFF = np.finfo(np.float64).eps
-STALLED = 0.9  # ratio [of residuals]: a cycle that reduces less than this has met round-off
+BASIS_RANGE = (20, 200)  # numbers [Krylov vectors] between restarts, at least and at most
+OVERHEAD = 3  # number [applications of T] of a cycle beside those of the basis: GMRES' own check, sweep, residual
+ROUND_OFF = np.finfo(np.float64).eps  # difference [relative] between neighboring float64 numbers
+STALLED = 0.9  # ratio [of residuals after and before a cycle]: above it round-off keeps the residual from falling
 
 
 @dataclass(frozen=True)

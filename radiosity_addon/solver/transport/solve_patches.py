@@ -26,15 +26,16 @@ from .radiosity import Radiosity, solve_rows
 from .rays import shared_directions, shoot
 from .rows import RowSamples, light_patches_met, trace_transport
 
-SEEDS_PER_ELEMENT = 40  # number [rays of receivers for each element] that look for elements
-SEEDS_PER_CHUNK = 2048  # number [receivers] whose rays are shot together
-SEED_RAYS = 16  # number [rays] of each receiver that takes part in that
+SEEDS_PER_ELEMENT = 40  # number [rays of receivers for each element] that find which elements matter to them
+SEEDS_PER_CHUNK = 2048  # number [receivers] of a chunk
+SEED_RAYS = 16  # number [rays] of each receiver that takes part in this
 MAX_REFINEMENTS = 6  # number [rounds] of dividing elements on which direct light varies
 # Deviation [of the error asked for, relative to the mean light]: rays that end on a patch whose direct
 # light deviates by more from its mean go onward, as no one value stands for it.
 VARIED = 100.0
-# Radiosity [as above]: rays go onward from brighter patches where noise of the choice among lights, as beside a lamp of
-# many faces, hides how much the light varies inside; and number [points of such a patch] that tell.
+# Radiosity [of the error asked for, relative to the mean light]: rays go onward from a brighter patch where the choice
+# among many lights makes so much noise, as beside a lamp of many faces, that it hides how much the light varies
+# inside; and number [points of a patch] by which its brightness and that noise are measured.
 BRIGHT, BRIGHT_POINTS = 300.0, 16
 HALVINGS = 2  # number [halvings of its edges] of an element that brings a bias
 
@@ -98,9 +99,9 @@ def solve_radiosity(
 def varied_patches(
     context: Context, own: ReceiverPatches, plan: SolvePlan, tolerance: float, key: tuple[int, ...]
 ) -> np.ndarray:
-    """(P,) bool: patches of receivers in which direct light varies by much. They are lit at points of
-    their own for this: chosen by those that light the rows, what is left would be too dark, as bright
-    parts that no point met stay. Bright ones of which that cannot be told count as well."""
+    """(P,) bool: patches of receivers in which direct light varies by much. This is measured at other points than
+    those that light the rows: if it were the same ones, patches whose bright parts no point met would be kept, and
+    the patches that rays end on would be too dark. Bright patches where noise hides the variation count as well."""
     lit = light_receivers(context, own.footprints, plan.patch_points, (*key, 16))
     unit = tolerance * float((lit.share @ lit.lit).mean())
     varied, bright = lit.deviation > VARIED * unit, np.flatnonzero(lit.lit.mean(axis=1) > VARIED * unit)
@@ -115,9 +116,9 @@ def varied_patches(
 def extended(
     context: Context, radiosity: Radiosity, places: Places, key: tuple[int, ...]
 ) -> Radiosity:
-    """With rows for the patches that ``places`` lie on, and for what their rays meet.
+    """The radiosity with rows for the patches that ``places`` lie on, and for what their rays meet.
 
-    Rays of the rows before met none of these, so that what is known stays as it is.
+    No ray of the rows before met any of these patches, so that the radiosities known before stay as they are.
     """
     patches, before = radiosity.patches, radiosity.transport
     first = before.count
@@ -142,8 +143,8 @@ def divided(
     context: Context, radiosity: Radiosity, chosen: np.ndarray, places: Places,
     key: tuple[int, ...],
 ) -> Radiosity:
-    """Solved anew with the elements ``chosen`` (k,) int divided, which are lit where ``places`` lie
-    on their parts."""
+    """The radiosity solved again with the elements ``chosen`` (k,) int divided; their parts are lit where ``places``
+    lie on them."""
     before, patches = radiosity.transport, radiosity.patches
     elements = patches.elements
     parts = chosen
@@ -165,7 +166,7 @@ def divided(
 
 
 def without_reflection(context: Context, target: int) -> Radiosity:
-    """What rays can meet where nothing that is reflected counts: no unknowns, no rows."""
+    """A table for rays where only emitted light counts, none that is reflected: no unknowns, no rows."""
     patches = Patches(build_elements(context.geometry, _groups(context.scene), target))
     nothing = np.zeros((patches.entries, context.channels), np.float32)
     emitted, known = emission_to_find(context, patches), np.zeros(len(nothing), bool)
@@ -206,8 +207,8 @@ def _refined(
     context: Context, patches: Patches, places: Places, part: float, plan: SolvePlan,
     tolerance: float, key: tuple[int, ...],
 ) -> tuple[Patches, LitPatches]:
-    """Patches with the elements divided where direct light varies, and their sides that receivers
-    see, lit. The ``places`` are that ``part`` of all."""
+    """The patches, with elements divided where direct light varies; and, lit, those sides of elements that receivers
+    see. The ``places`` on elements are the share ``part`` of all places that rays met."""
     target, per = plan.elements, plan.row_points
     known = light_patches(context, places, patches.of(places.entry), per, (*key, 11))
     mean = float((known.share @ known.lit).mean())
