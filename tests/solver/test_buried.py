@@ -15,7 +15,7 @@ from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import PointLamp, Scene
 from radiosity_addon.solver.tracing.buried import find_surroundings, without_buried
-from radiosity_addon.solver.transport.patches import ONWARD, build_receiver_patches
+from radiosity_addon.solver.transport.receiver_patches import ONWARD, build_receiver_patches
 from verification import meshes
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)

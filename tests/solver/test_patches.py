@@ -14,7 +14,11 @@ from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.receivers import Receivers
 from radiosity_addon.solver.scene import SunLamp
 from radiosity_addon.solver.transport.lit_patches import light_receivers
-from radiosity_addon.solver.transport.patches import Patches, build_receiver_patches
+from radiosity_addon.solver.transport.patches import Patches
+from radiosity_addon.solver.transport.receiver_patches import (
+    build_receiver_patches,
+    squares_of_texels,
+)
 from radiosity_addon.solver.transport.solve_patches import varied_patches
 from verification import meshes
 from verification.comparable_texels import texel_receivers
@@ -251,3 +255,33 @@ def test_a_piece_of_a_face_is_found_where_another_was_cut():
     front = np.ones(1000, bool)
     expected, found = (patches_of(scene, each)[0].at(triangle, u, v, front) for each in (whole, cut))
     assert np.array_equal(expected, found) and len(np.unique(found)) == 32
+
+
+def test_squares_of_very_many_texels_are_patches_together():
+    """Of a floor of 8 × 8 texels with a wall that stands on the fourth row: pairs of pairs are one patch, and of the
+    wall's own texels each is one as well as what is beside these."""
+    receivers = texel_receivers(UV, np.arange(2), 8)
+    assert receivers.count == 64 and squares_of_texels(receivers, None, 64).max() == 15
+    row = receivers.grid[:, 1]
+    square = squares_of_texels(receivers, row == 3, 64)
+    scene = meshes.scene([FLOOR])
+    context = build_context(scene, 0, 1, silent)
+    footprints = build_footprints(context.geometry, receivers)
+    own = build_receiver_patches(
+        receivers, footprints, scene.object, context.geometry.area, np.inf, None, square
+    )
+    sizes = np.bincount(own.patch)
+    assert np.array_equal(sizes[own.patch[row == 3]], np.ones(8))
+    assert np.array_equal(sizes[own.patch[row == 2]], np.full(8, 2))
+    assert np.array_equal(np.sort(sizes), [1] * 8 + [2] * 4 + [4] * 12)
+    assert own.footprints.area == pytest.approx(sizes / 64, rel=1e-4)
+    triangle, u, v, texel = places(500)
+    receiver = np.zeros(64, int)
+    receiver[receivers.grid[:, 1] * 8 + receivers.grid[:, 2]] = np.arange(64)
+    front = own.at(triangle, u, v, np.ones(500, bool))
+    assert np.array_equal(front, own.patch[receiver[texel]])
+    assert np.array_equal(own.at(triangle, u, v, np.zeros(500, bool)), front + 24)
+    some = np.flatnonzero(row < 3)
+    complete = own.are_patches(some)
+    assert np.array_equal(np.flatnonzero(complete), np.unique(own.patch[some]))
+    assert not own.are_patches(some[1:])[own.patch[some[0]]]

@@ -13,7 +13,7 @@ from ..lights.context import Context
 from ..materials.region_means import footprint_means
 from ..receivers import Receivers
 from ..sampling.guide import clusters_of
-from ..transport.patches import ReceiverPatches, build_receiver_patches
+from ..transport.receiver_patches import ReceiverPatches, build_receiver_patches, squares_of_texels
 
 
 @dataclass(frozen=True)
@@ -58,11 +58,12 @@ class PlacedReceivers:
     def patches(self, elements: int) -> ReceiverPatches | None:
         """Patches made of those receivers that are no larger than elements would be if the whole surface
         were divided into ``elements`` of them."""
-        geometry = self.context.geometry
+        geometry, walls = self.context.geometry, self.walls
         return build_receiver_patches(
             self.receivers, self.footprints, self.context.scene.object,
             geometry.area, geometry.area.sum() / elements,
-            None if self.walls is None else self.walls.divided,
+            None if walls is None else walls.divided,
+            squares_of_texels(self.receivers, None if walls is None else walls.near),
         )
 
 

@@ -1,9 +1,6 @@
 """Patches: everything that has one radiosity. The footprints of receivers, where these are fine, and
 sides of elements elsewhere.
 
-Receivers follow the mesh and the user's own resolution, so that a patch of them lies on one side of
-each wall. A receiver whose cells face different ways, or lie far from each other, is several.
-
 Rays look radiosities up by *entry*: the fronts of the P patches of receivers, their backs, then the
 miss, onward and nowhere, then 2·cell + back for the sides of the elements' cells. *Patches* are
 numbered alike: those of receivers, then 2·P + 2·element + back. Where a ray ends on a baked object,
@@ -21,92 +18,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..elements.elements import Elements
-from ..geometry.clusters import cubes, facings, labels
-from ..geometry.footprints import Footprints
 from ..geometry.triangles import Geometry
-from ..receivers import Receivers
 from ..tracing.embree import Hits
-from .receiver_map import NOTHING, ReceiverMap, build_receiver_map
+from .receiver_map import NOTHING
+from .receiver_patches import ONWARD, ReceiverPatches
 
-MOST_PATCHES = 2_000_000  # number [patches of receivers], at most: bounds the memory of their rows
-ALIKE = 0.7  # cosine [of an angle] between normals of cells that are one patch, at least
-EXTENT = 2.0  # distance [mean edges of a receiver]: cells further apart are different patches
-BAKED = 0.5  # share [of an object's area] in patches: above it its other faces get no elements
 # Length [of the distance] of a patch: above it rays find the light where they end.
 NEAR = 1.0
-COMPLETE = 1 - 1e-4  # share [of a triangle] that receivers have of one that is not cut
-SMALLEST = 1e-6  # extent [unit box] of a patch, at least
-ONWARD, SEVERAL = NOTHING - 1, NOTHING - 2  # codes [``ReceiverPatches.patch``], see there
-
-
-@dataclass(frozen=True)
-class ReceiverPatches:
-    """P patches of receivers, which lie where ``footprints`` tells.
-
-    ``patch`` (R,) int32: of a receiver that is one; NOTHING where elements are finer, ONWARD where it
-    has none, SEVERAL where it is more than one. ``cut`` (n_triangles,) bool are triangles of which
-    receivers have a part only: on the rest lies what is buried, or too small, and a texel's light there is
-    that of other faces in it. The patches of SEVERAL, and of all receivers on ``cut`` triangles, are found
-    by ``keys`` (k,) int64, sorted: receiver · n_triangles + triangle, of those that have a cell there, and
-    their ``values`` (k,) int32.
-    """
-
-    map: ReceiverMap
-    patch: np.ndarray
-    keys: np.ndarray
-    values: np.ndarray
-    cut: np.ndarray
-    baked: np.ndarray  # (n_triangles,) bool: has patches, or is of an object that mostly has
-    footprints: Footprints
-    first: np.ndarray  # (R,) int32: each receiver's first triangle,
-    area: np.ndarray  # (R,) float32: and its area, by which they are known
-    length: np.ndarray  # (P,) float32: edges of squares as large as the patches
-
-    def are_of(self, footprints: Footprints) -> bool:
-        """Whether these are the receivers' own patches."""
-        return np.array_equal(self.first, footprints.triangle[footprints.start[:-1]]) and (
-            np.array_equal(self.area, footprints.area.astype(np.float32))
-        )
-
-    def without(self, varied: np.ndarray) -> ReceiverPatches:
-        """The same, where no ray ends on the patches ``varied`` (P,) bool: light varies inside, and what
-        is seen of them may be a part of it, as at a gap's rim."""
-        omitted = np.append(varied, False)  # the last for what is no patch, which is below 0
-        patch, values = (
-            np.where(omitted[np.maximum(found, -1)], np.int32(ONWARD), found)
-            for found in (self.patch, self.values)
-        )
-        return replace(self, patch=patch, values=values)
-
-    @property
-    def count(self) -> int:
-        """Of fronts and backs."""
-        return 2 * self.footprints.count
-
-    def at(
-        self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray
-    ) -> np.ndarray:
-        """(n,) int32 patches at barycentric (u, v) on sides of triangles, which may be below 0; NOTHING
-        or ONWARD where there is none."""
-        receiver = self.map.at(triangle, u, v)
-        patch = np.where(self.baked[triangle] & (triangle >= 0), np.int32(ONWARD), np.int32(NOTHING))
-        some = np.flatnonzero(receiver >= 0)
-        receiver = receiver[some]
-        found = np.take(self.patch, receiver)
-        asked = np.flatnonzero((found == SEVERAL) | self.cut[triangle[some]])
-        if len(asked):
-            found[asked] = self._of_cells(receiver[asked], triangle[some[asked]])
-        found += (found >= 0) * np.where(front[some], 0, np.int32(self.footprints.count))
-        patch[some] = found
-        return patch
-
-    def _of_cells(self, receiver: np.ndarray, triangle: np.ndarray) -> np.ndarray:
-        """(n,) int32 patches of what receivers have on triangles; ONWARD where that is nothing."""
-        if len(self.keys) == 0:
-            return np.full(len(receiver), ONWARD, np.int32)
-        key = receiver.astype(np.int64) * len(self.baked) + triangle
-        index = np.minimum(np.searchsorted(self.keys, key), len(self.keys) - 1)
-        return np.where(self.keys[index] == key, self.values[index], np.int32(ONWARD))
 
 
 @dataclass(frozen=True)
@@ -217,70 +135,3 @@ class Patches:
         sides = self.elements.values_of_cells(values[self.first :], nothing)
         none = np.full((3,) + shape, nothing, values.dtype)
         return np.concatenate([values[: self.first], none, sides])
-
-
-def build_receiver_patches(
-    receivers: Receivers, footprints: Footprints, objects: np.ndarray, areas: np.ndarray,
-    largest: float, divided: np.ndarray | None,
-) -> ReceiverPatches | None:
-    """The patches of receivers on triangles of ``objects`` and ``areas`` (n_triangles,). Those above
-    the area ``largest`` are left to elements, which are finer. Receivers that are ``divided`` (R,) bool
-    by a wall have none: they see the light of both its sides. None where none is left, or they are
-    too many."""
-    triangles = len(objects)
-    owner = np.repeat(np.arange(footprints.count), np.diff(footprints.start))
-    used = np.ones(len(owner), bool) if divided is None else ~divided[owner]
-    pair, first, group = _groups_of_cells(footprints, owner, triangles)
-    cell_area = np.diff(footprints.cumulative)
-    area = np.bincount(group, cell_area)
-    fine = used & (area[group] <= largest)
-    numbers = np.unique(group[fine])
-    if len(numbers) == 0 or len(numbers) > MOST_PATCHES:
-        return None
-    group = np.where(fine, np.searchsorted(numbers, group), np.where(used, NOTHING, ONWARD))
-    receiver_map = build_receiver_map(receivers, triangles)
-    own = np.bincount(objects[footprints.triangle], fine * cell_area, int(objects.max()) + 1)
-    mostly = own > BAKED * np.bincount(objects, areas)
-    baked = mostly[objects] | ((own[objects] > 0) & (receiver_map.first >= 0))
-    patch = group[footprints.start[:-1]].astype(np.int32)
-    several = np.zeros(footprints.count, bool)
-    several[owner[group != patch[owner]]] = True
-    patch[several] = SEVERAL
-    cut = np.bincount(footprints.triangle, cell_area, triangles) < COMPLETE * areas
-    some = several[owner[first]] | cut[footprints.triangle[first]]
-    grouped = footprints.grouped(group)
-    return ReceiverPatches(
-        receiver_map, patch, pair[some], group[first[some]].astype(np.int32), cut, baked, grouped,
-        footprints.triangle[footprints.start[:-1]], footprints.area.astype(np.float32),
-        np.sqrt(grouped.area).astype(np.float32),
-    )
-
-
-def _largest_cell(footprints: Footprints) -> np.ndarray:
-    """(count,) the number of each receiver's largest cell."""
-    area = np.diff(footprints.cumulative)
-    owner = np.repeat(np.arange(footprints.count), np.diff(footprints.start))
-    order = np.lexsort([area, owner])
-    return order[footprints.start[1:] - 1]
-
-
-def _groups_of_cells(
-    footprints: Footprints, owner: np.ndarray, triangles: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Cells (n,) of receivers ``owner`` (n,) on a scene's ``triangles``: the numbers (p,) of pairs of
-    a receiver and a triangle that have cells in common, the first cell (p,) of each pair, and the
-    group (n,) of each cell: one receiver's that lie near its largest and face as that one does are
-    together, and of the rest those that face alike in one cube."""
-    pair, first, mine = np.unique(
-        owner * triangles + footprints.triangle, return_index=True, return_inverse=True
-    )
-    normal, position = footprints.normal[first], footprints.origin[first]
-    largest = _largest_cell(footprints)[owner[first]]
-    size = EXTENT * np.sqrt(footprints.cumulative[-1] / max(footprints.count, 1))
-    offset = np.linalg.norm(position - footprints.origin[largest], axis=1)
-    own_size = EXTENT * np.sqrt(footprints.area[owner[first]])
-    alike = np.einsum("ij,ij->i", normal, footprints.normal[largest]) > ALIKE
-    cube = cubes(position, max(size, SMALLEST), -0.5)
-    common = np.column_stack([facings(normal) + 2, cube])
-    common[alike & (offset < np.maximum(size, own_size))] = 0
-    return pair, first, labels(owner[first], common)[mine.reshape(-1)]

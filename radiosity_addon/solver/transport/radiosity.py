@@ -46,16 +46,22 @@ class Radiosity:
     def with_gathered(
         self, row_radiosity: np.ndarray, receiver: np.ndarray, light: np.ndarray, rays: np.ndarray
     ) -> Radiosity:
-        """With other radiosities of the patches of ``receiver`` (k,) int, where these are one patch each:
+        """With other radiosities of the patches that ``receiver`` (k,) int, and no other ones, lie in:
         the mean, by numbers of rays, of what the rays of their rows brought, ``row_radiosity``
         (n_patches, channels), and of ``light`` (k, channels), which ``rays`` (k,) rays brought."""
-        patch = self.patches.receivers.patch[receiver]
-        some = np.flatnonzero(patch >= 0)
+        patches = self.patches.receivers
+        patch = patches.patch[receiver]
+        some = np.flatnonzero((patch >= 0) & patches.are_patches(receiver)[patch])
+        patch, part = patch[some], patches.area[receiver[some]]
+        part = part / np.bincount(patch, part)[patch]
         own = self.transport.samples.patch_rays
-        share = (rays[some] / (rays[some] + own)).astype(np.float32)[:, None]
+        total = np.bincount(patch, rays[some])
+        chosen = np.flatnonzero(total)
+        mean = np.stack([np.bincount(patch, part * each)[chosen] for each in light[some].T], 1)
+        share = (total[chosen] / (total[chosen] + own)).astype(np.float32)[:, None]
         reflected = self.reflected.copy()
-        before = row_radiosity[patch[some]]
-        reflected[patch[some]] = before + share * (light[some].astype(np.float32) - before)
+        before = row_radiosity[chosen]
+        reflected[chosen] = before + share * (mean.astype(np.float32) - before)
         return replace(self, reflected=reflected)
 
 

@@ -20,10 +20,11 @@ from ..scene import Scene
 from ..workers.parallel import ranges
 from .emission import emission_to_find
 from .lit_patches import LitPatches, brightness_and_noise, light_patches, light_receivers
-from .patches import Patches, ReceiverPatches
+from .patches import Patches
 from .places import Places, no_places, places_hit
 from .radiosity import Radiosity, solve_rows
 from .rays import shared_directions, shoot
+from .receiver_patches import ReceiverPatches
 from .rows import RowSamples, light_patches_met, trace_transport
 
 SEEDS_PER_ELEMENT = 40  # number [rays of receivers for each element] that find which elements matter to them
