@@ -18,7 +18,7 @@ from .receiver_map import NOTHING, ReceiverMap, build_receiver_map
 
 MOST_PATCHES = 2_000_000  # number [patches of receivers], at most: bounds the memory of their rows
 # Number [receivers]: from it on squares of 2 × 2 texels are one patch, from four times as many on of 3 × 3, and so on.
-MANY_PATCHES = 400_000
+MANY_PATCHES = 500_000
 ALIKE = 0.7  # cosine [of an angle] between normals of cells that are one patch, at least
 EXTENT = 2.0  # distance [mean edges of a receiver]: cells further apart are different patches
 BAKED = 0.5  # share [of an object's area] in patches: above it its other faces get no elements
