@@ -111,10 +111,10 @@ def scatter_colors(geometry: Assembly, name: str) -> np.ndarray:
     return _scatter(geometry, 4, lambda mesh: mesh.colors.get(name or mesh.active_color))
 
 
-def scatter_atlas(geometry: Assembly, atlases: dict) -> np.ndarray:
+def scatter_lookups(geometry: Assembly, lookups: dict) -> np.ndarray:
     """(n_triangles, 3, 2) float32 from {part index: (mesh triangles, their uv (k, 3, 2))}."""
     result = np.zeros((len(geometry.triangles), 3, 2), np.float32)
-    for index, (chosen, uv) in atlases.items():
+    for index, (chosen, uv) in lookups.items():
         placed = geometry.placed[index]
         of_mesh = np.zeros((len(placed.part.mesh.triangles), 3, 2), np.float32)
         of_mesh[chosen] = uv

@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .atlas import MOST_TEXELS, atlas_texels, first_texels, make_atlas
-from .bake_stage import aim, bake_pass, bake_stage, user_materials
+from .baked_copy import aim, bake_pass, baked_copy, user_materials
 from .colors import ZERO, Color, Mapping, constant
 from .gloss import has_gloss, sent_on
 from .material_slots import Palette, slot_keys
@@ -21,10 +20,11 @@ from .picture_detail import detail_lost
 from .remarks import blurred_remark
 from .shaders import SurfaceShader
 from .sides import sees_sides, show_back
+from .squares import MOST_TEXELS, first_texels, make_squares, texels_in
 from .traceless import traceless
 from .transparency import emit_transmittance, lets_light_through
 
-ATLAS = "\0atlas"  # the name under which the scene's atlas coordinates are asked for
+PICTURES = "\0pictures"  # name [as of a UV map] by which the places in pictures of materials are asked for
 COATING = 0.1  # share [of the light along the normal] that coatings mirror at most: more is a metal's
 FLAT = 1e-4  # variation [relative]: below it a picture is one color
 SHARP = 0.02  # error [relative] between a picture's texels: above it the picture gets more of them
@@ -35,7 +35,7 @@ FINEST, FINEST_WITHOUT = 8, 1024**2
 
 
 def evaluate_steps(parts: list[Part], palette: Palette, find_scene, gloss: bool, shown: dict[int, float], error: float):
-    """Bake the difficult materials of all parts into ``palette.per_part`` and ``.atlases``, in
+    """Bake the difficult materials of all parts into ``palette.per_part`` and ``.lookups``, in
     steps that yield the fraction done. ``find_scene()`` gives the user's scene; ``gloss``: what they
     mirror counts, too; ``shown``: the image's texels on the surface of a part, {part index: number}. A warning
     says where a picture lacks more than the ``error`` asked for."""
@@ -52,7 +52,7 @@ def evaluate_steps(parts: list[Part], palette: Palette, find_scene, gloss: bool,
         found, where = done[group]
         palette.per_part.update({(index, key): number for key, number in found.items()})
         if where is not None:
-            palette.atlases[index] = where
+            palette.lookups[index] = where
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Pictures:
 
 
 def _evaluate_part(part: Part, keys, palette: Palette, like, gloss: bool, shown: float | None, error: float):
-    """{key: index in the palette}, and the triangles evaluated with their places in the atlas."""
+    """{key: index in the palette}, and the triangles evaluated with their places in the picture."""
     wanted = np.array([key in keys for key in part.materials])[slot_keys(part)]
     chosen = np.flatnonzero(wanted)
     if not len(chosen):
@@ -90,20 +90,20 @@ def _pictures(part: Part, chosen: np.ndarray, keys, count: int, like, gloss: boo
     """What materials show on the triangles ``chosen`` (k,) int, in pictures of about ``count`` texels."""
     import bpy
 
-    atlas = make_atlas(_areas(part, chosen), count)
-    stage, item, image = bake_stage(part, chosen, keys, atlas.size, atlas.bake, like)
+    squares = make_squares(_areas(part, chosen), count)
+    scene, item, image = baked_copy(part, chosen, keys, squares.size, squares.bake, like)
     texels = {}
     for key in keys:
         mine = np.array([name == key for name in part.materials])[slot_keys(part)[chosen]]
-        texels[key] = atlas_texels(atlas, mine)
+        texels[key] = texels_in(squares, mine)
     originals = user_materials(keys)
-    temporary = Temporary(stage, item, image, gloss)
+    temporary = Temporary(scene, item, image, gloss)
     fronts = _surfaces(temporary, {k: m.copy() for k, m in originals.items()}, texels)
     copies = {k: m.copy() for k, m in originals.items() if sees_sides(m.node_tree)}
     for material in copies.values():
         show_back(material.node_tree)
     backs = _surfaces(temporary, copies, texels) if copies else {}
-    bpy.data.batch_remove([item, item.data, image, stage])
+    bpy.data.batch_remove([item, item.data, image, scene])
     colors = [
         (color.pixels, texels[key])
         for key, surface in fronts.items()
@@ -112,7 +112,7 @@ def _pictures(part: Part, chosen: np.ndarray, keys, count: int, like, gloss: boo
     ]
     number = sum(rows.size for mine in texels.values() for rows, _ in mine)
     lost = max((detail_lost(*each) for each in colors), default=0.0)
-    return Pictures(fronts, backs, atlas.lookup, max(number, 1), lost)
+    return Pictures(fronts, backs, squares.lookup, max(number, 1), lost)
 
 
 @dataclass(frozen=True)
@@ -120,14 +120,14 @@ class Temporary:
     """A temporary scene, the object in it and the image that bakes write; and whether what materials
     mirror is baked."""
 
-    stage: object
+    scene: object
     item: object
     image: object
     gloss: bool
 
     def bake(self, bake_type: str, *passes: str) -> np.ndarray:
         """(height, width, 3) of one bake."""
-        return bake_pass(self.stage, self.item, self.image, bake_type, set(passes))
+        return bake_pass(self.scene, self.item, self.image, bake_type, set(passes))
 
 
 def _surfaces(temporary: Temporary, materials: dict, texels: dict) -> dict[str, SurfaceShader]:
@@ -148,7 +148,7 @@ def _surfaces(temporary: Temporary, materials: dict, texels: dict) -> dict[str, 
         emit_transmittance(trees[key])
     through = temporary.bake("EMIT") if clear else np.zeros_like(diffuse)
     sent = sent_on(diffuse, mirrored, through) if glossy else None
-    mapping, found = Mapping(temporary.image.name, ATLAS, "EXTEND", "Linear"), {}
+    mapping, found = Mapping(temporary.image.name, PICTURES, "EXTEND", "Linear"), {}
     for key in materials:
         color = functools.partial(_color, texels=texels[key], mapping=mapping)
         found[key] = SurfaceShader(color(diffuse), color(emission), color(through) if key in clear else ZERO)

@@ -30,7 +30,7 @@ UNREADABLE = 100.0
 IES, FALLOFF, PATH = "ShaderNodeTexIES", "ShaderNodeLightFalloff", "ShaderNodeLightPath"
 
 
-class ShapeStage:
+class LampScene:
     """A temporary scene in which lamps' node trees are rendered one after the other."""
 
     def __init__(self, frame: int):
@@ -192,11 +192,11 @@ def _ies_path(node) -> str:
     return bpy.path.abspath(node.filepath, library=node.id_data.library)
 
 
-def unreadable(stage: ShapeStage, tree) -> list[str]:
+def unreadable(lamp_scene: LampScene, tree) -> list[str]:
     """The IES files and texts of a lamp's node tree that Cycles cannot read."""
     found = []
     for node in _ies_nodes(tree):
-        glance = stage.factor(_ies_alone(node), np.eye(4), GLANCE)
+        glance = lamp_scene.factor(_ies_alone(node), np.eye(4), GLANCE)
         if np.allclose(glance, UNREADABLE, rtol=1e-5):
             found.append(_ies_name(node))
     return list(dict.fromkeys(found))

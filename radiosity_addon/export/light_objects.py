@@ -14,7 +14,7 @@ from ..solver.scene import Lamp
 from .colors import NO_LIGHT, NotSimple, multiply, sound
 from .images import working_space_is_rec709
 from .lamp_detail import beam_warning
-from .lamp_shape import ShapeStage, split, tree_varies, unreadable
+from .lamp_shape import LampScene, split, tree_varies, unreadable
 from .lamps import read_lamp
 from .remarks import tree_remarks
 from .sockets import Reader, source, uses_nodes
@@ -106,15 +106,15 @@ class Shapes:
     """What node trees make of lamps, rendered once for all lamps of a tree that are turned alike."""
 
     def __init__(self, frame: int):
-        self.frame, self.stage, self.known = frame, None, {}
+        self.frame, self.lamp_scene, self.known = frame, None, {}
 
     def of(self, light: Light, data, warnings: list[str]) -> list:
         """(color (3,), distribution or None) pairs; none where it is dark in all directions."""
         import bpy
 
-        self.stage = self.stage or ShapeStage(self.frame)
+        self.lamp_scene = self.lamp_scene or LampScene(self.frame)
         owner = f'lamp "{light.object}"'
-        for text in unreadable(self.stage, data.node_tree):
+        for text in unreadable(self.lamp_scene, data.node_tree):
             warnings.append(
                 f"{owner}: {text} cannot be read; Cycles takes 100 in its place, so does the bake. "
                 "Find the file, or pick another"
@@ -131,7 +131,7 @@ class Shapes:
             )
         key = data.name, light.matrix[:3, :3].round(6).tobytes()
         if key not in self.known:
-            factor, error = self.stage.fine_factor(data, light.matrix)
+            factor, error = self.lamp_scene.fine_factor(data, light.matrix)
             self.known[key] = split(factor)
             warnings += beam_warning(owner, error)
         if not self.known[key]:

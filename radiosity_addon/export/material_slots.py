@@ -33,7 +33,7 @@ class Palette:
     index: dict = field(default_factory=dict)  # material key -> index; None: Cycles evaluates
     difficult: dict = field(default_factory=dict)  # material key -> why it is not simple
     per_part: dict = field(default_factory=dict)  # (part index, key) -> index, where evaluated
-    atlases: dict = field(default_factory=dict)  # part index -> (mesh triangles, uv (k, 3, 2))
+    lookups: dict = field(default_factory=dict)  # part index -> (mesh triangles, places (k, 3, 2) in pictures)
     warnings: list[str] = field(default_factory=list)
 
     def add(self, name: str, front: SurfaceShader, back: SurfaceShader | None = None) -> int:

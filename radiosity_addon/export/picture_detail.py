@@ -14,7 +14,7 @@ BEND, STEP = 0.4, 0.5
 
 def detail_lost(pixels: np.ndarray, texels: list[tuple[np.ndarray, np.ndarray]]) -> float:
     """Error of a picture (height, width, 3), about, at places between its ``texels`` (see
-    ``atlas.atlas_texels``): local as that of light, root mean square; 0 of a black one."""
+    ``squares.texels_in``): local as that of light, root mean square; 0 of a black one."""
     mean = float(np.mean([pixels[some].mean() for some in texels]))
     if mean <= 0:
         return 0.0

@@ -23,13 +23,13 @@ from .assemble import (
     assemble,
     corner_loops,
     material_indices,
-    scatter_atlas,  # fmt: skip
     scatter_colors,
+    scatter_lookups,  # fmt: skip
     scatter_uvs,
 )
 from .colors import in_border
 from .corner_weights import one_hot, traced
-from .evaluated import ATLAS, evaluate_steps
+from .evaluated import PICTURES, evaluate_steps
 from .exported import Exported
 from .illumination import Illumination, find_illumination
 from .light_objects import Light, read_lights, with_node_colors
@@ -250,9 +250,9 @@ def _corner_map(mesh, placed: Placed, trace: Trace | None):
     return one_hot(corner_loops(placed), len(mesh.loops))
 
 
-def _uvs(geometry: Assembly, name: str, atlases) -> np.ndarray:
-    """(n_triangles, 3, 2) float32 of a UV map, or of the atlases of evaluated materials."""
-    return scatter_atlas(geometry, atlases) if name == ATLAS else scatter_uvs(geometry, name)
+def _uvs(geometry: Assembly, name: str, lookups) -> np.ndarray:
+    """(n_triangles, 3, 2) float32 of a UV map, or the places in pictures of evaluated materials."""
+    return scatter_lookups(geometry, lookups) if name == PICTURES else scatter_uvs(geometry, name)
 
 
 def _exported(
@@ -262,7 +262,7 @@ def _exported(
     if not objects:
         raise Refused("there is no mesh to bake; " + why_none(skipped))
     parts = [placed.part for placed in geometry.placed]
-    maps = functools.cache(lambda name: _uvs(geometry, name, palette.atlases))
+    maps = functools.cache(lambda name: _uvs(geometry, name, palette.lookups))
     uvs = functools.cache(lambda name, border: in_border(maps(name), border))
     scene = Scene(
         vertices=geometry.vertices,

@@ -12,7 +12,7 @@ import numpy as np
 from ..bake.windows import TexelRect
 from ..solver.geometry.vectors import unit_rows
 from .assemble import Placed, corner_loops
-from .bake_stage import aim, bake_pass, bake_stage, user_materials
+from .baked_copy import aim, bake_pass, baked_copy, user_materials
 from .material_slots import slot_keys
 from .parts import Part, material_key, world_vertices
 from .remarks import bends_light, turns_shaders
@@ -86,7 +86,7 @@ def _texel_normals(placed: Placed, turned_uv: np.ndarray, rect: TexelRect, like)
     finer = int(np.clip(FINEST // max(width, height), 1, PARTS))
     uv = turned_uv[:, placed.order]
     keys = tuple(dict.fromkeys(part.materials))
-    stage, item, image = bake_stage(part, placed.kept, keys, (width * finer, height * finer), uv, like)
+    scene, item, image = baked_copy(part, placed.kept, keys, (width * finer, height * finer), uv, like)
     _shade(item.data, part, placed.kept)
     originals = user_materials([key for key in keys if key is not None])
     for slot, key in enumerate(keys):
@@ -96,7 +96,7 @@ def _texel_normals(placed: Placed, turned_uv: np.ndarray, rect: TexelRect, like)
         aim(material, image)
         item.data.materials[slot] = material
     picture = bake_pass(
-        stage, item, image, "NORMAL", set(), normal_space="OBJECT",
+        scene, item, image, "NORMAL", set(), normal_space="OBJECT",
         normal_r="POS_X", normal_g="POS_Y", normal_b="POS_Z",
     )
     local = 2 * picture - 1

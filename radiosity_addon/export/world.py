@@ -74,19 +74,19 @@ def _sound(radiance: np.ndarray, world, warnings: list[str]) -> np.ndarray:
 
 def _rendered(scene, warnings: list[str]) -> tuple[Sky | None, list[SunLamp]]:
     """The panorama without sun disks, and a sun lamp for each disk."""
-    stage, world = world_scene(scene.world, scene)
+    temporary, world = world_scene(scene.world, scene)
     suns = [node for node in nodes_of(world.node_tree) if _has_disk(node)]
     for node in suns:
         node.sun_disc = False
         for link in list(node.inputs["Vector"].links):  # which a sky with a disk ignores
             node.id_data.links.remove(link)
-    pixels = panorama(stage, *_resolution(world.node_tree))
+    pixels = panorama(temporary, *_resolution(world.node_tree))
     pixels = _sound(pixels, scene.world, warnings)
     if pixels.max() == pixels.min() or np.ptp(pixels, axis=(0, 1)).max() < 1e-5 * pixels.max():
         pixels = pixels.mean(axis=(0, 1), keepdims=True)
     lamps = []
     for index, node in enumerate(suns):
-        lamps += _sun_lamp(stage, node, f"{scene.world.name} sun {index + 1}", pixels)
+        lamps += _sun_lamp(temporary, node, f"{scene.world.name} sun {index + 1}", pixels)
     return (Sky(pixels) if np.any(pixels > 0.0) else None), lamps
 
 
@@ -110,11 +110,11 @@ def _resolution(tree) -> tuple[int, int]:
     return width, IMAGE_SAMPLES * (IMAGE_WIDTH // width)
 
 
-def _sun_lamp(stage, node, name: str, sky: np.ndarray) -> list[SunLamp]:
+def _sun_lamp(temporary, node, name: str, sky: np.ndarray) -> list[SunLamp]:
     """The disk as a lamp: its irradiance is what a close-up of it has beyond the ``sky``."""
     toward, size = _disk_direction(node), float(node.sun_size)
     node.sun_disc = True
-    picture = close_up(stage, toward, 2.0 * size, CLOSE_UP, DISK_SAMPLES)
+    picture = close_up(temporary, toward, 2.0 * size, CLOSE_UP, DISK_SAMPLES)
     node.sun_disc = False
     rays, weight = _close_up_rays(toward, 2.0 * size)
     row, column = _pixel_of(toward, sky.shape)

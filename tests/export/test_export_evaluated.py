@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radiosity_addon.export.atlas import first_texels, make_atlas
+from radiosity_addon.export.squares import first_texels, make_squares
 from radiosity_addon.solver.materials.evaluate import evaluate_material
 from tests.export.stage import add_material, add_plane, diffuse, surface, value_at
 
@@ -90,14 +90,14 @@ def test_cyclic_node_tree_does_not_hang(blender, export):
 
 
 @pytest.mark.parametrize("count", [1, 2, 1000, 100_000])
-def test_atlas_cells_do_not_overlap(count):
+def test_squares_do_not_overlap(count):
     area = np.random.default_rng(count).lognormal(0.0, 2.0, count)
-    atlas = make_atlas(area, first_texels(count))
-    corner = np.floor(atlas.bake[:, 0] * atlas.size + 1e-6).astype(int)
-    reach = (atlas.bake[:, 1, 0] - atlas.bake[:, 0, 0]) * atlas.size
+    squares = make_squares(area, first_texels(count))
+    corner = np.floor(squares.bake[:, 0] * squares.size + 1e-6).astype(int)
+    reach = (squares.bake[:, 1, 0] - squares.bake[:, 0, 0]) * squares.size
     edge = np.where(reach < 1.5, 2, np.rint(reach + 2.9)).astype(int)
     first = corner - np.where(edge > 2, 1, 0)[:, None]
-    taken = np.zeros((atlas.size, atlas.size), np.int32)
+    taken = np.zeros((squares.size, squares.size), np.int32)
     for size in np.unique(edge):
         origin = first[edge == size]
         for i in range(size) if size <= 8 else (0, size // 2, size - 1):

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import trapezoid
 
 from radiosity_addon.export import export_scene
-from radiosity_addon.export.lamp_shape import ShapeStage
+from radiosity_addon.export.lamp_shape import LampScene
 from radiosity_addon.settings import Settings
 from tests.export.lamp_stage import add_lamp, irradiance
 from tests.export.stage import add_object, add_plane, cycles_bake, diffuse
@@ -179,7 +179,7 @@ def needle(angle, width):
     return np.maximum((1 + np.cos(np.pi * np.minimum(angle / width, 1))) / 2, 1e-8)
 
 
-class Painted(ShapeStage):
+class Painted(LampScene):
     """Has the needle painted in place of a render, which takes seconds at these widths."""
 
     def __init__(self, width):

@@ -1,4 +1,4 @@
-"""Bake stage: Cycles bakes copies of a part's triangles in a temporary scene.
+"""Baked copy: Cycles bakes copies of a part's triangles in a temporary scene.
 
 Call inside ``traceless()``: what is made here is gone afterward.
 """
@@ -28,15 +28,15 @@ def user_materials(keys) -> dict:
     return {key: known[key] for key in keys}
 
 
-def bake_stage(part: Part, chosen, keys, size: int | tuple[int, int], uv: np.ndarray, like):
+def baked_copy(part: Part, chosen, keys, size: int | tuple[int, int], uv: np.ndarray, like):
     """A temporary scene, the chosen triangles (k,) in it with a slot for each key, and the image of
     ``size`` that a bake writes, where their corners lie at ``uv`` (k, 3, 2)."""
     import bpy
     from mathutils import Matrix
 
-    stage = bpy.data.scenes.new("Radiosity temporary")
-    stage.frame_current = like.frame_current
-    set_up_cycles(stage, SAMPLES)
+    scene = bpy.data.scenes.new("Radiosity temporary")
+    scene.frame_current = like.frame_current
+    set_up_cycles(scene, SAMPLES)
     image = bpy.data.images.new(
         "Radiosity temporary", *width_and_height(size), float_buffer=True, is_data=True
     )
@@ -46,13 +46,13 @@ def bake_stage(part: Part, chosen, keys, size: int | tuple[int, int], uv: np.nda
     if original is not None:
         item.pass_index, item.color = original.pass_index, original.color
     item.matrix_world = Matrix(part.matrix.tolist())  # nested lists would be taken for columns
-    stage.collection.objects.link(item)
+    scene.collection.objects.link(item)
     for _ in keys:
         mesh.materials.append(None)
     slots = np.array([keys.index(k) if k in keys else 0 for k in part.materials])
     mesh.polygons.foreach_set("material_index", slots[slot_keys(part)[chosen]].astype(np.int32))
     mesh.update()
-    return stage, item, image
+    return scene, item, image
 
 
 def aim(material, image) -> None:
@@ -96,20 +96,20 @@ def _mesh(part: Part, chosen, uv: np.ndarray):
     return mesh
 
 
-def bake_pass(stage, item, image, pass_type: str, passes: set, **options) -> np.ndarray:
+def bake_pass(scene, item, image, pass_type: str, passes: set, **options) -> np.ndarray:
     """(height, width, 3) float32 of one bake."""
     import bpy
 
-    layer = stage.view_layers[0]
+    layer = scene.view_layers[0]
     layer.update()
-    bake = stage.render.bake
+    bake = scene.render.bake
     bake.margin, bake.margin_type, bake.use_clear = 2, "EXTEND", True
     bake.use_selected_to_active = False
     item.select_set(True, view_layer=layer)
     layer.objects.active = item
     items = [item]
     with bpy.context.temp_override(
-        scene=stage, view_layer=layer, active_object=item, object=item,
+        scene=scene, view_layer=layer, active_object=item, object=item,
         selected_objects=items, selected_editable_objects=items,
     ):  # fmt: skip
         bpy.ops.object.bake(type=pass_type, pass_filter=passes, margin=2, use_clear=True, **options)

@@ -1,4 +1,4 @@
-"""Atlas: a square of its own in one image for every triangle.
+"""Squares: a square of its own in one picture for every triangle, where Cycles bakes what its material shows.
 
 Each triangle gets a square whose edge is a power of two. Sorted by falling size and laid
 along the Z curve (Morton 1966) they fill a larger one without gaps or overlap.
@@ -12,7 +12,7 @@ import numpy as np
 
 from ..solver.expected import Refused
 
-LARGEST = 4096  # edge [texels] of the image, at most
+LARGEST = 4096  # edge [texels] of a picture, at most
 SMALLEST_SQUARE, LARGEST_SQUARE = 1, 11  # edges [powers of two, texels] of squares
 INSET = 1.45  # distance [texels] between a square's border and its triangle's corners
 MOST_TEXELS = LARGEST**2 // 4  # number [texels] of all squares, at most, but for the smallest ones
@@ -21,7 +21,7 @@ PER_TRIANGLE = 32  # number [texels] that each of many triangles gets at first, 
 
 
 @dataclass(frozen=True)
-class Atlas:
+class Squares:
     """``bake``: where Cycles writes; ``lookup``: where to read; both (n, 3, 2) float64 in [0, 1].
 
     A square of two texels holds one color, read from the center of its first texel.
@@ -33,11 +33,11 @@ class Atlas:
 
 
 def first_texels(triangles: int) -> int:
-    """Of an atlas of so many triangles, at first."""
+    """Number of texels of a picture of so many ``triangles``, at first."""
     return min(max(FIRST_TEXELS, PER_TRIANGLE * triangles), MOST_TEXELS)
 
 
-def make_atlas(area: np.ndarray, texels: int) -> Atlas:
+def make_squares(area: np.ndarray, texels: int) -> Squares:
     """Squares of about so many ``texels`` for triangles of these areas ``area`` (n,), larger ones for larger
     triangles. Raises Refused where they do not fit into an image of LARGEST texels."""
     share = area / max(float(area.sum()), 1e-300)
@@ -61,7 +61,7 @@ def make_atlas(area: np.ndarray, texels: int) -> Atlas:
     corner = np.array(((0, 0), (1, 0), (0, 1)))[None]
     bake = origin[:, None] + np.where(corner, high, low)
     lookup = np.where(edge > 2.0, bake, origin[:, None] + 0.5)
-    return Atlas(size, bake / size, lookup / size)
+    return Squares(size, bake / size, lookup / size)
 
 
 def _side(power: np.ndarray) -> int:
@@ -79,11 +79,11 @@ def _unweave(code: np.ndarray) -> np.ndarray:
     return result
 
 
-def atlas_texels(atlas: Atlas, which: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+def texels_in(squares: Squares, which: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     """Rows and columns of texels well inside the triangles ``which`` (n,) bool, a pair of arrays for each
     size of square."""
-    corner = np.floor(atlas.bake[which, 0] * atlas.size + 1e-6).astype(np.int64)
-    edge = np.rint((atlas.bake[which, 1, 0] - atlas.bake[which, 0, 0]) * atlas.size + 2 * INSET)
+    corner = np.floor(squares.bake[which, 0] * squares.size + 1e-6).astype(np.int64)
+    edge = np.rint((squares.bake[which, 1, 0] - squares.bake[which, 0, 0]) * squares.size + 2 * INSET)
     edge = edge.astype(np.int64)
     result = []
     for size in np.unique(edge):
