@@ -205,18 +205,18 @@ class _Progress:
     def __init__(self, terminal: Terminal, interrupts: Interrupts) -> None:
         self.terminal, self.interrupts = terminal, interrupts
 
-    def __call__(self, stage: str, fraction: float) -> None:
+    def __call__(self, phase: str, fraction: float) -> None:
         self.interrupts.check()
-        self.terminal.progress(stage, fraction)
+        self.terminal.progress(phase, fraction)
 
     def part(self, name: str):
         """A callback whose 0 to 1 is this part's share of the whole."""
         low, high = SHARES[name]
-        return lambda stage, fraction: self(stage, low + (high - low) * fraction)
+        return lambda phase, fraction: self(phase, low + (high - low) * fraction)
 
 
 def _import_bpy(temporary: TemporaryFolders | None):
-    """Import Blender and the libraries, now, so that no stage of the bake is charged for it."""
+    """Import Blender and the libraries, now, so that no phase of the bake is charged for it."""
     if "bpy" not in sys.modules:
         memory.require_start()
     try:

@@ -11,7 +11,7 @@ from .figures import figure, percent
 from .stages.encode import Encoding
 from .stages.job import Job, Result
 
-STAGES = ("elements", "transport", "solve", "gather")  # timed by the solver
+PHASES = ("elements", "transport", "solve", "gather")  # timed by the solver
 NAMED = 3  # number [objects] that are named with one reason
 SHOWN = 5  # number [warnings, objects left out] on the terminal
 ENERGY = ("emitted", "absorbed", "escaped")  # [W]
@@ -22,7 +22,7 @@ def build_report(
 ) -> dict:
     """The report as a dict of plain values, with the keys that scripts rely on.
 
-    ``seconds``: ``export``, ``write`` and ``total`` as the caller timed them; the other stages
+    ``seconds``: ``export``, ``write`` and ``total`` as the caller timed them; the other phases
     are the solver's. ``peak_memory`` in bytes. ``encoding``: that of the files or byte colors; its
     error and the solver's have nothing to do with each other, so that their squares add.
     """
@@ -72,7 +72,7 @@ def summarize(report: dict, output: str) -> str:
             f"{percent(report['target_error'])} asked; "
             f"95 % of the surface within {percent(report['error_95'])}; energy "
             + ", ".join(f"{figure(energy[name])} W {name}" for name in ENERGY),
-            f"Time: {seconds['total']:.2f} s ({_stages(seconds)}); "
+            f"Time: {seconds['total']:.2f} s ({_phases(seconds)}); "
             f"memory {report['peak_memory'] / 2**20:.0f} MB",
             f"Warnings: {_warnings(warnings)}",
         ]
@@ -80,10 +80,10 @@ def summarize(report: dict, output: str) -> str:
 
 
 def _seconds(solver: dict, caller: dict) -> dict:
-    stages = {name: float(solver.get(name, 0.0)) for name in STAGES}
+    phases = {name: float(solver.get(name, 0.0)) for name in PHASES}
     return {
         "export": float(caller["export"]),
-        **stages,
+        **phases,
         "write": float(caller["write"]),
         "total": float(caller["total"]),
     }
@@ -109,7 +109,7 @@ def _count(number: int, word: str) -> str:
     return f"{number:,} {word}{'' if number == 1 else 's'}"
 
 
-def _stages(seconds: dict) -> str:
+def _phases(seconds: dict) -> str:
     return ", ".join(
         f"{name} {value:.2f}" for name, value in seconds.items() if name != "total"
     )

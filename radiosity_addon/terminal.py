@@ -24,7 +24,7 @@ def debugging() -> bool:
 class Terminal:
     """Standard output and error as they were, while descriptors 1 and 2 lead nowhere.
 
-    ``progress(stage, fraction)`` draws one line on a terminal and nothing elsewhere.
+    ``progress(phase, fraction)`` draws one line on a terminal and nothing elsewhere.
     """
 
     def __init__(self) -> None:
@@ -60,13 +60,13 @@ class Terminal:
             if copy >= 0:
                 os.dup2(nowhere.fileno(), number)
 
-    def progress(self, stage: str, fraction: float) -> None:
-        """Redraw the line ``stage percent, time left`` unless that was done just before."""
+    def progress(self, phase: str, fraction: float) -> None:
+        """Redraw the line ``phase percent, time left`` unless that was done just before."""
         now = time.monotonic()
         if not self._shows_progress or now < self._next:
             return
         self._next = now + REDRAW
-        line = progress_line(stage, fraction, now - self._start)
+        line = progress_line(phase, fraction, now - self._start)
         width = shutil.get_terminal_size().columns - 1
         self._write(2, "\r" + line[:width].ljust(width))
         self._drawn = True
@@ -100,10 +100,10 @@ class Terminal:
             return  # nobody listens any more
 
 
-def progress_line(stage: str, fraction: float, elapsed: float) -> str:
-    """``stage  42 %  3 s left``; the time is left out while there is too little to judge by."""
+def progress_line(phase: str, fraction: float, elapsed: float) -> str:
+    """``phase  42 %  3 s left``; the time is left out while there is too little to judge by."""
     fraction = min(max(fraction, 0.0), 1.0)
-    line = f"{stage} {100 * fraction:3.0f} %"
+    line = f"{phase} {100 * fraction:3.0f} %"
     if fraction < 0.03 or elapsed < 0.5:
         return line
     left = elapsed * (1 - fraction) / fraction

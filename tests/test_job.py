@@ -14,7 +14,7 @@ import pytest
 
 from radiosity_addon.bake.texels import texel_receivers
 from radiosity_addon.bake_job import run, without_bare
-from radiosity_addon.solver.progress import Canceled, silent
+from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.receivers import concatenate
 from radiosity_addon.solver.sequence import late_warning
 from radiosity_addon.stages.layout import lay_out, slice_receivers
@@ -98,9 +98,9 @@ def test_progress_rises_to_one_and_may_stop_the_work():
     assert all(0 <= fraction <= 1 for _, fraction in seen)
 
     def stop(stage, fraction):
-        raise Canceled
+        raise InterruptedError
 
-    with pytest.raises(Canceled):
+    with pytest.raises(InterruptedError):
         run(square_job("vertex"), stop)
 
 

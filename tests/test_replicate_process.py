@@ -21,7 +21,6 @@ from radiosity_addon.solver.adaptive.requests import FollowMorePaths
 from radiosity_addon.solver.adaptive.solve_cache import SolveCache
 from radiosity_addon.solver.expected import ProcessLost
 from radiosity_addon.solver.fields import Constant
-from radiosity_addon.solver.progress import Canceled
 from radiosity_addon.solver.sequence import solve
 from verification import meshes
 
@@ -107,8 +106,8 @@ def test_one_that_ends_at_work_is_a_message():
     scene, receivers = lit_box()
     with ReplicateProcess() as process:
 
-        def crash(stage: str, fraction: float):
-            if stage == "gather":
+        def crash(phase: str, fraction: float):
+            if phase == "gather":
                 os.kill(process._process.pid, signal.SIGSEGV)
 
         with pytest.raises(ProcessLost, match="status -11.*lower the resolution"):
@@ -118,11 +117,11 @@ def test_one_that_ends_at_work_is_a_message():
 def test_stopping_leaves_no_process():
     scene, receivers = lit_box()
 
-    def stop(stage: str, fraction: float):
-        if stage == "gather":
-            raise Canceled
+    def stop(phase: str, fraction: float):
+        if phase == "gather":
+            raise InterruptedError
 
-    with pytest.raises(Canceled), ReplicateProcess() as process:
+    with pytest.raises(InterruptedError), ReplicateProcess() as process:
         solve(scene, receivers, replace(SETTINGS, error=5e-3), stop, beside=process)
     assert process._process.poll() is not None
 

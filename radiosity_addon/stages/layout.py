@@ -23,7 +23,7 @@ from ..solver.workers.parallel import map_chunks
 from .job import Job
 from .leave_out import NO_TEXEL
 
-STAGE = "receivers"
+PHASE = "receivers"
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def lay_out_part(job: Job, progress: Progress) -> Layout:
     """``lay_out`` of what may have no texel."""
     make = _texels(job) if job.settings.target == Target.IMAGE else _faces(job)
     parts = map_chunks(
-        make, range(len(job.targets)), job.settings.threads, lambda done: progress(STAGE, done)
+        make, range(len(job.targets)), job.settings.threads, lambda done: progress(PHASE, done)
     )
     receivers, warnings = zip(*parts)
     counts = [part.count for part in receivers]

@@ -30,7 +30,7 @@ def run(
     again, and takes this one's.
     ``beside`` (replicate_process) does half of the work in another process.
     ``tiling`` says which bakes are done in tiles; None: those of more texels than usual.
-    Raises solver.progress.Canceled (or whatever else ``progress`` raises) to stop.
+    To stop it, ``progress`` may raise any exception, which passes through.
     """
     from ..solver.sequence import Options, open_scene, solve_opened
 
@@ -79,10 +79,10 @@ def _mesh_colors(fits: list[JointFit], light: np.ndarray, progress: Progress) ->
     return [colors[index] for index in sorted(colors)]
 
 
-def _charged(figures: Statistics, stage: str, seconds: float) -> Statistics:
-    """The figures with more seconds of a stage."""
+def _charged(figures: Statistics, phase: str, seconds: float) -> Statistics:
+    """The figures with more seconds of a phase."""
     return replace(
-        figures, seconds={**figures.seconds, stage: figures.seconds.get(stage, 0.0) + seconds}
+        figures, seconds={**figures.seconds, phase: figures.seconds.get(phase, 0.0) + seconds}
     )
 
 

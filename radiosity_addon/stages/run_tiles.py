@@ -13,7 +13,7 @@ from .job import Job, Result
 from .layout import Layout, lay_out, lay_out_part, shaded_layout
 from .tiling import Tiling, Window, part_of, survey_of
 
-STAGE = "tiles"
+PHASE = "tiles"
 SURVEY = 0.05  # share [of the time] that the survey takes
 
 
@@ -29,11 +29,11 @@ class Portions:
         self._low, self._high = self._high, self._high + share
         self._solve = OverallProgress(self._advance)
 
-    def _advance(self, stage: str, fraction: float) -> None:
-        self._progress(STAGE, min(self._low + (self._high - self._low) * fraction, 1.0))
+    def _advance(self, phase: str, fraction: float) -> None:
+        self._progress(PHASE, min(self._low + (self._high - self._low) * fraction, 1.0))
 
-    def __call__(self, stage: str, fraction: float) -> None:
-        self._solve(stage, fraction)
+    def __call__(self, phase: str, fraction: float) -> None:
+        self._solve(phase, fraction)
 
 
 def run_tiles(

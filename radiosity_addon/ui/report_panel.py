@@ -11,7 +11,7 @@ from .lines import draw_note, pair
 from .panels import RadiosityPanel
 from .report_store import load_report, report_text
 
-STAGES = {
+PHASES = {
     "export": "Reading the scene",
     "elements": "Elements",
     "transport": "Form factors",
@@ -81,7 +81,7 @@ def draw_work(layout, report: dict) -> None:
 
 def draw_time(layout, report: dict) -> None:
     column = layout.column(align=True)
-    for name, label in STAGES.items():
+    for name, label in PHASES.items():
         pair(column, label, words.duration(report["seconds"][name]))
     reused = REUSED.get(report.get("reused"))
     if reused:

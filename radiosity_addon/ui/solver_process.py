@@ -74,7 +74,7 @@ class SolverProcess:
             )
 
     def progress(self) -> tuple[str, float]:
-        """The stage's name and the fraction done, as the process wrote them last."""
+        """The phase's name and the fraction done, as the process wrote them last."""
         return worker.read_progress(self._folder / worker.PROGRESS)
 
     def finished(self) -> bool:

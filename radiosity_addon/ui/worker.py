@@ -23,7 +23,7 @@ from pathlib import Path
 JOB, RESULT, PROGRESS, FAILURE, COLORS = "job", "result", "progress", "failure", "colors-"
 PROGRESS_LENGTH = 128  # length [bytes] of a message of progress
 PROGRESS_PAUSE = 0.05  # time [s] between two writes
-LOADING = "loading SciPy"  # the first stage that it reports
+LOADING = "loading SciPy"  # the first phase that it reports
 FAILED = 1  # code [exit status]
 
 
@@ -80,26 +80,26 @@ class ProgressFile:
     def __exit__(self, *_) -> None:
         self._handle.close()
 
-    def __call__(self, stage: str, fraction: float) -> None:
+    def __call__(self, phase: str, fraction: float) -> None:
         now = time.monotonic()
         if now < self._next:
             return
         self._next = now + PROGRESS_PAUSE
-        text = f"{fraction:.4f} {stage}".encode()[: PROGRESS_LENGTH - 1]
+        text = f"{fraction:.4f} {phase}".encode()[: PROGRESS_LENGTH - 1]
         self._handle.seek(0)
         self._handle.write(text.ljust(PROGRESS_LENGTH - 1) + b"\n")
 
 
 def read_progress(path: Path) -> tuple[str, float]:
-    """The stage and fraction last written, or ("", 0.0) before the first."""
+    """The phase and fraction last written, or ("", 0.0) before the first."""
     try:
         record = path.read_bytes()
     except FileNotFoundError:
         return "", 0.0
     if len(record) < PROGRESS_LENGTH:
         return "", 0.0
-    fraction, _, stage = record.decode(errors="replace").strip().partition(" ")
-    return stage, float(fraction)
+    fraction, _, phase = record.decode(errors="replace").strip().partition(" ")
+    return phase, float(fraction)
 
 
 def _load_package(folder: Path) -> str:

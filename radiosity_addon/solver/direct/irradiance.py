@@ -35,7 +35,7 @@ POINTS_PER_CHUNK = 1 << 14  # number [points] of a chunk
 
 
 def direct_light(
-    context: Context, count: int, per: int, sample_points: PointSampler, key: tuple[int, ...], stage: str
+    context: Context, count: int, per: int, sample_points: PointSampler, key: tuple[int, ...], phase: str
 ) -> tuple[np.ndarray, np.ndarray]:
     """Explicit light at ``count`` owners, irradiance (count, channels) float64, and the variance
     (count,) of its channels' mean that the choice among many lights leaves; ``sample_points(chosen, group)``
@@ -46,7 +46,7 @@ def direct_light(
     groups = 1 if per == 1 else GROUPS  # single points are independent as they are
     chunks = grouped_chunks(count, max(1, POINTS_PER_CHUNK // per), groups)
     work = _LightChunk(context, sample_points, key)
-    for some, light, squares in context.map_chunks(work, chunks, stage):
+    for some, light, squares in context.map_chunks(work, chunks, phase):
         irradiance[some], variance[some] = light, squares
     return irradiance, variance
 
@@ -66,10 +66,10 @@ class _LightChunk:
 
 
 def direct_at(
-    context: Context, points: Points, key: tuple[int, ...], stage: str
+    context: Context, points: Points, key: tuple[int, ...], phase: str
 ) -> tuple[np.ndarray, np.ndarray]:
     """The same at each of points (1, n), owners of their own: their numbers are independent."""
-    return direct_light(context, points.shape[1], 1, PointsGiven(points), key, stage)
+    return direct_light(context, points.shape[1], 1, PointsGiven(points), key, phase)
 
 
 def _light_points(

@@ -80,7 +80,7 @@ class _Light:
 
 
 def gather(
-    context: Context, radiosity: Radiosity, bundle: Bundle, stage: str, learns: bool = False
+    context: Context, radiosity: Radiosity, bundle: Bundle, phase: str, learns: bool = False
 ) -> Gathered:
     """Light that a ``bundle`` of rays brings, with lessons for a guide where ``learns``."""
     count = len(bundle.owners)
@@ -89,7 +89,7 @@ def gather(
         context, radiosity.table(), bundle, first_hand_table(context, radiosity), learns
     )
     chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // bundle.rays))
-    for chosen, found, lesson in context.map_chunks(work, chunks, stage):
+    for chosen, found, lesson in context.map_chunks(work, chunks, phase):
         totals[0, chosen] = found.bounced
         totals[1, chosen] = found.first
         unknown += found.unknown

@@ -19,7 +19,7 @@ from ..transport.radiosity import Radiosity
 from ..transport.solve_patches import extended
 from .gather import follow_onward, light_at
 
-STAGE = "gather"
+PHASE = "gather"
 
 
 def light_of_unknown(
@@ -31,7 +31,7 @@ def light_of_unknown(
     follow = partial(_follow, context, radiosity.table())
     bounced, first = np.zeros((2, count, context.channels))
     ends = [unknown.take(~onward)]
-    for owners, found in follow_in_chunks(context, follow, unknown.take(onward), key, STAGE):
+    for owners, found in follow_in_chunks(context, follow, unknown.take(onward), key, PHASE):
         light, first_hand, rest = found
         bounced[owners] += light
         first[owners] += first_hand

@@ -32,7 +32,7 @@ NEXT_RAYS = 16  # number [rays] at each place of a path, which estimate K (T + F
 LIGHT_SAMPLES = 2  # number [samples of each light] at each place of a path
 MAX_BOUNCES = 64  # number [places] of a path, at most: chance ends nearly all long before
 PATHS_PER_CHUNK = 4096  # number [paths] of a chunk
-STAGE = "transport"
+PHASE = "transport"
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def follow_residual(
     owners = np.minimum(np.searchsorted(ends, target, "right"), footprints.count - 1)
     table = first_hand_table(context, radiosity)
     work = _ResidualChunk(context, footprints, radiosity.table(), table, owners, key)
-    return join_residuals(context.map_chunks(work, ranges(paths, PATHS_PER_CHUNK), STAGE))
+    return join_residuals(context.map_chunks(work, ranges(paths, PATHS_PER_CHUNK), PHASE))
 
 
 @dataclass(frozen=True)
@@ -204,5 +204,5 @@ def _direct(context: Context, points: Points, key: tuple[int, ...]) -> np.ndarra
         lambda: np.broadcast_to(points.uv, (*shape, 2)),
         points.shift,
     ).single()  # owners of their own, as their numbers are independent
-    light, _ = direct_at(context, repeated, key, STAGE)
+    light, _ = direct_at(context, repeated, key, PHASE)
     return light.reshape(*shape, -1).mean(axis=0)

@@ -99,16 +99,16 @@ class Context:
         tracers = [self.tracer, *(t for b in self.blockers for t in (b.shadow, b.transmitting) if t)]
         return list({id(tracer): tracer for tracer in tracers}.values())
 
-    def tick(self, stage: str) -> Tick:
-        """A function of the fraction done that reports it for ``stage``."""
-        return partial(self.progress, stage)
+    def tick(self, phase: str) -> Tick:
+        """A function of the fraction done that reports it for ``phase``."""
+        return partial(self.progress, phase)
 
     def map_chunks(
-        self, work: Work[Chunk_contra, Result_co], chunks: Iterable[Chunk_contra], stage: str
+        self, work: Work[Chunk_contra, Result_co], chunks: Iterable[Chunk_contra], phase: str
     ) -> list[Result_co]:
-        """``[work(chunk) for chunk in chunks]``, on all cores, with progress of ``stage``. The work is
+        """``[work(chunk) for chunk in chunks]``, on all cores, with progress of ``phase``. The work is
         data: it can be pickled, with contexts of this scene in it."""
-        return map_chunks(work, chunks, self.threads, self.tick(stage), self.helpers)
+        return map_chunks(work, chunks, self.threads, self.tick(phase), self.helpers)
 
     def reflectance(
         self, triangle: np.ndarray, uv: np.ndarray, front: np.ndarray | None = None

@@ -14,7 +14,7 @@ from ..sampling.points import Points, footprint_points, points_on
 from ..sampling.sobol import uniform
 from .places import Places
 
-STAGE = "transport"
+PHASE = "transport"
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ def _lit_at(
     """Reflectance and reflectance × direct irradiance (per, R, channels) at points (per, R), and the variance
     (per, R) of that by the choice among many lights."""
     per, count = points.shape
-    irradiance, variance = direct_at(context, points.single(), (*key, 8), STAGE)
+    irradiance, variance = direct_at(context, points.single(), (*key, 8), PHASE)
     triangle = points.triangle.ravel()
     faces = context.geometry.normal[triangle]
     front = np.einsum("nc,nc->n", points.normal.reshape(-1, 3), faces) > 0

@@ -26,7 +26,7 @@ MOST_BOUNCES = 64  # number [bounces] of a ray, at most: chance ends nearly all 
 FULL_BOUNCES = 6  # number [bounces] after which Russian roulette ends rays, so that weights do not fall further
 BACK = 4 * OFFSET  # distance [unit box] before its end at which a ray goes on; of a short ray half of its length
 FOLLOWED_PER_CHUNK = 1 << 15  # number [rays] of a chunk
-STAGE = "transport"
+PHASE = "transport"
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class Onward:
         if len(self.passed.owner) == 0:
             return np.zeros_like(self.sky), np.zeros_like(self.sky)
         points = self.lit.points(context, uniform((len(self.lit.owner), 3), *key, 1))
-        direct, _ = direct_at(context, points, (*key, 2), STAGE)
+        direct, _ = direct_at(context, points, (*key, 2), PHASE)
         light = sums_of(self.lit.owner, self.lit.weight * direct, count)
         if not context.glows:
             return light, np.zeros_like(light)
@@ -130,7 +130,7 @@ def go_on(
     if len(rays.owner) <= FOLLOWED_PER_CHUNK:
         return _go_on(context, patches, rays, count, key)
     sky, parts = np.zeros((count, context.channels)), []
-    for owners, part in follow_in_chunks(context, partial(_go_on, context, patches), rays, key, STAGE):
+    for owners, part in follow_in_chunks(context, partial(_go_on, context, patches), rays, key, PHASE):
         sky[owners] += part.sky
         parts.append(part.of(owners))
     first, later = zip(*(part.divided() for part in parts))
@@ -148,12 +148,12 @@ class Follow(Protocol[Result_co]):
 
 
 def follow_in_chunks(
-    context: Context, follow: Follow[Result_co], rays: Ends, key: tuple[int, ...], stage: str
+    context: Context, follow: Follow[Result_co], rays: Ends, key: tuple[int, ...], phase: str
 ) -> list[tuple[np.ndarray, Result_co]]:
     """``follow`` done with ``rays``, chunk by chunk, on all cores. Of each chunk: its owners (n,) int, and what came
     of its rays, in which owners have their numbers among these."""
     chunks = ranges(len(rays.owner), FOLLOWED_PER_CHUNK)
-    return context.map_chunks(_FollowChunk(follow, rays, key), chunks, stage)
+    return context.map_chunks(_FollowChunk(follow, rays, key), chunks, phase)
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from .places import Places, no_places, places_hit
 from .rays import RAYS_PER_CHUNK, Shot, shared_directions, shoot, sky_mean
 
 MAX_GENERATIONS = 64  # number [generations] of patches, each met by rays of the one before, at most
-STAGE = "transport"
+PHASE = "transport"
 BLACK = -2  # code [rows]: a patch that reflects nothing has none
 
 
@@ -161,7 +161,7 @@ def _trace_rows(
     work = _TraceChunk(context, patches, lit.points, row.copy(), rays, key)
     chunks = grouped_chunks(count, max(1, RAYS_PER_CHUNK // rays))
     onward = []
-    for chosen, found in context.map_chunks(work, chunks, STAGE):
+    for chosen, found in context.map_chunks(work, chunks, PHASE):
         hits[chosen] = found.hits
         light[chosen] = found.sky
         places += found.places
