@@ -12,7 +12,7 @@ from radiosity_addon.solver.lights.sky_spots import WIDEST, sky_spots
 from radiosity_addon.solver.sampling.sobol import sobol
 from radiosity_addon.solver.scene import Material, Sky
 from radiosity_addon.solver.sequence import solve
-from tests.solver.test_pictures import places_of, quads
+from tests.solver.test_textured_lights import places_of, quads
 
 PARTS = 12  # of a pixel along either side, in the sums
 WALL, TOP = 0.5, 0.3  # x of a wall across the floor, and its height

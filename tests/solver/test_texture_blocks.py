@@ -11,7 +11,7 @@ from radiosity_addon.solver.materials.emissive_parts import cut
 from radiosity_addon.solver.materials.texture_blocks import MOST_BLOCKS, one_colored_parts
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import Material
-from tests.solver.test_pictures import BLACK, sign
+from tests.solver.test_textured_lights import BLACK, sign
 
 HALVES = np.array([[[0, 0], [0, 1], [1, 1]], [[0, 0], [1, 1], [1, 0]]], np.float32)
 
