@@ -1,5 +1,5 @@
-"""Sourceless: how much of a surface shows colors of the user's corners: faces that modifiers make of
-nothing show none. NumPy only."""
+"""Sourceless: the share of a surface whose faces modifiers make without a source among the user's faces, so that
+they show no baked color. NumPy only."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from ..figures import percent
 from .exported_object import CornerMap
 
-NOTABLE = 1e-3  # share [of the surface]: what lacks more is warned of
+NOTABLE = 1e-3  # share [of the surface]: where more has no color, a warning says so
 
 
 def sourceless_share(corners: CornerMap, area: np.ndarray) -> float:
@@ -24,7 +24,6 @@ def sourceless_warning(name: str, share: float, modifiers: tuple[str, ...]) -> s
         return ""
     cause = f" ({', '.join(modifiers)})" if modifiers else ""
     return (
-        f"{name!r}: {percent(share)} of its surface are faces that its modifiers{cause} make of "
-        "none of its own, and show no light, but what Blender puts there, white as a rule: apply "
-        "the modifiers and bake again"
+        f"{name!r}: {percent(share)} of its surface consists of faces that its modifiers{cause} create without a source "
+        "face. They get no baked colors, and Blender shows most of them white: apply the modifiers and bake again"
     )

@@ -12,8 +12,8 @@ from ..solver.array_struct import ArrayStruct
 from .shown import Sheets
 from .texel_parts import COVERED, NONE, SEVERAL, TexelParts, owners
 
-HALF = 0.5 + 1e-6  # part [texels]: smaller ones lie in one quarter, half a texel too, whatever its last digits
-NOTABLE = 0.01  # share [of the surface] of texels that cannot be fitted: less is not warned of
+HALF_TEXEL = 0.5 + 1e-6  # part [texels]: one up to it lies in one quarter of its texel, half a texel with rounding, too
+NOTABLE = 0.01  # share [of the surface] of texels that cannot be fitted, from which on a warning says so
 TOUCH = 0.01  # share [of a texel]: an island that has less of one does not count there
 # Distance [texels] to others' texels: a texel of two islands may be known as one's where the other's are of another part.
 BORDER = 2
@@ -117,7 +117,7 @@ def crowded_shares(
                 mixed[quarter] |= other
     x, y = (parts.middle - np.stack([column, row], 1)).T
     own = mixed[2 * (y > 0.5) + (x > 0.5), np.arange(len(texel))]
-    return np.where(parts.area > HALF, mixed.mean(axis=0), own)
+    return np.where(parts.area > HALF_TEXEL, mixed.mean(axis=0), own)
 
 
 def unfit_warning(name: str, texels: int, shared: float, thin: float) -> str:

@@ -11,7 +11,7 @@ from ..solver.geometry.planar import cell_areas, doubled_areas
 from ..solver.receivers import Receivers
 
 FLAT = 1e-12  # area [of the tile]: a triangle with less UV area has none
-NOTABLE = 1e-3  # share [of the surface]: what lacks more is warned of
+NOTABLE = 1e-3  # share [of the surface]: where more gets no texel, a warning says so
 
 
 @dataclass(frozen=True)
@@ -47,18 +47,18 @@ def missed_warning(name: str, missed: Missed, modifiers: tuple[str, ...]) -> str
     sentences = []
     if missed.outside > NOTABLE:
         sentences.append(
-            f"{percent(missed.outside)} of its surface has UVs outside the tile from 0 to 1 (or on other "
-            "UDIM tiles) and gets no texel: move them inside, or bake to a map made for it"
+            f"{percent(missed.outside)} of its surface has UVs outside of the tile from 0 to 1 (or on other "
+            "UDIM tiles) and gets no texel: move the UVs inside, or bake to a map made for it"
         )
-    cause = f" that its modifiers make ({', '.join(modifiers)})" if modifiers else ""
+    cause = f" (its modifiers make faces: {', '.join(modifiers)})" if modifiers else ""
     if missed.unreal > NOTABLE:
         sentences.append(
-            f"{percent(missed.unreal)} of its surface are faces with UVs{cause} that are infinite or not a "
-            "number, and get no texel: unwrap them, or bake to a map made for it"
+            f"{percent(missed.unreal)} of its surface has UVs that are infinite or not a number{cause}, and gets no "
+            "texel: unwrap it, or bake to a map made for it"
         )
     if missed.flat > NOTABLE:
         sentences.append(
-            f"{percent(missed.flat)} of its surface are faces without area in the UV map{cause} and get "
-            "no texel: give them UVs, apply the modifiers and bake again, or bake vertex colors"
+            f"{percent(missed.flat)} of its surface has no area in the UV map{cause}, and gets no texel: give it UVs, "
+            "apply the modifiers and bake again, or bake vertex colors"
         )
     return f"{name!r}: " + "; ".join(sentences) if sentences else ""

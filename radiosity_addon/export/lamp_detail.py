@@ -45,8 +45,8 @@ def refined(picture: np.ndarray, render: Callable[[int, Box], np.ndarray]) -> tu
 def beam_warning(owner: str, error: float) -> list[str]:
     """One sentence where the light of lamp ``owner`` varies more than its picture shows."""
     return [
-        f"{owner}: its light by direction varies more than the bake follows; what its narrow beams "
-        f"light may be off by {percent(error)}, in addition to the estimated error"
+        f"{owner}: it has beams narrower than the bake can follow; where they fall, the light may be off by "
+        f"{percent(error)}, in addition to the estimated error"
     ] * (error > WARNED)
 
 

@@ -90,8 +90,8 @@ def _tree_light(light: Light, data, reader: Reader, shapes: Shapes, warnings: li
         if light.lamp.takes_distribution:
             return shapes.of(light, data, warnings)
         warnings.append(
-            f'lamp "{name}": its node tree is more than constants ({reason}), which only point and '
-            "spot lamps are baked with; the lamp's own color and energy are used"
+            f'lamp "{name}": its node tree is more than constants ({reason}). Only point and spot lamps can be baked '
+            "with such a tree; of this lamp, its own color and energy are used"
         )
         return [(np.ones(3), None)]
     color, bad = sound(color)
@@ -116,18 +116,18 @@ class Shapes:
         owner = f'lamp "{light.object}"'
         for text in unreadable(self.lamp_scene, data.node_tree):
             warnings.append(
-                f"{owner}: {text} cannot be read; Cycles takes 100 in its place, so does the bake. "
-                "Find the file, or pick another"
+                f"{owner}: {text} cannot be read; Cycles uses the factor 100 in its place, and so does the bake. "
+                "Find the file, or choose another"
             )
         for what in tree_varies(data.node_tree):
             warnings.append(
-                f"{owner}: its light changes with distance in another way than the inverse square "
-                f"({what}); in the bake it falls with that"
+                f"{owner}: its light changes with distance otherwise than by the inverse square ({what}); the bake "
+                "uses the inverse square"
             )
         if _is_sphere(data) and bpy.app.version < BY_DIRECTION:
             warnings.append(
-                f"{owner}: without soft falloff Cycles of this Blender shapes its light by the place "
-                "on the sphere, the bake by direction; turn Soft Falloff on, or the radius to 0"
+                f"{owner}: with Soft Falloff off, Cycles in this version of Blender varies its light over the surface of "
+                "the sphere, and the bake varies it by direction; turn Soft Falloff on, or set the radius to 0"
             )
         key = data.name, light.matrix[:3, :3].round(6).tobytes()
         if key not in self.known:

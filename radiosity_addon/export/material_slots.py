@@ -150,10 +150,10 @@ def _misdirected(palette: Palette, settings: Settings) -> list[str]:
         return []
     mirrors = [name for name, share in shares.items() if share > MOSTLY_GLOSSY]
     return [
-        f"what metals, gloss and coatings mirror, up to {100 * max(shares.values()):.0f} % of the light, goes on as from "
-        "matte surfaces, all around instead of one way; what that changes is no part of the error: "
-        f"{some_names(list(shares))}",
-        *([f"a bake shows what is diffuse, so that what mostly mirrors is dark in it: {some_names(mirrors)}"]
+        f"metals, gloss and coatings mirror up to {100 * max(shares.values()):.0f} % of the light. In the bake, this light "
+        "goes on in all directions, as from matte surfaces. The estimated error does not include what that changes. "
+        f"Materials: {some_names(list(shares))}",
+        *([f"materials that mostly mirror are dark in the bake, which shows the diffuse part alone: {some_names(mirrors)}"]
           if mirrors else []),
     ]
 
@@ -167,12 +167,12 @@ def _left_out(palette: Palette, settings: Settings) -> list[str]:
     }
     said = []
     if mirrors:
-        said.append(f"mostly mirroring, of which only the diffuse part is solved: {some_names(mirrors)}")
+        said.append(f"of materials that mostly mirror, only the diffuse part is solved: {some_names(mirrors)}")
     if coated:
         said.append(
-            f"what coatings mirror, up to {100 * max(coated.values()):.0f} % of the light, is left out, and no "
-            "part of the error: indirect light is darker than in Cycles by about as much, in bright closed "
-            f"rooms by more: {some_names(list(coated))} (glossy bounces are off)"
+            f"glossy bounces are off: the light that coatings mirror, up to {100 * max(coated.values()):.0f} %, is left out. "
+            "Indirect light is darker than in Cycles by about as much, and by more in bright closed rooms. The estimated "
+            f"error does not include that. Materials: {some_names(list(coated))}"
         )
     return said
 

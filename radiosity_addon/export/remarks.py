@@ -69,8 +69,8 @@ def library_remarks() -> list[str]:
             if item.is_missing and item.library is not None:
                 lost.setdefault(item.library.filepath, []).append(item.name)
     return [
-        f"{some_names(list(dict.fromkeys(names)))}: linked from {path}, which is missing or no longer has it; nothing of it is "
-        "baked, or lights anything. Find it by File > External Data > Find Missing Files, or reload it"
+        f"linked data is missing and takes no part in the bake: {some_names(list(dict.fromkeys(names)))}, from {path}, a file "
+        "that is not there or no longer contains it. Find it by File > External Data > Find Missing Files, or reload it"
         for path, names in lost.items()
     ]
 
@@ -87,7 +87,7 @@ def bent_remarks(materials) -> list[str]:
     """One sentence on materials whose maps turn light, for what does not show them."""
     names = [material.name for material in materials]
     return [
-        "normal and bump maps change nothing in vertex colors; bake images to show them; "
+        "vertex colors do not show normal and bump maps; bake images to show them; "
         f"materials: {some_names(names)}"
     ] * bool(names)
 
@@ -96,7 +96,8 @@ def moved_remarks(materials) -> list[str]:
     """One sentence on materials that move the surface."""
     names = [m.name for m in materials if _has_displacement(m) and m.displacement_method != "BUMP"]
     return [
-        f"displacement maps move nothing; apply them as modifiers; materials: {some_names(names)}"
+        "displacement maps do not move surfaces in the bake; apply them as modifiers; materials: "
+        f"{some_names(names)}"
     ] * bool(names)
 
 
@@ -133,9 +134,9 @@ def _has_displacement(material) -> bool:
 def blurred_remark(name: str, materials, lost: float) -> str:
     """Of an object whose materials Cycles has to evaluate, in pictures that lack so much of their detail, relative."""
     return (
-        f'object "{name}": Cycles\' picture of its materials, {some_names(list(materials))}, is too coarse for the image: '
-        f"its colors are about {100 * lost:.2g} % off. Use image textures, or bake light alone (without the color pass); "
-        "up to about 1024² a larger image has a finer picture"
+        f'object "{name}": Cycles evaluates its materials, {some_names(list(materials))}, in a picture that is too coarse for '
+        f"the image: its colors are about {100 * lost:.2g} % off. Use image textures, bake without the color pass, or bake a "
+        "larger image: up to about 1024² the picture gets finer with it"
     )
 
 

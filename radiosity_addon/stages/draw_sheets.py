@@ -107,7 +107,7 @@ def overlap_warning(sheet: str, names: list[str], texels: int) -> str:
     more = f" and {len(names) - 3} more" if len(names) > 3 else ""
     return (
         f"{', '.join(map(repr, names[:3]))}{more} overlap in the atlas {sheet!r} on {texels} "
-        "texels, which hold their mean; lay their UVs out side by side, or name no --uv-map"
+        "texels, which get their mean; lay their UVs out side by side, or bake without --uv-map"
     )
 
 

@@ -121,7 +121,7 @@ def _overlap(target, shared: int) -> str:
         else "bake to a map without overlaps"
     )
     return (
-        f"{target.name!r}: faces overlap in its UV map on {shared} texels, which hold their mean; "
+        f"{target.name!r}: faces overlap in its UV map on {shared} texels, which get their mean; "
         f"{remedy}"
     )
 

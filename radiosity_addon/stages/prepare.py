@@ -206,8 +206,8 @@ def _warn_of_maps(targets, settings: Settings) -> list[str]:
         return []
     kept = kept_maps([target.name for target in targets], UV_MAP, settings.unwrap)
     return [
-        f"the UV map {UV_MAP!r} of {_quoted(kept)} is used as it is, not made anew as for unwrap "
-        f"{settings.unwrap!r}; remove it for a new one (Remove Bake: UV Maps)"
+        f"the UV map {UV_MAP!r} of {_quoted(kept)} is used as it is, although it was made otherwise than by unwrap "
+        f"{settings.unwrap!r}; remove it to get a new one (Remove Bake: UV Maps)"
     ] if kept else []  # fmt: skip
 
 

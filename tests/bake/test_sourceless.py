@@ -37,5 +37,5 @@ def test_bakes_warn_of_faces_without_a_source(domain, told):
     job = square_job("vertex", domain=domain)
     target = replace(job.targets[0], corner_map=HALF, modifiers=("Boolean",))
     warnings = run(replace(job, targets=(target,))).warnings
-    assert any("50 % of its surface are faces" in text for text in warnings) == told
+    assert any("50 % of its surface consists of faces" in text for text in warnings) == told
     assert not any("are faces" in text for text in run(job).warnings)

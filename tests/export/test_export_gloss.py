@@ -213,8 +213,8 @@ def test_what_is_left_out_is_named_where_gloss_is_off(blender, export):
     steel = principled(blender, Metallic=1.0)
     steel.name = "Steel"
     add_plane(blender, "Steel", material=steel)
-    assert any("mostly mirroring" in w for w in export(glossy_bounces=False).warnings)
-    assert [w for w in export(error=0.03).warnings if w.endswith('is dark in it: "Steel"')]
+    assert any("mostly mirror" in w for w in export(glossy_bounces=False).warnings)
+    assert [w for w in export(error=0.03).warnings if w.endswith('part alone: "Steel"')]
 
 
 def furnace(blender, plane, cosines, samples) -> np.ndarray:

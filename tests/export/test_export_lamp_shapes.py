@@ -276,4 +276,4 @@ def test_light_that_falls_off_otherwise_is_named(blender, export):
 def test_ies_of_other_lamps_is_named(blender, export, kind):
     add_plane(blender)
     add_ies(blender, add_lamp(blender, kind, energy=1.0), photometry(range(1), (0, 90), uneven))
-    assert any("only point and spot lamps" in w for w in export().warnings)
+    assert any("Only point and spot lamps" in w for w in export().warnings)

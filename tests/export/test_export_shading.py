@@ -128,7 +128,7 @@ def test_displacement_is_shown_as_bump_only(blender, export, method, warned):
     add_plane(blender, material=material)
     exported = export(target="image", uv_map="UV", resolution=8)
     assert exported.objects[0].texel_normals is not None and not exported.objects[0].fades
-    assert any("displacement maps move nothing" in text for text in exported.warnings) == warned
+    assert any("displacement maps do not move" in text for text in exported.warnings) == warned
 
 
 def test_shading_outlasts_what_is_buried(blender):
