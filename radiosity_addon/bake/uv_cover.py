@@ -47,7 +47,7 @@ def missed_warning(name: str, missed: Missed, modifiers: tuple[str, ...]) -> str
     sentences = []
     if missed.outside > NOTABLE:
         sentences.append(
-            f"{percent(missed.outside)} of its surface has UVs outside of the tile from 0 to 1 (or on other "
+            f"{percent(missed.outside)} of its surface has UVs outside the tile from 0 to 1 (or on other "
             "UDIM tiles) and gets no texel: move the UVs inside, or bake to a map made for it"
         )
     cause = f" (its modifiers make faces: {', '.join(modifiers)})" if modifiers else ""
