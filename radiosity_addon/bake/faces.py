@@ -11,6 +11,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from ..solver.geometry.grids import grid_cells
 from ..solver.geometry.planar import cell_areas
 from ..solver.receivers import Receivers
 
@@ -66,13 +67,9 @@ def face_receivers(
 
 @lru_cache(maxsize=FINEST)
 def _subdivision(n: int) -> np.ndarray:
-    """(n², 3, 2) barycentric corners of the equal triangles of an n-fold cut."""
-    i, j = (index.ravel() for index in np.meshgrid(np.arange(n), np.arange(n), indexing="ij"))
-    up, down = i + j < n, i + j < n - 1
-    origins = np.stack([i, j], 1)
-    upward = origins[up, None] + np.array([[0, 0], [1, 0], [0, 1]])
-    downward = origins[down, None] + np.array([[1, 1], [0, 1], [1, 0]])
-    return np.concatenate([upward, downward]) / n
+    """(n², 3, 2) float64 barycentric corners of the equal triangles of an n-fold cut, the inverted ones last."""
+    cells = grid_cells(n, np.float64)
+    return cells[np.argsort(cells[:, 1, 0] < cells[:, 0, 0], kind="stable")]
 
 
 def triangle_areas(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..bake.faces import triangle_areas
 from .baked_copy import aim, bake_pass, baked_copy, user_materials
 from .colors import ZERO, Color, Mapping, constant
 from .gloss import has_gloss, sent_on
@@ -90,7 +91,7 @@ def _pictures(part: Part, chosen: np.ndarray, keys, count: int, like, gloss: boo
     """What materials show on the triangles ``chosen`` (k,) int, in pictures of about ``count`` texels."""
     import bpy
 
-    squares = make_squares(_areas(part, chosen), count)
+    squares = make_squares(triangle_areas(world_vertices(part), part.mesh.triangles[chosen]), count)
     scene, item, image = baked_copy(part, chosen, keys, squares.size, squares.bake, like)
     texels = {}
     for key in keys:
@@ -160,12 +161,6 @@ def _surfaces(temporary: Temporary, materials: dict, texels: dict) -> dict[str, 
         slots[index] = None
     bpy.data.batch_remove(list(materials.values()))
     return found
-
-
-def _areas(part: Part, chosen: np.ndarray) -> np.ndarray:
-    corners = np.nan_to_num(world_vertices(part)[part.mesh.triangles[chosen]])
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return 0.5 * np.linalg.norm(cross, axis=1)
 
 
 def _color(pixels: np.ndarray, texels, mapping: Mapping) -> Color:

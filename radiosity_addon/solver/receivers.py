@@ -89,16 +89,30 @@ def concatenate(parts: list[Receivers]) -> Receivers:
 
 
 def slice_receivers(receivers: Receivers, start: int, stop: int) -> Receivers:
-    """The receivers ``start`` to ``stop`` alone, numbered from 0."""
+    """The receivers ``start`` to ``stop`` alone, numbered from 0; views of the arrays, where they can be."""
     cells = slice(*np.searchsorted(receivers.receiver, (start, stop)))
+    return _part(receivers, slice(start, stop), cells, receivers.receiver[cells] - np.int32(start), stop - start)
+
+
+def chosen_receivers(receivers: Receivers, chosen: np.ndarray) -> Receivers:
+    """The receivers ``chosen`` (count,) bool alone, numbered from 0."""
+    cells = chosen[receivers.receiver]
+    number = np.cumsum(chosen, dtype=np.int32) - np.int32(1)
+    return _part(receivers, chosen, cells, number[receivers.receiver[cells]], int(chosen.sum()))
+
+
+def _part(
+    receivers: Receivers, rows: np.ndarray | slice, cells: np.ndarray | slice, receiver: np.ndarray, count: int
+) -> Receivers:
+    """The receivers ``rows``, ``count`` of them, which own ``cells`` by their new numbers ``receiver``."""
     found = receivers.shading
     return Receivers(
-        count=stop - start,
-        receiver=receivers.receiver[cells] - np.int32(start),
+        count=count,
+        receiver=receiver,
         triangle=receivers.triangle[cells],
         corners=receivers.corners[cells],
         square=receivers.square[cells],
-        grid=None if receivers.grid is None else receivers.grid[start:stop],
+        grid=None if receivers.grid is None else receivers.grid[rows],
         maps=receivers.maps,
         shading=found and Shading(
             found.normal[cells], None if found.smooth is None else found.smooth[cells],

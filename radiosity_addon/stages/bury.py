@@ -8,7 +8,7 @@ import numpy as np
 
 from ..bake.faces import receiver_areas
 from ..solver.lights.context import Context
-from ..solver.receivers import Receivers
+from ..solver.receivers import Receivers, chosen_receivers
 from ..solver.scene import Scene
 from ..solver.tracing.buried import FULLY_OPEN, Surroundings, find_surroundings, without_buried
 from .layout import Layout
@@ -40,25 +40,10 @@ def open_part(layout: Layout, context: Context, surroundings: Surroundings | Non
     less = _areas(context.scene, kept) < FULLY_OPEN * _areas(context.scene, receivers)
     spans = np.concatenate([[0], np.cumsum(~buried)])[list(layout.spans)]
     return replace(
-        layout, receivers=_some(kept, ~buried), spans=tuple(spans.tolist()),
-        buried=_some(receivers, buried), cut=less[~buried],
+        layout, receivers=chosen_receivers(kept, ~buried), spans=tuple(spans.tolist()),
+        buried=chosen_receivers(receivers, buried), cut=less[~buried],
     )  # fmt: skip
 
 
 def _areas(scene: Scene, receivers: Receivers) -> np.ndarray:
     return receiver_areas(scene.vertices, scene.triangles, receivers)
-
-
-def _some(receivers: Receivers, chosen: np.ndarray) -> Receivers:
-    """Those ``chosen`` (count,) bool, numbered anew."""
-    cells = chosen[receivers.receiver]
-    number = np.cumsum(chosen, dtype=np.int32) - np.int32(1)
-    return Receivers(
-        count=int(chosen.sum()),
-        receiver=number[receivers.receiver[cells]],
-        triangle=receivers.triangle[cells],
-        corners=receivers.corners[cells],
-        square=receivers.square[cells],
-        grid=None if receivers.grid is None else receivers.grid[chosen],
-        maps=receivers.maps,
-    )

@@ -61,9 +61,9 @@ def _within(coordinate: np.ndarray, last: np.ndarray) -> np.ndarray:
     return np.maximum(found, 0, out=found)
 
 
-def grid_cells(n: int) -> np.ndarray:
-    """(n², 3, 2) float32 corners of a grid's cells in [0, 1]², in the order of their indices:
-    where u = v = 0, u = 1 and v = 1 in the cell."""
+def grid_cells(n: int, dtype: np.typing.DTypeLike = np.float32) -> np.ndarray:
+    """(n², 3, 2) corners of a grid's cells in [0, 1]², in the order of their indices: where u = v = 0, u = 1 and
+    v = 1 in the cell."""
     cells = []
     for i in range(n):
         j = np.arange(n - i)
@@ -71,7 +71,7 @@ def grid_cells(n: int) -> np.ndarray:
         upright = np.stack([np.stack([i0, j], 1), np.stack([i1, j], 1), np.stack([i0, j1], 1)], 1)
         inverted = np.stack([np.stack([i1, j1], 1), np.stack([i0, j1], 1), np.stack([i1, j], 1)], 1)
         cells.append(np.stack([upright, inverted], 1).reshape(-1, 3, 2)[: 2 * (n - i) - 1])
-    return (np.concatenate(cells) / n).astype(np.float32)
+    return (np.concatenate(cells) / n).astype(dtype)
 
 
 def quarters(corners: np.ndarray) -> np.ndarray:
