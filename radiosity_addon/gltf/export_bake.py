@@ -21,7 +21,7 @@ from ..solver.passes import Pass
 from ..stages.job import Job
 from .blender_export import carried, export_glb
 from .dress import Dress, Lightmap, dress
-from .glb import read_glb, write_glb
+from .glb import FLOAT, read_glb, write_glb
 
 ENCODING = "linear"
 NOTABLE = 0.01  # error [relative]: a coarser lightmap is warned of
@@ -73,7 +73,7 @@ def export_bake(baked: Baked, path: str | Path) -> tuple[str, ...]:
     by_object = {item: names[attribute] for item, attribute in found.items()}
     dressed = dress(glb, Dress(baked.colored, lightmaps, by_object))
     if baked.target == Target.VERTEX:
-        _to_rec709(glb)
+        _to_floats(glb)
         warnings += _scale_warning(baked)
     bare = [name for name in baked.objects if name not in dressed]
     if bare:
@@ -148,19 +148,20 @@ def _lightmaps(baked: Baked, warnings: list[str]) -> dict[str, Lightmap]:
     return made
 
 
-def _to_rec709(glb) -> None:
-    """Bring COLOR_0 into glTF's primaries; nothing to do in Blender's default working space."""
+def _to_floats(glb) -> None:
+    """Bring COLOR_0 into floats, which Blender writes of float colors alone and Godot 3 takes no other numbers for,
+    and into glTF's primaries."""
     matrix = to_rec709()
-    if np.allclose(matrix, np.eye(3), atol=1e-4):
-        return
+    same = np.allclose(matrix, np.eye(3), atol=1e-4)  # Blender's default working space
     moved: dict[int, int] = {}
     for mesh in glb.document.get("meshes", []):
         for primitive in mesh["primitives"]:
             index = primitive["attributes"].get("COLOR_0")
-            if index is None:
+            if index is None or (same and glb.document["accessors"][index]["componentType"] == FLOAT):
                 continue
             if index not in moved:
                 rows = glb.floats(index).copy()
-                rows[:, :3] = np.maximum(rows[:, :3] @ matrix, 0)
+                if not same:
+                    rows[:, :3] = np.maximum(rows[:, :3] @ matrix, 0)
                 moved[index] = glb.add_floats(rows)
             primitive["attributes"]["COLOR_0"] = moved[index]

@@ -12,6 +12,7 @@ MAGIC, VERSION = 0x46546C67, 2  # codes [glTF]: "glTF", and the version
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942  # codes [glTF] of chunks
 COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 FLOAT, ARRAY_BUFFER = 5126, 34962  # codes [OpenGL] of a number and of a buffer
+NUMBERS = {5121: ("<u1", 255), 5123: ("<u2", 65535), FLOAT: ("<f4", 1)}  # by code [OpenGL]: type and what 1 is
 
 
 class Glb:
@@ -36,13 +37,14 @@ class Glb:
         return len(entries) - 1
 
     def floats(self, accessor: int) -> np.ndarray:
-        """(count, components) float32 of a float accessor without stride."""
+        """(count, components) float32 of an accessor of floats or normalized numbers, without stride."""
         entry = self.document["accessors"][accessor]
         view = self.document["bufferViews"][entry["bufferView"]]
         width = COMPONENTS[entry["type"]]
         start = view.get("byteOffset", 0) + entry.get("byteOffset", 0)
-        flat = np.frombuffer(bytes(self.binary), "<f4", entry["count"] * width, start)
-        return flat.reshape(-1, width)
+        dtype, one = NUMBERS[entry["componentType"]]
+        flat = np.frombuffer(bytes(self.binary), dtype, entry["count"] * width, start)
+        return (flat / np.float32(one)).reshape(-1, width)
 
     def add_floats(self, values: np.ndarray) -> int:
         """A new float accessor of ``values`` (count, 2 to 4); returns its number."""

@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("bpy")
 
 from radiosity_addon.gltf import blender_export  # noqa: E402
-from radiosity_addon.gltf.glb import read_glb  # noqa: E402
+from radiosity_addon.gltf.glb import FLOAT, read_glb  # noqa: E402
 from tests.export.stage import add_plane  # noqa: E402
 from tests.one_core import main  # noqa: E402
 
@@ -108,14 +108,21 @@ def test_the_button_writes_the_same_file(blender, room, tmp_path):
     )
 
 
-def test_a_scale_of_byte_colors_is_told(room, tmp_path, capfd):
-    """COLOR_0 has none: what was divided by the brightest value looks darker in every engine."""
+def test_a_scale_of_byte_colors_is_told(blender, room, tmp_path, capfd):
+    """COLOR_0 has none: what was divided by the brightest value looks darker in every engine. It holds
+    floats in any case."""
     assert bake(room, tmp_path, "--color-type", "byte", "--scale", "auto") == 0
-    document = read_glb(tmp_path / "o.glb").document
-    node = next(n for n in document["nodes"] if n["name"] == "Box")
-    (part,) = document["meshes"][node["mesh"]]["primitives"]
-    accessor = document["accessors"][part["attributes"]["COLOR_0"]]
-    assert accessor["normalized"] and accessor["componentType"] == 5123  # 16 bits, up to 1
+    glb = read_glb(tmp_path / "o.glb")
+    node = next(n for n in glb.document["nodes"] if n["name"] == "Box")
+    (part,) = glb.document["meshes"][node["mesh"]]["primitives"]
+    accessor = glb.document["accessors"][part["attributes"]["COLOR_0"]]
+    assert accessor["componentType"] == FLOAT and "normalized" not in accessor  # engines misread others
+    blender.ops.wm.open_mainfile(filepath=str(tmp_path / "o.blend"))
+    data = blender.data.objects["Box"].data.color_attributes["Radiosity"].data
+    expected = sorted(color.color[0] for color in data)
+    assert expected[-1] > 0.99  # the brightest of the scene, or next to it
+    found = np.unique(colors_in(glb, "Box")[:, 0])
+    np.testing.assert_allclose(found, np.unique(expected), atol=2 / 65535)
     assert "the exported colors are the light divided by" in capfd.readouterr().out
     assert bake(room, tmp_path) == 0
     assert "divided by" not in capfd.readouterr().out
