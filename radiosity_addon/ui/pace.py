@@ -32,6 +32,10 @@ class Pace:
         self._ended: float | None = None
         self._longest = 0.0  # seconds of work in a piece of late: not of waiting for a processor
 
+    def await_drawing(self) -> None:
+        """The window is drawn before the first step: that tells how slow it is."""
+        self._ended = self._clock.perf_counter()
+
     def begin(self) -> None:
         """A step begins."""
         start, self._before = self._clock.perf_counter(), self._clock.thread_time()

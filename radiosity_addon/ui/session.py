@@ -51,6 +51,7 @@ class BakeSession:
         self.scene_name = scene_name
         self.settings = settings
         self._pace = pace
+        pace.restart()
         self.stage = Stage.START
         self.detail = ""  # the solver's own word for what it does
         self.fraction = 0.0
@@ -94,6 +95,10 @@ class BakeSession:
             self.cancel()
             raise
 
+    def await_drawing(self) -> None:
+        """The window is about to be drawn, before the first step."""
+        self._pace.await_drawing()
+
     def wait(self, seconds: float) -> None:
         """Sleep until the solver's process ends, at most ``seconds``: for those who may block."""
         if self.stage is Stage.SOLVE:
@@ -114,7 +119,8 @@ class BakeSession:
         if self._steps is None:
             reading = self.stage is Stage.START
             self._steps = self._read(context) if reading else self._write(context)
-            self._pace.restart()
+            if not reading:
+                self._pace.restart()
         self._pace.begin()
         stage = self.stage
         for self.fraction in self._steps:

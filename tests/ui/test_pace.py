@@ -49,6 +49,15 @@ def test_the_work_has_two_thirds_of_the_time(clock, drawing, expected):
     assert pieces(clock, pace, drawing, 0.002) == pytest.approx(expected, abs=1)
 
 
+def test_the_first_step_knows_how_slow_the_window_is(clock):
+    """Drawn before it for 0.3 s: it has 0.6 s. Where nothing was to be drawn, what passed was not that."""
+    pace = Pace(clock=clock)
+    assert pieces(clock, pace, 0.3, 0.002) == pytest.approx(25, abs=1)
+    pace.restart()
+    pace.await_drawing()
+    assert pieces(clock, pace, 0.3, 0.002) == pytest.approx(300, abs=1)
+
+
 def test_a_long_piece_leaves_room_for_another(clock):
     """After one of 45 ms the 80 ms have no room for another. With each short piece that is feared less:
     those of 4 ms fill the next step's 50 ms, and after one of 30 ms there is room for another."""
