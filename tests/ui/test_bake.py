@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from radiosity_addon.solver.expected import Refused
 from tests.ui.bakes import box, colors, everything, until
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -131,7 +132,7 @@ def test_relative_folder_needs_a_saved_file(addon):
 def test_only_one_bake_at_a_time(file, session):
     session()
     assert "running" in refusal(file)
-    with pytest.raises(RuntimeError, match="running already"):
+    with pytest.raises(Refused, match="running already"):
         session()
 
 

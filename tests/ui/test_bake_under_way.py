@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from radiosity_addon.solver.expected import Refused
 from tests.ui.bakes import PHASES, box, everything, many, reach, until
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -141,7 +142,7 @@ def test_nothing_left_to_write_to_is_an_error(file, session):
     bake = session()
     until(file, bake, "WRITE")
     file.data.objects.remove(box(file))
-    with pytest.raises(RuntimeError, match="Box was deleted .* bake again"):
+    with pytest.raises(Refused, match="Box was deleted .* bake again"):
         bake.step(file.context)
 
 
@@ -149,7 +150,7 @@ def test_edited_mesh_is_not_written_wrongly(file, session):
     bake = session()
     until(file, bake, "WRITE")
     box(file).data = file.data.meshes.new("Other mesh")
-    with pytest.raises(RuntimeError, match="Box was edited"):
+    with pytest.raises(Refused, match="Box was edited"):
         bake.step(file.context)
 
 
@@ -180,5 +181,5 @@ def test_crash_of_the_solver_is_a_message(file, session):
     until(file, bake, "SOLVE")
     bake._process._process.kill()
     bake.wait(5)
-    with pytest.raises(RuntimeError, match="solver's process stopped"):
+    with pytest.raises(Refused, match="solver's process stopped"):
         bake.step(file.context)
