@@ -106,9 +106,9 @@ def module_of(path: Path) -> str:
 
 
 def modules_imported(path: Path):
-    """Modules that a file of the solver imports when it is imported itself, not for types alone."""
+    """Modules that a file of the solver imports, for types alone, too."""
     package = module_of(path).split(".")
-    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and node.level:
             yield ".".join([*package[: -node.level], *(node.module or "").split(".")])
 

@@ -1,14 +1,56 @@
-"""Flat shapes: triangles, rectangles and ellipses in their own coordinates, and their beams."""
+"""Flat shapes: triangles, rectangles and ellipses in their own coordinates, lights of these shapes, and their beams."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 
+from ..array_struct import ArrayStruct
 from ..geometry.vectors import columns
 from .light_batch import in_disk
 
 TRIANGLE, RECTANGLE, ELLIPSE = range(3)
 RIM = 48  # number [corners] of the polygon that stands for an ellipse
+
+
+@dataclass(frozen=True)
+class FlatLights(ArrayStruct):
+    """Flat lights of constant radiance: origin + s·u + t·v, as triangles, rectangles, ellipses."""
+
+    color: np.ndarray  # (k, 3) radiance
+    shape: np.ndarray  # (k,) TRIANGLE, RECTANGLE or ELLIPSE
+    origin: np.ndarray  # (k, 3) normalized; of an ellipse the corner of its parallelogram
+    u: np.ndarray  # (k, 3)
+    v: np.ndarray  # (k, 3)
+    normal: np.ndarray  # (k, 3) unit
+    two_sided: np.ndarray  # (k,) bool
+    spread: np.ndarray  # (k,) [rad]; π: Lambertian
+    front: np.ndarray  # (k,) how likely light that leaves the front goes anywhere, above 0
+    back: np.ndarray  # (k,) the same of the back; 0 where it does not shine
+    triangle: np.ndarray  # (k,) int: whose texture ``color`` is a mean of, -1: none
+    corners: np.ndarray  # (k, 3, 2) barycentric in there, of origin, origin + u, origin + v
+    object: np.ndarray  # (k,) int: whose surface it is, -1: a lamp
+
+    @property
+    def area(self) -> np.ndarray:
+        """(k,) normalized."""
+        share = np.array([0.5, 1.0, np.pi / 4])[self.shape]
+        return share * np.linalg.norm(np.cross(self.u, self.v), axis=1)
+
+    def middle(self) -> tuple[np.ndarray, np.ndarray]:
+        """Centers (k, 3) and radii (k,) of spheres around the lights."""
+        return self._spheres
+
+    @cached_property
+    def _spheres(self) -> tuple[np.ndarray, np.ndarray]:
+        share = np.where(self.shape == TRIANGLE, 1 / 3, 0.5)[:, None]
+        corners = [s * self.u + t * self.v - share * (self.u + self.v)
+                   for s, t in ((0, 0), (1, 0), (0, 1), (1, 1))]  # fmt: skip
+        size = np.array([np.linalg.norm(corner, axis=1) for corner in corners])
+        size[3, self.shape == TRIANGLE] = 0
+        return self.origin + share * (self.u + self.v), size.max(axis=0)
 
 
 def corner_coordinates(shape: int) -> list[tuple[float, float]]:

@@ -7,8 +7,6 @@ Each strategy takes ``lights``, the numbers ``which`` (n,) of one for each point
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ..geometry.lambert import polygon_form_factor
@@ -21,6 +19,7 @@ from .flat_shapes import (
     ELLIPSE,
     RECTANGLE,
     RIM,
+    FlatLights,
     coordinates_in,
     corner_coordinates,
     each,
@@ -28,14 +27,11 @@ from .flat_shapes import (
 )
 from .light_tree import sample_discrete
 
-if TYPE_CHECKING:
-    from .polygons import Polygons
-
 SLICES = 8  # number [slices] that an ellipse is cut into where it looks large
 
 
 def by_area(
-    lights: Polygons, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
+    lights: FlatLights, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Uniform in the light's area: for lights that look small."""
     s, t = coordinates_in(lights.shape[which], *xi)
@@ -44,7 +40,7 @@ def by_area(
 
 
 def by_corners(
-    lights: Polygons, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
+    lights: FlatLights, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """In rectangles, bilinear between what their corners bring: nearly even where they do not look
     large."""
@@ -61,7 +57,7 @@ def by_corners(
 
 
 def by_cosine(
-    lights: Polygons, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
+    lights: FlatLights, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """By the cosine-weighted solid angle: all samples stand for the same irradiance, unless a beam
     is narrowed."""
@@ -78,7 +74,7 @@ def by_cosine(
 
 
 def by_solid_angle(
-    lights: Polygons, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
+    lights: FlatLights, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Uniform in the solid angle, for triangles and rectangles: a tenth of the work of
     ``by_cosine``, for samples that differ by their cosines."""
@@ -89,7 +85,7 @@ def by_solid_angle(
 
 
 def _met(
-    lights: Polygons, which: np.ndarray, position: np.ndarray, total: np.ndarray,
+    lights: FlatLights, which: np.ndarray, position: np.ndarray, total: np.ndarray,
     direction: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Irradiance and segments of samples in ``direction`` (3, n) that stand for ``total`` (n,) if the
@@ -104,7 +100,7 @@ def _met(
 
 
 def _carried(
-    lights: Polygons, which: np.ndarray, position: np.ndarray, normal: np.ndarray,
+    lights: FlatLights, which: np.ndarray, position: np.ndarray, normal: np.ndarray,
     target: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Irradiance from places (3, n) that are uniform in the area, and segments to them."""
@@ -115,7 +111,7 @@ def _carried(
 
 
 def _leaving(
-    lights: Polygons, which: np.ndarray, side: np.ndarray, length: np.ndarray
+    lights: FlatLights, which: np.ndarray, side: np.ndarray, length: np.ndarray
 ) -> np.ndarray:
     """(n,) how much brighter than its radiance a light is to points at heights ``side`` (n,) above
     its plane, ``length`` (n,) away from the place they look at."""
@@ -124,7 +120,7 @@ def _leaving(
 
 
 def _segment(
-    lights: Polygons, which: np.ndarray, position: np.ndarray, target: np.ndarray
+    lights: FlatLights, which: np.ndarray, position: np.ndarray, target: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """(3, n) to just before places (3, n) on lights, and (n,) heights of the points above them."""
     normal = each(lights.normal, which)
@@ -133,7 +129,7 @@ def _segment(
 
 
 def _rays(
-    lights: Polygons, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
+    lights: FlatLights, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
 ) -> tuple[float, list[np.ndarray], np.ndarray]:
     """1, what runs to the corners of triangles and rectangles, and ``xi``; a triangle has one
     corner twice."""
@@ -144,7 +140,7 @@ def _rays(
 
 
 def _slice_rays(
-    lights: Polygons, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
+    lights: FlatLights, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
 ) -> tuple[np.ndarray, list[np.ndarray], np.ndarray]:
     """For ellipses, cut into SLICES: one over the chance (n,) of the one that is taken, in
     proportion to its irradiance, what runs to its corners, and ``xi`` made anew."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,11 +18,15 @@ from ..geometry.triangles import OFFSET
 from ..geometry.vectors import dot, size
 from ..geometry.warps import bilinear_pdf, sample_bilinear
 from ..sampling.points import Middles, masked, owned
-from .flat_shapes import ELLIPSE, RECTANGLE, TRIANGLE, coordinates_in, corner_coordinates
+from .flat_shapes import (
+    ELLIPSE,
+    RECTANGLE,
+    TRIANGLE,
+    FlatLights,
+    coordinates_in,
+    corner_coordinates,
+)
 from .light_batch import Unoccluded, combined
-
-if TYPE_CHECKING:
-    from .polygons import Polygons
 
 FAR = 16  # distance [radii of a footprint]: from it on, a form factor's curvature across it is < 0.1 %
 NO_HEIGHT = 1e-6  # height [unit box] over a plane: what lies nearer may be on either side of it
@@ -58,7 +61,7 @@ class OneLight:
         return np.stack([s, np.minimum(t, 1 - s) if self.shape == TRIANGLE else t])
 
 
-def unoccluded_polygon(lights: Polygons, which: int, middles: Middles) -> Unoccluded:
+def unoccluded_polygon(lights: FlatLights, which: int, middles: Middles) -> Unoccluded:
     """Known for owners that lie before it or behind it with all of their points."""
     light = OneLight(int(lights.shape[which]), lights.origin[which], lights.u[which],
                      lights.v[which], lights.normal[which], float(lights.area[which]))  # fmt: skip
