@@ -1,7 +1,7 @@
 """Replicate process: beside this one, it does a bake's second replicate. No bpy.
 
-NumPy lets other threads go on only inside its loops, and these are short: two threads of one Python
-get no more done than one and a half, two processes twice as much (docs/cost.md has the figures).
+NumPy lets other threads run only inside its loops, and these are short: two threads of one Python
+are 1.1 to 1.4 times as fast as one, two processes 1.5 to 1.7 times (docs/cost.md).
 With more than two cores each of the two has helpers besides (``helper_processes``).
 """
 

@@ -81,7 +81,7 @@ def _lit_material(properties, item, own, first: bool, warnings: list[str]):
         try:
             color = base_color(material.node_tree)
         except NoBaseColor as shader:
-            warnings.append(f"{own.name}: the base color of {shader} cannot be had; the light is shown "
+            warnings.append(f"{own.name}: the base color of {shader} cannot be read; the light is shown "
                         "without it")  # fmt: skip
             color = None
     _show(material, properties, item, color)
