@@ -40,11 +40,11 @@ class Lightmap:
 class Dress:
     """What is to be put on: ``lightmaps`` by object name, or vertex colors when None.
 
-    ``colored``: the bake holds the surface's own color, so that materials become white and unlit.
+    ``colored``: the objects whose bake holds the surface's own color: their materials become white and unlit.
     ``carried``: by object name, the attribute that holds its colors or its lightmap's UVs.
     """
 
-    colored: bool
+    colored: frozenset[str]
     lightmaps: dict[str, Lightmap] | None
     carried: dict[str, str]
 
@@ -101,14 +101,14 @@ def _primitive(glb: Glb, primitive, bake: Dress, name: str, made, textures) -> b
         return False
     if bake.lightmaps is None:
         attributes["COLOR_0"] = attributes.pop(carried)
-        material = _unlit(_material(glb, primitive), bake.colored)
+        material = _unlit(_material(glb, primitive), name in bake.colored)
         glb.use(UNLIT)
     else:
         if name not in bake.lightmaps:
             return False
         slot = _second_uv(glb, attributes, carried)
         material = _material(glb, primitive)
-        if bake.colored:
+        if name in bake.colored:
             material = _unlit(material, True)
             glb.use(UNLIT)
         _add_lightmap(glb, material, bake.lightmaps[name], slot, textures)

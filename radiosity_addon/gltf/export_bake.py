@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ..bake.attribute import FALLBACK
-from ..bake.bake_notes import SCALE
+from ..bake.bake_notes import PASSES, SCALE, passes_of
 from ..bake.encodings import coding_error, decode, encode, scale_of
 from ..bake.image import find_baked
 from ..bake.png import png_bytes
@@ -29,7 +29,7 @@ NOTABLE = 0.01  # error [relative]: a coarser lightmap is warned of
 
 @dataclass(frozen=True)
 class Baked:
-    """What is to be exported: a bake's target, name, UV map, and whether it holds color."""
+    """What is to be exported: a bake's target, name, UV map, and whether it holds color, where it noted no passes."""
 
     objects: tuple[str, ...]
     target: str  # see Target
@@ -71,7 +71,7 @@ def export_bake(baked: Baked, path: str | Path) -> tuple[str, ...]:
     export_glb(path, set(baked.objects), names)
     glb = read_glb(path)
     by_object = {item: names[attribute] for item, attribute in found.items()}
-    dressed = dress(glb, Dress(baked.colored, lightmaps, by_object))
+    dressed = dress(glb, Dress(_colored(baked, found), lightmaps, by_object))
     if baked.target == Target.VERTEX:
         _to_floats(glb)
         warnings += _scale_warning(baked)
@@ -101,6 +101,22 @@ def _attributes(baked: Baked) -> dict[str, str]:
         if found is not None:
             names[item.name] = found
     return names
+
+
+def _colored(baked: Baked, found: dict[str, str]) -> frozenset[str]:
+    """The objects whose bake, ``found`` as an attribute of each, holds the surface's own color."""
+    passes = {name: _passes(baked, name, attribute) for name, attribute in found.items()}
+    return frozenset(name for name, held in passes.items() if (Pass.COLOR in held if held else baked.colored))
+
+
+def _passes(baked: Baked, name: str, attribute: str) -> tuple[str, ...]:
+    """The passes that the bake of an object holds; empty where it was not noted."""
+    import bpy
+
+    if baked.target == Target.VERTEX:
+        return passes_of(bpy.data.objects[name].data, attribute)
+    image = find_baked(baked.name, baked.atlas, name)
+    return tuple(filter(None, image.get(PASSES, "").split(","))) if image is not None else ()
 
 
 def _scale_warning(baked: Baked) -> list[str]:

@@ -11,7 +11,7 @@ from .results import CarriesBake, baked_objects
 
 class RADIOSITY_OT_export_gltf(CarriesBake, bpy.types.Operator, ExportHelper):
     """Write the scene as glTF with the bake where engines look for it: vertex colors alone in
-    COLOR_0, images as lightmaps on a second UV map. Target, name and passes are those above"""
+    COLOR_0, images as lightmaps on a second UV map. Target and name are those above"""
 
     bl_idname = "radiosity.export_gltf"
     bl_label = "Export glTF with Bake"

@@ -12,6 +12,7 @@ from radiosity_addon.gltf.glb import Glb, read_glb, write_glb
 
 CORNERS = np.array([[0, 0], [1, 0], [0.25, 0.75]], np.float32)
 KEY = f"{CARRIED}0"  # what the bake of both objects travels by
+COLORED = frozenset({"A"})
 ON = {"A": KEY, "B": KEY}
 LIGHT = np.array([[4, 2, 1, 1], [0, 0.5, 1, 1], [7, 7, 7, 1]], np.float32)
 
@@ -37,7 +38,7 @@ def primitive_of(glb: Glb, node: int = 0) -> dict:
 def test_colors_are_alone_float_and_uncut_after_a_round_trip(tmp_path):
     """White COLOR_0 that Blender's exporter made goes, 7 stays 7."""
     glb = glb_of({"COLOR_0": np.ones((3, 4), np.float32), "COLOR_1": LIGHT / 7, KEY: LIGHT})
-    assert dress(glb, Dress(True, None, ON)) == ["A"]
+    assert dress(glb, Dress(COLORED, None, ON)) == ["A"]
     write_glb(glb, tmp_path / "a.glb")
     back = read_glb(tmp_path / "a.glb")
     attributes = primitive_of(back)["attributes"]
@@ -51,7 +52,7 @@ def test_a_bake_without_color_keeps_the_base_color_and_its_texture():
     surface = {"baseColorFactor": [0.5, 0.5, 0.5, 1], "baseColorTexture": {"index": 0}}
     for colored, expected in ((False, {**surface, "metallicFactor": 0.0}), (True, None)):
         glb = glb_of({KEY: LIGHT}, material={"name": "Paint", "pbrMetallicRoughness": surface})
-        dress(glb, Dress(colored, None, ON))
+        dress(glb, Dress(COLORED if colored else frozenset(), None, ON))
         made = glb.document["materials"][primitive_of(glb)["material"]]
         if colored:
             assert made["pbrMetallicRoughness"]["baseColorFactor"] == [1, 1, 1, 1]
@@ -64,7 +65,7 @@ def test_a_bake_without_color_keeps_the_base_color_and_its_texture():
 def test_intensity_is_pi_times_the_scale_on_the_second_uv_turned_over():
     """three.js shows texel · intensity · ρ / π, so that π cancels; v counts from the top."""
     glb = glb_of({KEY: CORNERS, "TEXCOORD_0": CORNERS / 2})
-    dress(glb, Dress(False, {"A": Lightmap("L", b"png", 2.5)}, ON))
+    dress(glb, Dress(frozenset(), {"A": Lightmap("L", b"png", 2.5)}, ON))
     primitive = primitive_of(glb)
     extension = glb.document["materials"][primitive["material"]]["extensions"]["MOZ_lightmap"]
     assert extension == {"index": 0, "texCoord": 1, "intensity": pytest.approx(2.5 * math.pi)}
@@ -77,7 +78,7 @@ def test_intensity_is_pi_times_the_scale_on_the_second_uv_turned_over():
 def test_a_second_map_that_a_material_uses_is_not_overwritten():
     """Sets 0 and 1 are the user's: the lightmap's is 2, and says so."""
     glb = glb_of({KEY: CORNERS, "TEXCOORD_0": CORNERS / 2, "TEXCOORD_1": CORNERS / 3})
-    dress(glb, Dress(False, {"A": Lightmap("L", b"png", 1.0)}, ON))
+    dress(glb, Dress(frozenset(), {"A": Lightmap("L", b"png", 1.0)}, ON))
     primitive = primitive_of(glb)
     slot = glb.document["materials"][primitive["material"]]["extensions"]["MOZ_lightmap"]["texCoord"]
     assert slot == 2
@@ -92,7 +93,7 @@ def test_objects_that_share_a_mesh_get_a_lightmap_each():
     glb = glb_of({KEY: CORNERS}, nodes=("A", "B"))
     glb.document["nodes"].append({"name": "C", "mesh": 0})
     images = {name: Lightmap(name, name.encode(), 1.0) for name in "AB"}
-    assert dress(glb, Dress(False, images, ON)) == ["A", "B"]
+    assert dress(glb, Dress(frozenset(), images, ON)) == ["A", "B"]
     meshes = [node["mesh"] for node in glb.document["nodes"]]
     assert len(set(meshes)) == 3
     assert "material" not in primitive_of(glb, 2)
@@ -105,16 +106,16 @@ def test_each_object_gets_what_its_own_bake_travels_by():
     """What is a UV map's name on B is a color's on A: it is left out there."""
     other = f"{CARRIED}1"
     glb = glb_of({KEY: CORNERS, other: LIGHT})
-    assert dress(glb, Dress(False, {"A": Lightmap("L", b"png", 1.0)}, {"A": KEY, "B": other})) == ["A"]
+    assert dress(glb, Dress(frozenset(), {"A": Lightmap("L", b"png", 1.0)}, {"A": KEY, "B": other})) == ["A"]
     assert set(primitive_of(glb)["attributes"]) == {"TEXCOORD_0", "TEXCOORD_1"}
     colored = glb_of({KEY: CORNERS, other: LIGHT})
-    assert dress(colored, Dress(True, None, {"A": other})) == ["A"]
+    assert dress(colored, Dress(COLORED, None, {"A": other})) == ["A"]
     assert set(primitive_of(colored)["attributes"]) == {"COLOR_0"}
 
 
 def test_a_node_without_the_bake_is_not_counted():
     glb = glb_of({"TEXCOORD_0": CORNERS})
-    assert dress(glb, Dress(True, None, ON)) == []
+    assert dress(glb, Dress(COLORED, None, ON)) == []
     assert "material" not in primitive_of(glb)
 
 

@@ -108,6 +108,27 @@ def test_the_button_writes_the_same_file(blender, room, tmp_path):
     )
 
 
+@pytest.mark.parametrize("target", ["vertex", "image"])
+def test_materials_follow_what_the_bake_holds_not_the_panel(blender, room, tmp_path, target):
+    """Baked with color, then the panel asks for light alone: the color would be there twice."""
+    import radiosity_addon
+
+    assert bake(room, tmp_path, "--target", target, "--resolution", "32") == 0
+    blender.ops.wm.open_mainfile(filepath=str(tmp_path / "o.blend"))
+    radiosity_addon.register()
+    try:
+        properties = blender.context.scene.radiosity
+        properties.target, properties.passes = target.upper(), {"DIRECT", "INDIRECT"}
+        blender.ops.radiosity.export_gltf(filepath=str(tmp_path / "button.glb"))
+    finally:
+        radiosity_addon.unregister()
+    document = read_glb(tmp_path / "button.glb").document
+    node = next(n for n in document["nodes"] if n["name"] == "Box")
+    (part,) = document["meshes"][node["mesh"]]["primitives"]
+    assert "KHR_materials_unlit" in document["materials"][part["material"]]["extensions"]
+    assert document["materials"][part["material"]]["pbrMetallicRoughness"]["baseColorFactor"] == [1, 1, 1, 1]
+
+
 def test_a_scale_of_byte_colors_is_told(blender, room, tmp_path, capfd):
     """COLOR_0 has none: what was divided by the brightest value looks darker in every engine. It holds
     floats in any case."""
