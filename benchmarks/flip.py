@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 from scipy.ndimage import binary_dilation
 
-from radiosity_addon.bake.dilate import extended
+from radiosity_addon.bake.dilate import dilated
 from verification.comparable_texels import doubled_texels
 
 from .cycles import cycles_bake
@@ -71,7 +71,7 @@ def bakes(obj, size: int, errors, samples: int):
 
 
 def _extended(pixels: np.ndarray, mask: np.ndarray) -> np.ndarray:
-    return extended(pixels.astype(np.float32), mask, MARGIN)[0][..., :3]
+    return dilated(pixels.astype(np.float32), mask, MARGIN)[0][..., :3]
 
 
 def measure(name: str, chosen: argparse.Namespace) -> Iterator[Row]:

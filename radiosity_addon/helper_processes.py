@@ -104,12 +104,12 @@ class HelperProcesses:
 
     def hands(self, function: Work[Chunk_contra, Result_co]) -> list[Work[Chunk_contra, Result_co]]:
         """See ``Helpers``. None where there is no room for what is shared."""
-        from .shared_arrays import pack
+        from .shared_arrays import pack_work
 
         if not self._used:
             return []
         try:
-            packed = pack(function, self._arrays, self._names)
+            packed = pack_work(function, self._arrays, self._names)
         except OSError:
             return []
         self._number += 1

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from .shared_arrays import MappedArrays, unpack
+from .shared_arrays import MappedArrays, unpack_work
 from .solver.direct.beams import Split, split_beams
 from .solver.lights.context import Context, build_context
 from .solver.progress import silent
@@ -41,7 +41,7 @@ class OpenContexts:
 
 @dataclass(frozen=True)
 class WorkOn:
-    """Work on a chunk; ``packed`` is the work (``shared_arrays.pack``), None: that of the request before."""
+    """Work on a chunk; ``packed`` is the work (``pack_work``), None: that of the request before."""
 
     packed: bytes | None
     chunk: Any
@@ -50,5 +50,5 @@ class WorkOn:
         """What comes of the chunk."""
         if self.packed is not None:
             held.work = None  # whose arrays may go
-            held.work = unpack(self.packed, held.arrays, vars(held.split), held.writer)
+            held.work = unpack_work(self.packed, held.arrays, vars(held.split), held.writer)
         return held.work(self.chunk)

@@ -75,7 +75,7 @@ class PackedWork:
     arrays: tuple[np.ndarray, ...]
 
 
-def pack(work: Any, arrays: SharedArrays, names: Mapping[int, str]) -> PackedWork:
+def pack_work(work: Any, arrays: SharedArrays, names: Mapping[int, str]) -> PackedWork:
     """The work pickled, with its large arrays among ``arrays``. Of what the other process has
     itself, whose id is in ``names``, the name only. Raises OSError where there is no room."""
     buffer = io.BytesIO()
@@ -121,8 +121,8 @@ class MappedArrays:
         return found
 
 
-def unpack(packed: bytes, arrays: MappedArrays, held: Mapping[str, Any], writer: str) -> Any:
-    """What ``pack`` made of work, with what this process has itself, ``held``, in its place. ``writer`` is what
+def unpack_work(packed: bytes, arrays: MappedArrays, held: Mapping[str, Any], writer: str) -> Any:
+    """What ``pack_work`` made of work, with what this process has itself, ``held``, in its place. ``writer`` is what
     the package is called where it was packed. Raises OSError where an array is gone."""
     return _Unpacker(packed, arrays, held, writer).load()
 

@@ -14,7 +14,7 @@ import pytest
 from radiosity_addon.helper_processes import HelperProcesses, make_folders, start_helpers
 from radiosity_addon.replicate_process import ReplicateProcess, peak_memory
 from radiosity_addon.settings import Settings
-from radiosity_addon.shared_arrays import LEAST, MappedArrays, SharedArrays, pack, unpack
+from radiosity_addon.shared_arrays import LEAST, MappedArrays, SharedArrays, pack_work, unpack_work
 from radiosity_addon.solver.sequence import solve
 from radiosity_addon.solver.workers.parallel import map_chunks
 
@@ -154,12 +154,12 @@ def test_work_arrives_as_it_was(shared):
     mine = object()
     work = {"c": large, "f": np.asfortranarray(large), "part": large[::2], "small": np.arange(3),
             "repeated": stripes, "same": large, "mine": mine}  # fmt: skip
-    packed = pack(work, arrays, {id(mine): "mine"})
+    packed = pack_work(work, arrays, {id(mine): "mine"})
     assert len(packed.content) < 4000
     with pytest.raises(ValueError, match="read-only"):
         large[0] = 0
     other = object()
-    found = unpack(packed.content, MappedArrays(), {"mine": other}, "radiosity_addon")
+    found = unpack_work(packed.content, MappedArrays(), {"mine": other}, "radiosity_addon")
     assert found["mine"] is other
     for name in ("c", "f", "part", "small", "repeated", "same"):
         assert np.array_equal(found[name], work[name]) and found[name].dtype == work[name].dtype

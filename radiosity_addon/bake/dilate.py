@@ -7,7 +7,7 @@ import numpy as np
 BAND = 1 << 22  # number [texels] whose distances are found together: they take 50 bytes each
 
 
-def extended(
+def dilated(
     pixels: np.ndarray, covered: np.ndarray, margin: int, band: int = BAND
 ) -> tuple[np.ndarray, np.ndarray]:
     """RGBA image (height, width, 4) float32 from ``pixels`` (height, width, 3), and which of its texels have a

@@ -23,7 +23,7 @@ ONE = {"rgbe": 255, "hdr": 256}  # code [of a mantissa] of 1, of formats with a 
 EXPONENT_OFFSET = 128  # offset [of an exponent] in RGBE (Ward 1991, "Real Pixels")
 
 
-def scale_of(colors: list[np.ndarray], encoding: str, asked: float | None) -> float:
+def encoding_scale(colors: list[np.ndarray], encoding: str, asked: float | None) -> float:
     """What to divide ``colors``, arrays of any shape, by: the scale that is ``asked`` for; the brightest
     value (at least 1e-6) where that is 0, or None for RGBM; else 1."""
     if encoding in ONE:

@@ -14,7 +14,7 @@ from .bake_notes import ATLAS, read_made
 from .encodings import BITS, SRGB, encode
 from .hdr import hdr_bytes
 from .png import png_bytes
-from .windows import owners
+from .windows import objects_of_image
 
 MARK = "radiosity_bake"  # custom property on images that we made: their full name
 ENDINGS = {**dict.fromkeys(BITS, ".png"), "exr": ".exr", "hdr": ".hdr"}
@@ -92,7 +92,7 @@ def find_baked(name: str, atlas: str | None, item: str):
     if atlas is None:
         return find_image(f"{name}_{item}")
     for image in bpy.data.images:
-        if image.get(ATLAS) == f"{name}_{atlas}" and item in owners(image):
+        if image.get(ATLAS) == f"{name}_{atlas}" and item in objects_of_image(image):
             return find_image(image.get(MARK))
     return None
 

@@ -50,7 +50,7 @@ def anchored_texels(
 
     ``cell_texel`` and ``island`` (c,) int are the texel and the island of each cell.
     """
-    owner = owners(sheets, cell_texel, island)
+    owner = islands_of_texels(sheets, cell_texel, island)
     inside = np.full(sheets.count, NONE)
     inside[texel[covered]] = owner[texel[covered]]
     own = owner[texel]
@@ -65,7 +65,7 @@ def anchored_texels(
     return beside & alone
 
 
-def owners(sheets: Sheets, texel: np.ndarray, island: np.ndarray) -> np.ndarray:
+def islands_of_texels(sheets: Sheets, texel: np.ndarray, island: np.ndarray) -> np.ndarray:
     """(n,) the island of each texel of the images, from those of cells (c,); or NONE, or SEVERAL."""
     owner = np.full(sheets.count, NONE)
     owner[texel] = island
@@ -81,5 +81,5 @@ def shows_own(
 
     ``cell_texel`` and ``cell_island`` (c,) int are the texel and the island of each cell.
     """
-    owner = owners(sheets, cell_texel, cell_island)[points.texel]
+    owner = islands_of_texels(sheets, cell_texel, cell_island)[points.texel]
     return ((owner == NONE) | (owner == island[:, None]) | (points.weight <= SEEN)).all(1)

@@ -10,7 +10,7 @@ import numpy as np
 from ..figures import percent
 from ..solver.array_struct import ArrayStruct
 from .shown import Sheets
-from .texel_parts import COVERED, NONE, SEVERAL, TexelParts, owners
+from .texel_parts import COVERED, NONE, SEVERAL, TexelParts, islands_of_texels
 
 HALF_TEXEL = 0.5 + 1e-6  # part [texels]: one up to it lies in one quarter of its texel, half a texel with rounding, too
 NOTABLE = 0.01  # share [of the surface] of texels that cannot be fitted, from which on a warning says so
@@ -87,7 +87,7 @@ def _by_island(cells: UnfitCells, group: np.ndarray) -> tuple[UnfitCells, np.nda
 
 def on_borders(sheets: Sheets, texel: np.ndarray, island: np.ndarray) -> np.ndarray:
     """(c,) bool: cells in a texel of several islands, or within BORDER texels of one that is not of theirs alone."""
-    owner, found = owners(sheets, texel, island), np.zeros(len(texel), bool)
+    owner, found = islands_of_texels(sheets, texel, island), np.zeros(len(texel), bool)
     sheet, row, column = sheets.locate(texel)
     for dy in range(-BORDER, BORDER + 1):
         for dx in range(-BORDER, BORDER + 1):
@@ -105,7 +105,7 @@ def crowded_shares(
     ``texel`` and ``island`` (c,) int are of cells; those of half a texel or less are taken to lie where
     their middles do, larger ones all over it.
     """
-    owner = owners(sheets, texel, island)
+    owner = islands_of_texels(sheets, texel, island)
     sheet, row, column = sheets.locate(texel)
     mixed = np.zeros((4, len(texel)), bool)
     for dy, dx in ((y, x) for y in (-1, 0, 1) for x in (-1, 0, 1) if x or y):

@@ -108,6 +108,6 @@ def density_factor(item) -> float:
     return factor
 
 
-def owners(image) -> list[str]:
+def objects_of_image(image) -> list[str]:
     """Names of the objects that an image was baked for."""
     return [name for name in str(image.get(OWNER, "")).split("\n") if name]

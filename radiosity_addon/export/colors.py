@@ -89,12 +89,12 @@ def multiply(a: Color, b: Color) -> Color:
     if a.is_constant:
         a, b = b, a
     if b.is_constant:
-        return shifted(a, b.factor, np.zeros(3))
+        return affine(a, b.factor, np.zeros(3))
     a, b = _of_one_mapping(a, b)
     return _picture(a, values(a) * values(b))
 
 
-def shifted(a: Color, factor: np.ndarray, offset: np.ndarray) -> Color:
+def affine(a: Color, factor: np.ndarray, offset: np.ndarray) -> Color:
     """factor · a + offset, for numbers (3,)."""
     offset = factor * a.offset + offset
     if a.is_constant:
@@ -131,7 +131,7 @@ def add(a: Color, b: Color) -> Color:
         if not (a.is_constant or b.is_constant):
             raise NotSimple("sum with a color attribute")
         attribute, other = (b, a) if a.is_constant else (a, b)
-        return shifted(attribute, np.ones(3), other.factor)
+        return affine(attribute, np.ones(3), other.factor)
     a, b = _bordered(a), _bordered(b)
     if a.pixels is not None and b.pixels is not None:
         a, b = _of_one_mapping(a, b)

@@ -18,12 +18,12 @@ from .colors import (
     Color,
     NotSimple,
     add,
+    affine,
     complement,
     constant,
     mapped,
     mix,
     multiply,
-    shifted,
     values,
 )
 from .microfacets import albedo_of, even, metal
@@ -213,7 +213,7 @@ def _principled_gloss(node, reader: Reader, base: Color, plain: Color):
         base, lambda values: albedo_of(values, [metal] * 3, rough, compensated)
     ))  # fmt: skip
     metals = _share(mirrors)
-    sent = multiply(plain, shifted(base, np.full(3, 1 - dimmed), np.full(3, coating)))
+    sent = multiply(plain, affine(base, np.full(3, 1 - dimmed), np.full(3, coating)))
     return add(sent, mirrors), metals + below, metals + below * (rough < SMOOTH)
 
 

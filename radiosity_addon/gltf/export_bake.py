@@ -9,7 +9,7 @@ import numpy as np
 
 from ..bake.attribute import FALLBACK
 from ..bake.bake_notes import PASSES, SCALE, passes_of
-from ..bake.encodings import coding_error, decode, encode, scale_of
+from ..bake.encodings import coding_error, decode, encode, encoding_scale
 from ..bake.image import find_baked
 from ..bake.png import png_bytes
 from ..bake.primaries import to_rec709
@@ -149,7 +149,7 @@ def _lightmaps(baked: Baked, warnings: list[str]) -> dict[str, Lightmap]:
         image.pixels.foreach_get(pixels)
         pixels = pixels.reshape(image.size[1], image.size[0], 4)
         colors = np.maximum(pixels[..., :3] @ matrix, 0)
-        scale = scale_of([colors], ENCODING, 0)
+        scale = encoding_scale([colors], ENCODING, 0)
         codes = encode(colors, ENCODING, scale)
         on = pixels[..., 3] > 0
         worst = max(worst, (coding_error(colors[on], decode(codes, ENCODING, scale)[on]), name))

@@ -12,7 +12,7 @@ from ..bake.attribute import find_colors, write_colors
 from ..bake.bake_notes import ATLAS, OWNER, PASSES, SCALE, note
 from ..bake.encodings import decode, encode
 from ..bake.image import MARK, file_names, find_baked, save_encoded, save_image, write_image
-from ..bake.windows import owners
+from ..bake.windows import objects_of_image
 from ..files import Publication
 from ..settings import Settings, Target
 from ..solver.expected import Refused
@@ -142,8 +142,8 @@ def _leave_others(job: Job, sheets: list[Sheet], undo) -> list:
     written = {image_name(job.settings, sheet.name) for sheet in sheets}
     baked, forgotten = {target.name for target in job.targets}, []
     for image in [i for i in bpy.data.images if i.get(ATLAS) == atlas and MARK in i]:
-        left = [name for name in owners(image) if name not in baked and name in bpy.data.objects]
-        if image[MARK] in written or len(left) == len(owners(image)):
+        left = [name for name in objects_of_image(image) if name not in baked and name in bpy.data.objects]
+        if image[MARK] in written or len(left) == len(objects_of_image(image)):
             continue
         put_back, forget = remember_image(image[MARK])
         undo.callback(put_back)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..bake.dilate import extended
+from ..bake.dilate import dilated
 from ..bake.texels import OVERLAP, coverage
 from .draw_sheets import buried_texels, keep_others, overlap_warning, texels_of
 from .job import Job
@@ -61,7 +61,7 @@ class Canvas:
         warnings = self._overlaps(job)
         keep_others(self._sheet, self._light, covered, self._buried)
         width, height = self._sheet.size
-        image, filled = extended(
+        image, filled = dilated(
             self._light.reshape(height, width, 3), covered.reshape(height, width), job.settings.margin
         )
         image[self._buried.reshape(height, width), 3] = 1

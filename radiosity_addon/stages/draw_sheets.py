@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..bake.dilate import extended
+from ..bake.dilate import dilated
 from ..bake.texels import OVERLAP, coverage
 from ..bake.windows import TexelRect
 from ..solver.lights.context import Context
@@ -47,7 +47,7 @@ def _draw(job: Job, sheet: Sheet, layout: Layout, light: np.ndarray, warnings: l
         buried[buried_texels(layout, index, rect_of(job, index))] = True
     keep_others(sheet, pixels, covered, buried)
     shape = height, width
-    image, filled = extended(
+    image, filled = dilated(
         pixels.reshape(*shape, 3), covered.reshape(shape), job.settings.margin
     )
     image[buried.reshape(shape), 3] = 1

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..bake.encodings import BITS, ONE, coding_error, decode, encode, scale_of, share_above
+from ..bake.encodings import BITS, ONE, coding_error, decode, encode, encoding_scale, share_above
 from ..figures import figure, percent
 from ..settings import Target
 from ..solver.workers.parallel import ranges
@@ -47,7 +47,7 @@ def encoding_of(
     matrix = np.eye(3) if job.settings.target == Target.VERTEX else matrix
     counts, peaks = zip(*((len(c), c.max(initial=0.0)) for c in _bands(result, matrix, band)))
     count, peak = sum(counts), np.max(peaks, keepdims=True)
-    scale = scale_of([peak], name, job.settings.scale)
+    scale = encoding_scale([peak], name, job.settings.scale)
     every, first, above, judged = 1 + count // most_judged, 0, 0.0, []
     for colors in _bands(result, matrix, band):  # in float64, which of all together would be a lot
         judged.append(colors[-first % every :: every])

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..bake.bake_notes import PASSES
 from ..bake.image import find_image
-from ..bake.windows import owners
+from ..bake.windows import objects_of_image
 from ..settings import Settings
 from ..solver.expected import Refused
 from .job import Job, UnbakedTexels
@@ -25,7 +25,7 @@ def unbaked_texels(job: Job) -> dict[str, UnbakedTexels]:
         image = find_image(f"{job.settings.name}_{sheet.name}")
         if image is None:
             continue
-        others = [n for n in owners(image) if n not in baked and n in bpy.data.objects]
+        others = [n for n in objects_of_image(image) if n not in baked and n in bpy.data.objects]
         if not others:
             continue
         _check_beside(image, sheet.size, others, job.settings)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bake.layers import bulk
-from .results import attribute_of, has_result, image_of, scale_of, uv_map_of
+from .results import attribute_of, has_result, image_of, stored_scale, uv_map_of
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ def pieces_of(view_layer, depsgraph, properties, earlier: dict, changed: set | N
         source, piece = source_of(item, properties), earlier.get(item.session_uid)
         again = changed is None or {item.session_uid, item.data.session_uid} & changed
         if again or piece is None or (piece.name, piece.source) != (item.name, source):
-            piece = _read(item, depsgraph, source, scale_of(properties, item))
+            piece = _read(item, depsgraph, source, stored_scale(properties, item))
         if piece is not None:
             found[item.session_uid] = piece
     return found

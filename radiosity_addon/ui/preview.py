@@ -11,7 +11,7 @@ from .results import (
     baked_objects,
     image_of,
     passes_baked,
-    scale_of,
+    stored_scale,
     uv_map_of,
 )
 
@@ -125,7 +125,7 @@ def _show(material, properties, item, color) -> None:
     emission = nodes.new("ShaderNodeEmission")
     source = _source(nodes, links, properties, item)
     light = source.outputs["Color"]
-    emission.inputs["Strength"].default_value = scale_of(properties, item)
+    emission.inputs["Strength"].default_value = stored_scale(properties, item)
     if color is not None:
         light = vector_math(tree, "MULTIPLY", light, color)
     feed(tree, light, emission.inputs["Color"])

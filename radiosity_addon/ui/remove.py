@@ -5,7 +5,7 @@ import bpy
 from ..bake.bake_notes import COLOR, OWNER, SCALE, SLOT, UV_MAP, forget, names_made, read_made
 from ..bake.image import MARK, holds_bake
 from ..bake.own_materials import BEFORE, PREVIEW, behind, is_preview, own_material
-from ..bake.windows import owners
+from ..bake.windows import objects_of_image
 from . import session
 from .results import image_of
 
@@ -156,10 +156,10 @@ def remove_images(properties, items, everywhere: bool) -> int:
     known = {image_of(properties, item) for item in items}  # by name, as older bakes noted none
     removed, left = [], 0
     for image in [each for each in bpy.data.images if each.library is None and MARK in each]:
-        others = [name for name in owners(image) if name not in names and name in bpy.data.objects]
-        if everywhere or (not others and (names & {*owners(image)} or image in known)):
+        others = [name for name in objects_of_image(image) if name not in names and name in bpy.data.objects]
+        if everywhere or (not others and (names & {*objects_of_image(image)} or image in known)):
             removed.append(image)
-        elif names & {*owners(image)}:  # an atlas stays for the rest
+        elif names & {*objects_of_image(image)}:  # an atlas stays for the rest
             image[OWNER] = "\n".join(others)
             left += 1
     bpy.data.batch_remove(removed)

@@ -3,7 +3,7 @@
 import bpy
 from bpy.app.translations import pgettext_iface as iface_
 
-from ..figures import figure
+from ..figures import figure, percent
 from ..report import by_reason
 from . import words
 from .bake_operators import noteworthy
@@ -56,10 +56,10 @@ class RADIOSITY_PT_report(RadiosityPanel, bpy.types.Panel):
 
 def draw_error(layout, report: dict) -> None:
     column = layout.column(align=True)
-    pair(column, "Target Error", words.percent(report["target_error"]))
-    pair(column, "Estimated Error", words.percent(report["estimated_error"]))
+    pair(column, "Target Error", percent(report["target_error"]))
+    pair(column, "Estimated Error", percent(report["estimated_error"]))
     if "error_95" in report:  # files that an earlier version baked have none
-        within = iface_("within {}").format(words.percent(report["error_95"]))
+        within = iface_("within {}").format(percent(report["error_95"]))
         pair(column, "95 % of the Surface", within)
     energy = report["energy"]
     for name, label in ENERGY.items():

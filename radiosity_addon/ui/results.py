@@ -10,7 +10,7 @@ from ..bake.attribute import find_colors
 from ..bake.bake_notes import PASSES, SCALE, passes_of
 from ..bake.image import MARK, find_baked
 from ..bake.uv_maps import find_uv_map
-from ..bake.windows import owners
+from ..bake.windows import objects_of_image
 from ..settings import Settings
 
 MISSED = 5.0  # time [s] until a bake is looked for again where there was none and nothing changed
@@ -31,7 +31,7 @@ def attribute_of(properties, mesh) -> str | None:
     return find_colors(mesh, properties.bake_name)
 
 
-def scale_of(properties, item) -> float:
+def stored_scale(properties, item) -> float:
     """By what stored colors are to be multiplied: byte colors may have been divided by it."""
     if properties.target == "VERTEX":
         return float(item.data.get(SCALE.format(properties.bake_name), 1.0))
@@ -115,7 +115,7 @@ def _with_image(items, name: str):
         mark = image.get(MARK)
         if mark is not None:
             marked.add(mark)
-            held.update(owners(image))
+            held.update(objects_of_image(image))
     return (item for item in items if item.name in held or f"{name}_{item.name}" in marked)
 
 

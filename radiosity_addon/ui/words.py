@@ -5,7 +5,6 @@ import re
 
 from bpy.app.translations import pgettext_iface as iface_
 
-from .. import figures
 from .properties import RadiositySettings
 
 # What an option is in the panel, where it is not the property of its name.
@@ -42,11 +41,6 @@ def size(number: float) -> str:
     if number < 1e9:
         return iface_("{:.0f} MB").format(number / 1e6)
     return iface_("{:.1f} GB").format(number / 1e9)
-
-
-def percent(fraction: float) -> str:
-    """``2.1 %``, with two digits that count."""
-    return figures.percent(fraction)
 
 
 def count(number: int) -> str:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radiosity_addon.bake.dilate import extended
+from radiosity_addon.bake.dilate import dilated
 
 
 def image_of(*arguments):
     """The image that ``extended`` makes of these."""
-    return extended(*arguments)[0]
+    return dilated(*arguments)[0]
 
 
 def two_islands():

@@ -11,7 +11,7 @@ from radiosity_addon.bake.encodings import (
     coding_error,
     decode,
     encode,
-    scale_of,
+    encoding_scale,
     share_above,
     to_srgb,
 )  # fmt: skip
@@ -43,7 +43,7 @@ def test_values_come_back(kind):
     """RGBE, HDR: rgb in [½, 1] for the brightest channel, one step of 1/255: within 2/255 of it.
     Linear and RGBM: the step of light is at most scale/255; of RGBM with the multiplier m it is
     scale m/255, m at most one step of 1/255 above the brightest channel over the scale."""
-    scale = scale_of([RAMP], kind, 0)
+    scale = encoding_scale([RAMP], kind, 0)
     back = decode(encode(RAMP, kind, scale), kind, scale)
     bright = RAMP.max(1, keepdims=True)
     limits = {"rgbe": bright * 2 / 255, "hdr": bright * 2 / 255, "linear": 50 / 255,
@@ -76,11 +76,11 @@ def test_exact_codes_stay_and_the_seed_decides():
 
 def test_scales():
     colors = [np.full((2, 3), 3.0), np.full((1, 3), 8.0)]
-    assert scale_of(colors, "png", None) == 1
-    assert scale_of(colors, "png", 0) == 8
-    assert scale_of(colors, "rgbm", None) == 8
-    assert scale_of(colors, "rgbe", 2.0) == scale_of(colors, "hdr", 2.0) == 1
-    assert scale_of([], "png", 0) > 0
+    assert encoding_scale(colors, "png", None) == 1
+    assert encoding_scale(colors, "png", 0) == 8
+    assert encoding_scale(colors, "rgbm", None) == 8
+    assert encoding_scale(colors, "rgbe", 2.0) == encoding_scale(colors, "hdr", 2.0) == 1
+    assert encoding_scale([], "png", 0) > 0
 
 
 def test_the_share_that_is_cut():

@@ -19,8 +19,8 @@ from radiosity_addon.solver.adaptive.solve_cache import (
     TRANSPORT,
     Solve,
     SolveCache,
+    array_bytes,
     scene_key,
-    size,
 )
 from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.scene import Material, PointLamp, Sky
@@ -203,7 +203,7 @@ def test_only_the_finest_is_kept_where_there_is_little_room(kept):
     finer = replace(key, plan=replace(key.plan, elements=2 * key.plan.elements))
     kept.put(finer, solve)
     assert list(kept.solves) == [key, finer]
-    one = size(solve)
+    one = array_bytes(solve)
     assert one > 1e5  # bytes: hundreds of rows of 64 rays
     assert list(kept.shrunk(one).solves) == [finer]
     assert kept.shrunk(one - 1).solves == {}

@@ -61,7 +61,7 @@ def test_a_selected_object_changes_its_part_alone(pair):
 
 
 def test_materials_show_the_atlas_and_remove_takes_back_one_by_one(pair):
-    from radiosity_addon.bake.windows import owners
+    from radiosity_addon.bake.windows import objects_of_image
     from radiosity_addon.ui.results import baked_objects
 
     pair.ops.radiosity.bake()
@@ -73,7 +73,7 @@ def test_materials_show_the_atlas_and_remove_takes_back_one_by_one(pair):
         assert texture.image == pair.data.images["Radiosity_Atlas"]
     select(pair, "Left")
     assert pair.ops.radiosity.remove_bake(selected=True) == {"FINISHED"}
-    assert owners(pair.data.images["Radiosity_Atlas"]) == ["Right"]
+    assert objects_of_image(pair.data.images["Radiosity_Atlas"]) == ["Right"]
     assert {item.name for item in baked_objects(pair.context)} == {"Right"}
     assert not pair.data.objects["Left"].data.uv_layers
     assert pair.ops.radiosity.remove_bake() == {"FINISHED"}

@@ -294,5 +294,4 @@ def test_other_words(blender):
     from radiosity_addon.ui import words
 
     assert words.size(350e6) == "350 MB" and words.size(1.24e9) == "1.2 GB"
-    assert words.percent(0.0213) == "2.1 %"
     assert words.count(1234567) == "1,234,567"

@@ -98,7 +98,7 @@ class SolveCache:
     def shrunk(self, most: int) -> SolveCache:
         """With the coarsest solves left out until the arrays take at most ``most`` bytes."""
         solves = dict(self.solves)
-        while solves and size(list(solves.values())) > most:
+        while solves and array_bytes(list(solves.values())) > most:
             del solves[next(iter(solves))]
         return replace(self, solves=solves)
 
@@ -223,10 +223,10 @@ def _feed(state: blake2b, thing: object) -> None:
         state.update(f"{thing!r};".encode())
 
 
-def size(thing: object) -> int:
+def array_bytes(thing: object) -> int:
     """Bytes of all arrays in nested dataclasses and sequences."""
     if isinstance(thing, np.ndarray):
         return thing.nbytes
     if is_dataclass(thing):
-        return sum(size(getattr(thing, f.name)) for f in fields(thing))
-    return sum(map(size, thing)) if isinstance(thing, (tuple, list)) else 0
+        return sum(array_bytes(getattr(thing, f.name)) for f in fields(thing))
+    return sum(map(array_bytes, thing)) if isinstance(thing, (tuple, list)) else 0

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .vectors import cross, dot, size, tangents
+from .vectors import cross, dot, lengths, tangents
 from .warps import sample_linear
 
 BLOCK = 1 << 11  # number [polygons] at a time: their arrays stay in the cache
@@ -81,7 +81,7 @@ def project_rays(rays: list, normal: np.ndarray) -> Projected:
 
 def project(corners: np.ndarray, axes: list) -> Projected:
     """Convex polygons (k, 3, n), in coordinates along the ``axes`` and above their horizons."""
-    corners = corners / np.stack([size(corner) for corner in corners])[:, None]
+    corners = corners / np.stack([lengths(corner) for corner in corners])[:, None]
     following = np.concatenate([corners[1:], corners[:1]])
     planes = np.stack([cross(a, b) for a, b in zip(corners, following)])
     sine = np.sqrt(np.stack([dot(plane, plane) for plane in planes]))

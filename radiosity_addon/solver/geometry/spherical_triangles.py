@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from .vectors import cross, dot, size
+from .vectors import cross, dot, lengths
 
 
 def uniform_toward(rays: list, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(n,) solid angles of convex polygons, and (3, n) unit directions to them, uniform in there,
     from ``xi`` (2, n) in [0, 1). ``rays`` (3, n) run to their corners, in order."""
-    corners = [ray / size(ray) for ray in rays]
+    corners = [ray / lengths(ray) for ray in rays]
     fan = list(zip(corners[1:], corners[2:]))
     angles = np.stack([_solid_angle(corners[0], b, c) for b, c in fan])
     total = angles.sum(axis=0)
@@ -64,4 +64,4 @@ def _toward(
 def _axes(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """``a`` (3, n), unit, and the unit vector across it toward ``b`` (3, n)."""
     across = b - dot(a, b) * a
-    return a, across / size(across)
+    return a, across / lengths(across)

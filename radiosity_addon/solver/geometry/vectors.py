@@ -40,7 +40,7 @@ def row_squares(rows: np.ndarray) -> np.ndarray:
     return np.einsum("ij,ij->i", rows, rows)
 
 
-def size(a: np.ndarray) -> np.ndarray:
+def lengths(a: np.ndarray) -> np.ndarray:
     """(...) lengths of vectors (3, ...), never 0."""
     return np.sqrt(np.maximum(dot(a, a), 1e-30))
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.vectors import cross, size, tangents
+from ..geometry.vectors import cross, lengths, tangents
 
 STEPS = 5  # number [iterations] of Newton's method: solves Kepler's equation to 1e-6
 
@@ -24,7 +24,7 @@ def cone_directions(
     π sin²σ of radiance 1: where the whole cone is above the horizon, the ``slope`` (n,) of its
     axis, the cosine with the normal, for every sample."""
     across = normal - slope * axis
-    length = size(across)
+    length = lengths(across)
     one = np.where(length > 1e-9, across / length, tangents(axis)[0])
     other = cross(axis, one)
     radius = np.sqrt(square * xi[0])

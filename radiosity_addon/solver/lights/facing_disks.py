@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..geometry.triangles import Geometry
-from ..geometry.vectors import columns, dot, size, tangents
+from ..geometry.vectors import columns, dot, lengths, tangents
 from ..sampling.points import Middles
 from ..sampling.sobol import tangent_frames
 from ..scene import PointLamp
@@ -51,7 +51,7 @@ class FacingDisks:
         """
         toward = -columns(position)
         toward += np.take(self.position, np.atleast_1d(which), axis=0).T
-        normal, distance = columns(normal), size(toward)
+        normal, distance = columns(normal), lengths(toward)
         radius, unit = self.radius[which], toward / distance
         slope = dot(unit, normal)
         square = distance**2 + radius**2
@@ -77,7 +77,7 @@ class FacingDisks:
         if self.uneven(which):
             return unknown(middles)
         toward, radius = self.position[which][:, None] - middles.position, self.radius[which]
-        distance, extent = size(toward), middles.extent
+        distance, extent = lengths(toward), middles.extent
         unit = toward / distance
         height = dot(toward, middles.normal)
         slack = chord(np.minimum((radius + extent) / distance, 1))
@@ -156,7 +156,7 @@ class FacingDisks:
         near = np.flatnonzero(partly)
         unit, sine, normal = unit[:, near], sine[near], normal[:, near]
         across = self.axis[which][:, None] - (self.axis[which] @ unit) * unit
-        across /= np.maximum(size(across), 1e-9)
+        across /= np.maximum(lengths(across), 1e-9)
         tilt = dot(across, normal) / np.maximum(dot(unit, normal), 1e-30)
         angle = np.arange(1, NODES + 1) * np.pi / (NODES + 1)
         share = np.sin(angle) ** 2 / np.sum(np.sin(angle) ** 2)

@@ -15,7 +15,7 @@ import numpy as np
 from ..geometry.lambert import polygon_form_factor
 from ..geometry.nusselt import Projected, project_rays
 from ..geometry.triangles import OFFSET
-from ..geometry.vectors import dot, size
+from ..geometry.vectors import dot, lengths
 from ..geometry.warps import bilinear_pdf, sample_bilinear
 from ..sampling.points import Middles, masked, owned
 from .flat_shapes import (
@@ -71,7 +71,7 @@ def unoccluded_polygon(lights: FlatLights, which: int, middles: Middles) -> Unoc
     side = light.normal @ middles.position - light.normal @ light.origin
     behind, below = middles.depth(light.normal), middles.depth(middles.normal) + NO_HEIGHT
     center, radius = (values[which] for values in lights.middle())
-    away, extent = size(center[:, None] - middles.position), middles.extent
+    away, extent = lengths(center[:, None] - middles.position), middles.extent
     lit = (np.abs(side) > behind + NO_DISTANCE) & ((extent == 0) | (away - radius > FAR * extent))
     dark = highest < -below
     if not lights.two_sided[which]:

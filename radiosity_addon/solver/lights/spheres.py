@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..geometry.triangles import Geometry
-from ..geometry.vectors import columns, dot, size, tangents
+from ..geometry.vectors import columns, dot, lengths, tangents
 from ..sampling.points import Middles
 from ..sampling.sobol import cosine_lifted
 from ..scene import PointLamp
@@ -29,7 +29,7 @@ class SphereLights(FacingDisks):
     ) -> Sample:
         """Sample the cone of the sphere by the cosine law, or from inside it the hemisphere."""
         toward, normal = columns(self.position[which] - position), columns(normal)
-        distance, radius = size(toward), self.radius[which]
+        distance, radius = lengths(toward), self.radius[which]
         inside = distance <= radius
         unit = toward / distance
         sine = np.where(inside, 0, np.minimum(radius / distance, 1)) ** 2

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..geometry.triangles import SURROUND, Geometry
-from ..geometry.vectors import columns, dot, size, tangents
+from ..geometry.vectors import columns, dot, lengths, tangents
 from ..sampling.points import Middles
 from ..sampling.sobol import tangent_frames
 from ..scene import SunLamp
@@ -51,7 +51,7 @@ class Suns:
         one, other = tangents(toward)
         x, y = (self.radius[which] * position for position in in_disk(xi[:, 0], xi[:, 1]))
         direction = toward + x * one + y * other
-        cosine = np.maximum(dot(direction, columns(normal)) / size(direction), 0)
+        cosine = np.maximum(dot(direction, columns(normal)) / lengths(direction), 0)
         segment = np.ascontiguousarray(direction.T, np.float32)
         return Sample(cosine, segment, np.inf)
 
