@@ -155,7 +155,7 @@ def test_slivers_get_no_more_rays():
     found = Estimate(
         unit=1.0, direct=None, indirect=None, error=error, sampled=error, error_95=0.0,
         bounds=np.zeros(64), brightness=1.0,
-        share=share, direct_square=local, gather_square=local, difference=None,
+        share=share, direct_square=local, gather_square=local, difference=None, uncertainty=(0.0, 0.0),
     )  # fmt: skip
     light = no_light(200, 1)
     light.rays[:] = light.points[:] = 16
@@ -179,7 +179,7 @@ def test_places_that_are_worst_get_what_they_lack():
         found = Estimate(
             unit=1.0, direct=None, indirect=None, error=0.02, sampled=0.02, error_95=0.0,
             bounds=np.zeros(64), brightness=1.0, share=area_shares(area),
-            direct_square=local, gather_square=local, difference=None,
+            direct_square=local, gather_square=local, difference=None, uncertainty=(0.0, 0.0),
         )  # fmt: skip
         assert not any(part.any() for part in lacking_in_mean(found, 0.03 * np.sqrt(2), light, []))
         return lacking_at_worst(found, 0.03, light)

@@ -1,9 +1,11 @@
 """What rounds decide by: errors that no rays lower, and what elements get wrong alike in both replicates."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from radiosity_addon.solver.adaptive.estimate import Estimate
+from radiosity_addon.solver.adaptive.estimate import Estimate, uncertainty_of
 from radiosity_addon.solver.adaptive.plan import MOST_ELEMENTS, make_plan
 from radiosity_addon.solver.adaptive.rounds import Past, least_error_of
 
@@ -14,9 +16,10 @@ def estimate(difference, error=0.01) -> Estimate:
     """Of receivers alike in area, whose replicates have a half ``difference`` (n,)."""
     n = len(difference)
     share, none = np.full(n, 1 / n), np.zeros((n, 1), np.float32)
+    difference = np.asarray(difference, np.float32)[:, None]
     return Estimate(
-        1.0, none, none, error, error, error, np.zeros(64), 1.0, share, none[:, 0], none[:, 0],
-        np.asarray(difference, np.float32)[:, None],
+        1.0, none, none, error, error, error, np.zeros(64), 1.0, share, none[:, 0], difference[:, 0] ** 2, difference,
+        (0.0, uncertainty_of(share, difference)),
     )
 
 
@@ -38,9 +41,19 @@ def test_where_no_ray_meets_an_element_nothing_is_added():
 def test_the_uncertainty_of_the_square_is_that_of_those_that_have_it():
     """n normal numbers: their mean square has the relative deviation √(2/n). One of a hundred receivers
     that is a hundred times as far off as the others has nearly all of it: as if it were alone."""
-    assert estimate(np.full(200, 0.01)).uncertainty == pytest.approx(np.sqrt(2 / 200))
+    assert estimate(np.full(200, 0.01)).uncertainty[1] == pytest.approx(np.sqrt(2 / 200))
     few = estimate(np.append(np.full(99, 1e-4), 0.01))
-    assert few.uncertainty == pytest.approx(np.sqrt(2), rel=0.01)
+    assert few.uncertainty[1] == pytest.approx(np.sqrt(2), rel=0.01)
+
+
+def test_what_direct_and_gathered_light_leave_to_chance_adds_up_as_squares():
+    both = replace(
+        estimate(np.full(8, 0.01)), direct_square=np.full(8, 3e-4), gather_square=np.full(8, 1e-4),
+        sampled=0.02, error=0.025, uncertainty=(0.1, 0.4),
+    )
+    assert both.squares() == pytest.approx((3e-4, 1e-4))
+    assert both.allowing_for_chance().sampled**2 == pytest.approx(4e-4 + 5e-5)
+    assert both.allowing_for_chance().error**2 == pytest.approx(0.025**2 + 5e-5)
 
 
 def test_rounds_of_few_receivers_do_not_end_by_chance():

@@ -22,7 +22,7 @@ from ..receivers import Projection
 from ..sampling.sobol import uniform
 from ..sampling.streams import Stream
 from ..workers.parallel import map_chunks
-from .estimate import Estimate, SmoothedLight, Surface
+from .estimate import Estimate, SmoothedLight, Surface, uncertainty_of
 from .relative_error import MOST, area_shares, bounds_of, mean_over, scale_of
 
 DOUBTFUL = 4.0  # ratio [of the replicates' brightness at a place]: above it, one of them may be all wrong
@@ -62,8 +62,8 @@ class ErrorEstimator:
         knows of and could not correct; None: of none."""
         unit = self._typical(replicates)
         one, two = (replicate.means(unit) for replicate in replicates)
-        (direct_a, bounced_a, first_a), (direct_b, bounced_b, first_b) = one, two
-        direct, indirect = direct_a + direct_b + first_a + first_b, bounced_a + bounced_b
+        direct, indirect, first = (a + b for a, b in zip(one, two))
+        direct += first
         rough = self._radiance(direct / 2, indirect / 2, unit)
         brightness = None if self.brightness is None else self.brightness / unit
         scale = scale_of(rough, self.surface.share, brightness)
@@ -75,28 +75,33 @@ class ErrorEstimator:
         radiance = [self._radiance(*replicate, unit) for replicate in light]
         scale /= self._scale(radiance, brightness)
         samples, found = zip(*(part.error(self.surface.share, scale) for part in parts))
-        shadow_square, gather_square = map_chunks(
-            lambda square: self._pooled(neighborhoods, square), found, self.threads
-        )
+        squares = tuple(map_chunks(lambda square: self._pooled(neighborhoods, square), found, self.threads))
         raw = self.project and [self._radiance(each[0] + each[2], each[1], unit) for each in (one, two)]
-        squares = shadow_square, gather_square
         sampled, (error_95, *bounds) = self._judged(squares, samples, radiance, raw)
         lacking = sum(mean_over(self.surface.share, each) for each in uncorrected if each is not None)
-        (one_direct, one_indirect), (two_direct, two_indirect) = light
+        direct, indirect = ((a + b) / 2 for a, b in zip(*light))
         return Estimate(
             unit=unit,
-            direct=(one_direct + two_direct) / 2,
-            indirect=(one_indirect + two_indirect) / 2,
+            direct=direct,
+            indirect=indirect,
             error=float(np.sqrt(max(sampled + lacking / len(uncorrected), 0.0))),
             sampled=float(np.sqrt(max(sampled, 0.0))),
             error_95=float(error_95),
             bounds=np.array(bounds),
             brightness=unit * mean_over(self.surface.share, rough),
             share=self.surface.share,
-            direct_square=shadow_square,
-            gather_square=gather_square,
-            difference=weights[1] * (bounced_a - bounced_b) / 2,
+            direct_square=squares[0],
+            gather_square=squares[1],
+            difference=weights[1] * (one[1] - two[1]) / 2,
+            uncertainty=self._uncertainty(one, two, weights),
         )
+
+    def _uncertainty(self, one: Means, two: Means, weights: list[np.ndarray]) -> tuple[float, float]:
+        """Of the squared errors of explicit and of gathered light: see ``uncertainty_of``."""
+        direct, bounced, first = (a - b for a, b in zip(one, two))
+        gathered = weights[1] * bounced + weights[0] * first
+        share = self.surface.share
+        return uncertainty_of(share, weights[0] * direct), uncertainty_of(share, gathered)
 
     def _smoothed_parts(
         self, neighborhoods: Sequence[Neighborhood], one: Means, two: Means, weights: list[np.ndarray]

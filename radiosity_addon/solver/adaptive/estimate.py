@@ -53,6 +53,7 @@ class Estimate:
     direct_square: np.ndarray  # (count,) relative, mean over channels
     gather_square: np.ndarray  # (count,)
     difference: np.ndarray  # (count, channels) relative: half the replicates' difference, as gathered
+    uncertainty: tuple[float, float]  # of the squared errors of direct and of gathered light, see ``uncertainty_of``
     common: float = 0.0  # relative: error that wide neighborhoods share, which is that of elements
 
     def with_common(self, difference: float, share_of_elements: float) -> Estimate:
@@ -66,17 +67,9 @@ class Estimate:
     def allowing_for_chance(self) -> Estimate:
         """With one standard deviation more of the squared error of samples. Rounds end where the estimate is
         small enough, and that of few receivers is so by chance, too."""
-        more = self.sampled**2 * self.uncertainty
+        more = np.hypot(*np.multiply(self.squares(), self.uncertainty))
         error, sampled = (float(np.sqrt(each**2 + more)) for each in (self.error, self.sampled))
         return replace(self, error=error, sampled=sampled)
-
-    @cached_property
-    def uncertainty(self) -> float:
-        """By what share of itself the squared error is uncertain, at most 1 or so: that of n receivers
-        that are alike by √(2/n), and fewer count where few have most of it."""
-        part = self.share * row_squares(self.difference)
-        total = part.sum()
-        return float(np.sqrt(2 * (part**2).sum()) / total) if total > 0 else 0.0
 
     @property
     def square(self) -> np.ndarray:
@@ -94,6 +87,14 @@ class Estimate:
         total = direct + gather
         share = self.sampled**2 / total if total > 0 else 1.0
         return share * direct, share * gather
+
+
+def uncertainty_of(share: np.ndarray, difference: np.ndarray) -> float:
+    """By what share of itself the square of a ``difference`` (count, channels) is uncertain, at most √2: that of n
+    receivers that are alike by √(2/n), and fewer count where few have most of it. ``share`` (count,): of the surface."""
+    part = share * row_squares(difference)
+    total = part.sum()
+    return float(np.sqrt(2 * (part**2).sum()) / total) if total > 0 else 0.0
 
 
 @dataclass(frozen=True)

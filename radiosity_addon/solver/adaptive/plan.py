@@ -26,6 +26,10 @@ FEWEST_ELEMENTS, MOST_FIRST_ELEMENTS = 200, 60_000  # numbers [elements] at the 
 # Numbers [rays of a receiver] of the first round, for errors [relative] below these; RAYS for others.
 FINE, FINE_RAYS, MEDIUM, MEDIUM_RAYS, RAYS = 0.015, 16, 0.025, 8, 4
 MOST_FIRST_RAYS, MOST_FIRST_POINTS = 256, 16  # numbers [rays, points of a receiver] of the first round, at most
+# Numbers [rays, points of all receivers] of the first round, at least, where receivers are few. The replicates of
+# few receivers agree by chance, however far off they are.
+FEW_RAYS, FEW_POINTS = 262_144, 131_072
+MOST_OF_FEW = 8192  # number [rays or points of a receiver] of the first round, at most, where receivers are few
 # Number [points of a receiver] of the first round at an error of 3 %, and exponent [of the error]: by it there are more
 # where less error is asked for. Points that agree by chance ask for no more of them, and show no error: a shadow's
 # edge across a texel, lit over a part p of it that may be any, has the square ∫ p² (1 − p)^2n dp ~ n^-3 of that in two replicates.
@@ -71,10 +75,9 @@ def make_plan(error: float, receivers: int, smoothing: bool, corners: bool = Fal
     if receivers > MANY_RECEIVERS:
         rays = max(rays // 2, RAYS)
     points = round_up(POINTS * (USUAL / error) ** MORE_POINTS, FEWEST_POINTS, MOST_FIRST_POINTS)
-    # Few receivers cost next to nothing, and few samples of few receivers agree by chance.
     each = (1.0 if error < DRAFT else 0.5) / max(receivers, 1)
-    rays = max(rays, round_up(FIRST_RAYS * each, RAYS, MOST_FIRST_RAYS))
-    points = max(points, round_up(FIRST_POINTS * each, FEWEST_POINTS, MOST_FIRST_POINTS))
+    rays = max(rays, _first(each, RAYS, (FIRST_RAYS, MOST_FIRST_RAYS), (FEW_RAYS, MOST_OF_FEW)))
+    points = max(points, _first(each, FEWEST_POINTS, (FIRST_POINTS, MOST_FIRST_POINTS), (FEW_POINTS, MOST_OF_FEW)))
     patch_rays = ROW_RAYS * elements / max(receivers, 1)
     return Plan(
         goal=GOAL * error,
@@ -95,6 +98,12 @@ def _first_rays(error: float, smoothing: bool) -> int:
     if error < FINE or not smoothing:
         return FINE_RAYS
     return MEDIUM_RAYS if error < MEDIUM else RAYS
+
+
+def _first(each: float, least: int, *bounds: tuple[int, int]) -> int:
+    """Samples of each receiver, ``least`` or more, so that all have a sum, of which each gets a part, but no more than a
+    number of its own; the more of what several such ``bounds`` give."""
+    return max(round_up(total * each, least, most) for total, most in bounds)
 
 
 def round_up(number: float, low: int, high: int) -> int:

@@ -259,7 +259,7 @@ def _of_elements(replicates: tuple[RoundResult, RoundResult], estimate: Estimate
 def _least_error(history: list[Past], estimate: Estimate, light: Lighting, plan: Plan) -> float:
     """The error that stays however many rays there are. This round is added to ``history``."""
     shadows, dim = estimate.squares()
-    history.append(Past(light.rays.mean(), dim, estimate.uncertainty))
+    history.append(Past(light.rays.mean(), dim, estimate.uncertainty[1]))
     return least_error_of(history, min(shadows, DIRECT_SHARE * plan.goal**2), plan.enough)
 
 
