@@ -25,11 +25,11 @@ SMART_GAP = 1 / 256  # gap [unit square] between charts before they are packed
 
 
 def atlas_steps(names: list[str], others: list[str], map_name: str, settings):
-    """The UV maps by which the objects share ``settings.atlas``: steps that return a list of
-    HeldMap, empty where all lie well already.
+    """The UV maps by which the objects share ``settings.atlas``: steps that return a list of HeldMap, empty where the
+    present layout is the one asked for. ``others`` are objects that may be in the atlas and are not baked now: their
+    part of it must not move.
 
-    ``others`` are objects that may be in the atlas and are not baked now: their part of it must not
-    move. Raises Refused where it would, and where the charts do not fit.
+    Raises Refused where it would, and where the charts do not fit.
     """
     import bpy
 
@@ -92,8 +92,8 @@ def _layout_key(item, settings) -> str:
 
 
 def _pack_steps(names: list[str], charts: list[Chart], settings):
-    """[(number of the image, its size, UVs)] for each object. Without a density all images are
-    filled; with one as few are used, and as small ones, as will do."""
+    """[(number of the image, its size, UVs)] for each object. Without a density all images are filled; with one the
+    images are as few and as small as it allows."""
     areas = np.array([area_of(chart) for chart in charts])
     most = min(settings.atlas_images, len(charts))
     gap = max(LEAST_GAP, settings.margin)
@@ -117,7 +117,8 @@ def _pack_steps(names: list[str], charts: list[Chart], settings):
 
 
 def _share_out(areas: np.ndarray, images: int) -> list[list[int]]:
-    """Which objects go into which image: the largest first, each where least is so far."""
+    """Which objects go into which image: the largest objects first, each into the image with the least area so far.
+    """
     parts: list[list[int]] = [[] for _ in range(images)]
     filled = np.zeros(images)
     for index in np.argsort(-areas, kind="stable").tolist():
@@ -128,7 +129,7 @@ def _share_out(areas: np.ndarray, images: int) -> list[list[int]]:
 
 
 def _fits(packed: Packed, size: tuple[int, int]) -> bool:
-    """Whether all lies in the image, by a hundredth of a texel."""
+    """Whether all charts lie in the image, to a hundredth of a texel."""
     return all(used <= edge + 0.01 for used, edge in zip(packed.extent, size))
 
 

@@ -23,8 +23,8 @@ DEEP = 0.5  # distance [of a triangle's height over the seam]: such a segment be
 
 @dataclass(frozen=True)
 class SeamSamples(ArrayStruct):
-    """Points (k,) on seams, as both sides show them; ``weight`` is the length [texels] that each
-    stands for."""
+    """Points (k,) on seams, as the picture shows them from both sides; ``weight`` is the length [texels] of the seam
+    that each stands for."""
 
     one: Stencils
     other: Stencils

@@ -20,12 +20,12 @@ def solve_bounded(
     matrix: csr_matrix, right: np.ndarray, guess: np.ndarray, low: np.ndarray, high: np.ndarray,
     tolerance: float = TOLERANCE, rounds: int = ROUNDS,
 ) -> np.ndarray:
-    """x (n,) float64 that about minimizes ½ xᵀMx − bᵀx for ``low`` <= x <= ``high`` (n,): M is the
-    symmetric and semi-definite ``matrix`` (n, n), b is ``right`` (n,).
+    """x (n,) float64 that about minimizes ½ xᵀMx − bᵀx for ``low`` <= x <= ``high`` (n,). M is the symmetric,
+    semi-definite ``matrix`` (n, n), b is ``right`` (n,).
 
-    What leaves its bounds is fixed there and the others are solved for again, a few times; the
-    result always lies within the bounds and is the exact minimum where none of them acts. What M
-    does not determine stays at ``guess`` (n,).
+    Unknowns that leave their bounds are fixed there and the others are solved for again, a few times. The result
+    always lies within the bounds, and is the exact minimum where no bound acts. What M does not determine stays at
+    ``guess`` (n,).
     """
     x = np.clip(guess, low, high)
     free = (low < high) & (matrix.diagonal() > 0)

@@ -79,14 +79,14 @@ class CornerFit:
         return (self.spread @ colors)[self.shown]
 
     def areas(self) -> np.ndarray:
-        """(n_loops,) or (n_vertices,) float64: the area that each color stands for. A face gives a
-        third of each of its triangles to that one's corners; loops of one color share alike."""
+        """(n_loops,) or (n_vertices,) float64: the area that each color stands for. A third of each triangle goes to
+        each of its corners; loops that share a color share its area evenly."""
         area = self.corners.T @ np.repeat(self.light.area / 3, 3)
         return (area / np.maximum(np.bincount(self.shown, minlength=len(area)), 1))[self.shown]
 
     def rough_colors(self, values: np.ndarray) -> np.ndarray:
-        """The same for ``values`` (count, c) of any sign, by areas, without bounds and to a hundredth:
-        linear in the light, for telling what becomes of its errors."""
+        """``colors`` for values (count, c) of any sign, weighted by areas alone, without bounds, and solved to a
+        hundredth. It is linear in the light, so that it shows what becomes of errors of the light."""
         right = self.sampling.T @ (self.weights[:, None] * values)
         colors = np.stack([solve_roughly(self.normal, column) for column in right.T], 1)
         return (self.spread @ colors)[self.shown]

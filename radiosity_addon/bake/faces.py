@@ -27,8 +27,8 @@ def receiver_budget(areas: np.ndarray, samples: int = SAMPLES) -> float:
 
 
 def most_receivers(triangles: list[int]) -> int:
-    """How many receivers objects of so many triangles get at most: a triangle of which the budget
-    wants x pieces, more than the least, has (√x + 1)² < 4 x."""
+    """The largest number of receivers that objects of so many triangles may get. A triangle of which the budget wants
+    x pieces, more than the least number, is cut into at most (√x + 1)² < 4 x."""
     return 4 * SAMPLES + sum(count * _fewest_cuts(count) ** 2 for count in triangles)
 
 

@@ -82,7 +82,7 @@ def fit_texels(
 
 
 class _Numbers:
-    """Which of ``texel`` (k,) each of ``count`` texels is."""
+    """Numbers by which each of ``count`` texels is found among ``texel`` (k,)."""
 
     def __init__(self, texel: np.ndarray, count: int):
         self._number = np.full(count + 1, -1, np.int32)  # the last is found for no texel, -1
@@ -95,7 +95,8 @@ class _Numbers:
 
 
 class _Importance:
-    """What squares of errors count for: (L̄ / max(L, L̄/4))², L the light there, as in the report."""
+    """By what squared errors count: (L̄ / max(L, L̄/4))², as in the report, with L the light at a place and L̄ its
+    mean."""
 
     def __init__(self, light: _Numbers, known: Known):
         share = area_shares(known.share)
@@ -116,8 +117,8 @@ class _Importance:
 
 
 class _Rows:
-    """Equations for texels that are ``unknown``; of others that are ``colored`` (n,) bool the
-    ``pixels`` (n, 3) count."""
+    """Equations for the texels that are ``unknown``. Of the other texels those that are ``colored`` (n,) bool have
+    the values ``pixels`` (n, 3)."""
 
     def __init__(self, unknown: _Numbers, colored: np.ndarray, pixels: np.ndarray):
         self.unknown, self.colored, self.pixels = unknown, colored, pixels

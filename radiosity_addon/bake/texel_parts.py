@@ -1,4 +1,5 @@
-"""Texel parts: how much of each texel lies on the surface, where the middle of that is, and whose it is. NumPy only."""
+"""Texel parts: the share of each texel that lies on the surface, the middle of that part, and the island it belongs
+to. NumPy only."""
 
 from __future__ import annotations
 
@@ -31,8 +32,8 @@ class TexelParts:
 
 
 def texel_parts(receivers: Receivers, uv: np.ndarray, triangle: np.ndarray) -> TexelParts:
-    """Of ``receivers``, whose cells lie in triangles ``uv`` (n, 3, 2) [texels]; ``triangle``
-    (n_cells,) is which of these."""
+    """The parts of ``receivers``, whose cells lie in triangles ``uv`` (n, 3, 2) [texels]; ``triangle`` (n_cells,) int
+    is which of these."""
     corners, square = receivers.corners, receivers.square
     scale = np.abs(doubled_areas(uv))[triangle]
     area = cell_areas(corners, square) / 2 * scale
@@ -44,9 +45,9 @@ def texel_parts(receivers: Receivers, uv: np.ndarray, triangle: np.ndarray) -> T
 def anchored_texels(
     sheets: Sheets, texel: np.ndarray, covered: np.ndarray, cell_texel: np.ndarray, island: np.ndarray
 ) -> np.ndarray:
-    """(k,) bool: of ``texel`` (k,), those of one island alone, beside a ``covered`` (k,) bool one of that
-    island and none of another island: only there is the light around known to be that of one surface,
-    and the picture between texels to be its own.
+    """(k,) bool: which of ``texel`` (k,) int belong to one island alone, have a texel of that island beside them that
+    is ``covered`` (k,) bool, and none of another island. Only there is the light around known to be of one surface,
+    and does the picture between texels show this surface alone.
 
     ``cell_texel`` and ``island`` (c,) int are the texel and the island of each cell.
     """
@@ -76,8 +77,8 @@ def islands_of_texels(sheets: Sheets, texel: np.ndarray, island: np.ndarray) -> 
 def shows_own(
     sheets: Sheets, points: Stencils, island: np.ndarray, cell_texel: np.ndarray, cell_island: np.ndarray
 ) -> np.ndarray:
-    """(k,) bool: no texel that is seen at ``points`` (k,) on borders of ``island`` (k,) int is another island's, so
-    that what is shown there is the light of that island, or may become it.
+    """(k,) bool: the picture at ``points`` (k,) on borders of ``island`` (k,) int mixes in no texel of another
+    island. So it shows the light of that island, or may be made to.
 
     ``cell_texel`` and ``cell_island`` (c,) int are the texel and the island of each cell.
     """

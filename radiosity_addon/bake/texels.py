@@ -76,7 +76,8 @@ def texel_steps(
 
 
 def _maps(points: np.ndarray, triangle: np.ndarray, index: np.ndarray, image: int) -> TexelMaps:
-    """Of the triangles ``index`` (n,), each once, of those that lie at ``points`` (k, 3, 2)."""
+    """Where the triangles ``index`` (n,) int, each listed once, lie in the ``image``, among all at ``points`` (k, 3,
+    2)."""
     some = np.unique(index)
     images = np.full(len(some), image, np.int32)
     return TexelMaps(triangle[some].astype(np.int32), images, points[some].astype(np.float32))

@@ -59,8 +59,8 @@ class UnfitTexels:
             table += [np.bincount(cells.island, row, len(self._target)) for row in rows]
 
     def shares(self, target: int) -> tuple[int, float, float]:
-        """(texels, share, thin) of a target: how many there are, and the shares of the surface that those that islands
-        share or mix, and those of thin islands, have."""
+        """(texels, share, thin) of a target: the number of its texels that cannot be fitted; the share of its surface
+        in texels that islands share or mix; the share of its surface in texels of islands thinner than a texel."""
         own = self._target == target
         thin = self._most[own] < COVERED
         texels, surface = self._texels[:, own], self._surface[:, own]
@@ -71,8 +71,8 @@ class UnfitTexels:
 
 
 def _by_island(cells: UnfitCells, group: np.ndarray) -> tuple[UnfitCells, np.ndarray]:
-    """One cell for all of an island that lie in one ``group`` (c,), and its group, both in the order of groups, the
-    largest part of each last."""
+    """Cells of one island in one ``group`` (c,) int joined to one cell; and the groups of these cells. Both are in
+    the order of groups, the largest part of each group last."""
     order = np.lexsort((cells.island, group))
     cells, group = cells.take(order), group[order]
     first = np.flatnonzero((np.diff(group, prepend=-1) != 0) | (np.diff(cells.island, prepend=-1) != 0))
@@ -86,7 +86,8 @@ def _by_island(cells: UnfitCells, group: np.ndarray) -> tuple[UnfitCells, np.nda
 
 
 def on_borders(sheets: Sheets, texel: np.ndarray, island: np.ndarray) -> np.ndarray:
-    """(c,) bool: cells in a texel of several islands, or within BORDER texels of one that is not of theirs alone."""
+    """(c,) bool: which cells lie in a texel of several islands, or within BORDER texels of a texel that is not of
+    their own island alone."""
     owner, found = islands_of_texels(sheets, texel, island), np.zeros(len(texel), bool)
     sheet, row, column = sheets.locate(texel)
     for dy in range(-BORDER, BORDER + 1):
@@ -99,11 +100,11 @@ def on_borders(sheets: Sheets, texel: np.ndarray, island: np.ndarray) -> np.ndar
 def crowded_shares(
     sheets: Sheets, parts: TexelParts, texel: np.ndarray, island: np.ndarray
 ) -> np.ndarray:
-    """(c,) of each cell the share where the picture between texels is mixed with a texel of another
-    island: in each quarter of a texel it is that of this texel and of three around.
+    """(c,) float64: the share of each cell where the picture between texels mixes in a texel of another island. In
+    each quarter of a texel the picture is made of this texel and three around it.
 
-    ``texel`` and ``island`` (c,) int are of cells; those of half a texel or less are taken to lie where
-    their middles do, larger ones all over it.
+    ``texel`` and ``island`` (c,) int are those of cells. A cell of half a texel or less is taken to lie in the
+    quarter of its middle, a larger one in all four.
     """
     owner = islands_of_texels(sheets, texel, island)
     sheet, row, column = sheets.locate(texel)

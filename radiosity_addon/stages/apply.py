@@ -42,7 +42,7 @@ def apply(
 
 
 def find_encoding(job: Job, result: Result) -> Encoding:
-    """How the bake is encoded, by Blender's color management."""
+    """How the colors of a bake are encoded, with Blender's color management."""
     from ..bake.primaries import to_rec709
 
     return encoding_of(job, result, to_rec709())
@@ -105,7 +105,8 @@ def _keep_scale_on(owner, key: str, encoding: Encoding) -> None:
 
 
 def _image_steps(job: Job, result: Result, files, undo, warnings, encoding: Encoding):
-    """Images and their files; returns what forgets the earlier images when all is well."""
+    """Write the images and their files. Returns functions that drop the copies of the earlier images, for when all
+    else has succeeded."""
     sheets = sheets_of(job)
     many = sum(sheet.size[0] * sheet.size[1] for sheet in sheets) > memory.UNDIVIDED
     paths = _file_paths(job, sheets)
@@ -132,8 +133,8 @@ def _image_steps(job: Job, result: Result, files, undo, warnings, encoding: Enco
 
 
 def _leave_others(job: Job, sheets: list[Sheet], undo) -> list:
-    """Take the targets off the images of the same atlas that hold them no more, and remove those
-    that hold nobody; returns what forgets them."""
+    """Take the targets off the other images of the atlas, and remove images that then hold no object. Returns
+    functions that drop the copies of these images, for when all else has succeeded."""
     import bpy
 
     if job.settings.atlas is None:

@@ -15,14 +15,14 @@ from .layout import Layout
 
 
 def open_layout(layout: Layout, context: Context) -> Layout:
-    """The receivers' open parts. Those that are wholly buried are named as ``buried``; where
-    nothing would be left, all stay."""
+    """The layout of the parts of receivers that are not buried. Receivers that are wholly buried are listed as its
+    ``buried``. Where all are buried, the layout stays as it is."""
     opened = open_part(layout, context, surroundings_of(context))
     return opened if opened.receivers.count else layout
 
 
 def surroundings_of(context: Context) -> Surroundings | None:
-    """What may bury receivers; None where nothing does."""
+    """What can bury receivers; None where nothing can."""
     scene = context.scene
     opaque = ~context.transmits
     for objects in (scene.casts_shadow, scene.visible):
@@ -32,7 +32,7 @@ def surroundings_of(context: Context) -> Surroundings | None:
 
 
 def open_part(layout: Layout, context: Context, surroundings: Surroundings | None) -> Layout:
-    """The open parts of a layout's receivers, of which nothing may be left."""
+    """The layout of the parts of receivers that are not buried; it may be empty."""
     receivers = layout.receivers
     if surroundings is None or receivers.count == 0:
         return layout

@@ -17,7 +17,8 @@ NOBODY = -1  # code [targets]: a texel that is none's
 
 
 class Canvas:
-    """The image of a sheet: sums of light by the shares that parts have in a texel, and the shares."""
+    """The image of a sheet under way: the sums of light, weighted by the share of the texel that each part has, and
+    the sums of these shares."""
 
     def __init__(self, sheet: Sheet):
         texels = sheet.size[0] * sheet.size[1]
@@ -51,7 +52,7 @@ class Canvas:
 
     @property
     def texels(self) -> int:
-        """How many have light."""
+        """The number of texels with light."""
         return int((self._share > 0).sum())
 
     def finish(self, job: Job) -> tuple[Drawn, list[str]]:
@@ -68,7 +69,7 @@ class Canvas:
         return Drawn(image, filled.ravel() & ~covered), warnings
 
     def _overlaps(self, job: Job) -> list[str]:
-        """A warning where several objects lie on one another."""
+        """A warning where several objects overlap in the image."""
         if not self._several:
             return []
         over = (self._first != self._last) & (self._share > OVERLAP)

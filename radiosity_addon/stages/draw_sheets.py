@@ -29,11 +29,9 @@ def draw_sheets(
 
 
 def _draw(job: Job, sheet: Sheet, layout: Layout, light: np.ndarray, warnings: list[str]) -> Drawn:
-    """The texels' ``light`` and the margin around them.
-
-    Texels that are buried are filled like those of the margin, but belong to a face; deeper ones
-    are dark. Of a kept image all texels stay but those that are baked now.
-    """
+    """A sheet's image: the texels' ``light`` and the margin around them. Buried texels are filled as the margin is,
+    but count as texels of a face; those too far from the light are dark. In a kept image only the texels that are
+    baked now change."""
     width, height = sheet.size
     flat = [texels_of(layout.part(i).grid, rect_of(job, i)) for i in sheet.targets]
     values = [light[slice(*layout.spans[i : i + 2])] for i in sheet.targets]
@@ -57,8 +55,8 @@ def _draw(job: Job, sheet: Sheet, layout: Layout, light: np.ndarray, warnings: l
 def keep_others(
     sheet: Sheet, pixels: np.ndarray, covered: np.ndarray, buried: np.ndarray
 ) -> None:
-    """Put what stays of a kept image into ``pixels`` (n, 3), and ``covered`` (n,) bool; nothing stays where
-    texels are ``buried`` (n,) bool."""
+    """Put the texels of a kept image that stay into ``pixels`` (n, 3) and mark them in ``covered`` (n,) bool;
+    ``buried`` (n,) bool texels do not stay."""
     if sheet.unbaked is not None:
         kept = sheet.unbaked.pixels.reshape(-1, 4)
         stays = (kept[:, 3] > 0) & ~covered & ~buried
@@ -81,8 +79,8 @@ def texels_of(grid: np.ndarray, rect: TexelRect) -> np.ndarray:
 
 
 def _mix_shared(job: Job, sheet: Sheet, layout: Layout, flat, values, pixels) -> list[str]:
-    """Texels that several objects have become the mean by how much of it each covers; a warning
-    where objects lie on one another."""
+    """Texels that several objects cover become the mean of their light, by how much of the texel each covers; a
+    warning where objects overlap."""
     owner = np.repeat(np.arange(len(flat)), [len(part) for part in flat])
     texel, inverse, count = np.unique(
         np.concatenate(flat), return_inverse=True, return_counts=True
@@ -103,7 +101,7 @@ def _mix_shared(job: Job, sheet: Sheet, layout: Layout, flat, values, pixels) ->
 
 
 def overlap_warning(sheet: str, names: list[str], texels: int) -> str:
-    """One sentence on objects that lie on one another in an atlas."""
+    """One sentence on objects that overlap in an atlas."""
     more = f" and {len(names) - 3} more" if len(names) > 3 else ""
     return (
         f"{', '.join(map(repr, names[:3]))}{more} overlap in the atlas {sheet!r} on {texels} "

@@ -23,8 +23,8 @@ PIXEL = 16  # size [bytes] of a pixel: four float32
 
 
 class Drawing:
-    """The images that parts are drawn into, and those that are done. ``warnings`` are what to warn of,
-    ``seconds`` what it took, ``texels`` those with light."""
+    """The images that tiles are drawn into, and those that are done. ``warnings`` are collected from all tiles;
+    ``seconds`` is the time that drawing took; ``texels`` is the number of texels with light."""
 
     def __init__(self, job: Job, tiles: list[list[Window]]):
         """Raises OSError where images want a temporary file and there is none."""
@@ -43,8 +43,8 @@ class Drawing:
     def add(
         self, part: Job, layout: Layout, windows: list[Window], solution: Solution | None
     ) -> None:
-        """Draw the light that a part's receivers have by the ``solution``, None where there are none, into the
-        images; those that get no more are finished."""
+        """Draw the light of a tile's receivers by the ``solution``, None where it has none, into the images. Images
+        of which this is the last tile are finished."""
         began = time.perf_counter()
         light = None if solution is None else compose(solution, self._job.settings.passes)
         if self._fit is not None and solution is not None:
@@ -81,7 +81,7 @@ class Drawing:
 
 
 def _owned(layout: Layout, windows: list[Window]) -> np.ndarray:
-    """(count,) bool: receivers that no other part knows better."""
+    """(count,) bool: receivers of which no other tile has a larger share."""
     grid = layout.receivers.grid
     spans = zip(layout.spans, layout.spans[1:])
     own = [window.owns(*grid[low:high, 1:].T) for window, (low, high) in zip(windows, spans)]

@@ -54,8 +54,8 @@ def joint_fits(job: Job, layout: Layout, context: Context) -> list[JointFit]:
 
 @dataclass(frozen=True)
 class _Unknowns:
-    """All targets' unknown colors: ``label`` (m,) which are one, ``start`` (targets + 1,) where each
-    target's begin, and which of the labels hang on others."""
+    """The unknown colors of all targets. ``label`` (m,) int: unknowns of one label are one. ``start`` (targets + 1,)
+    int: where those of each target begin. Hanging labels lie on lines between others."""
 
     label: np.ndarray
     start: np.ndarray
@@ -80,8 +80,8 @@ def _unknowns(job: Job, context: Context) -> _Unknowns:
 
 
 def _at_corners(targets, domain: str) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 3) which unknown of all targets' each triangle's corner shows alone, -1: several; and where
-    each target's begin."""
+    """(n, 3) int: of which unknown, of all targets', each triangle corner has its color; -1 where it mixes several.
+    And where each target's unknowns begin."""
     unknown, start = [], [0]
     for target in targets:
         own, corners = unknowns_of(target, domain), target.corner_map
@@ -95,7 +95,7 @@ def _at_corners(targets, domain: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _materials(scene: Scene) -> np.ndarray:
-    """(n_materials,) int: materials that show the same are one."""
+    """(n_materials,) int numbers of materials; materials of equal values have one number."""
     seen: dict[object, int] = {}
     return np.array([
         seen.setdefault(_look(material, index), len(seen))
@@ -111,7 +111,8 @@ def _look(material: Material, index: int) -> object:
 
 
 def _clusters(unknowns: _Unknowns) -> list[np.ndarray]:
-    """Targets (k,) that have unknowns in common, or some that hang on others', cluster by cluster."""
+    """Groups of targets (k,) int that have unknowns in common, or unknowns that hang on one another, group by group.
+    """
     label, hanging, count = unknowns.label, unknowns.hanging, len(unknowns.start) - 1
     owner = np.repeat(np.arange(count), np.diff(unknowns.start))
     first = np.full(len(label), count)

@@ -55,7 +55,7 @@ def lay_out(job: Job, progress: Progress) -> Layout:
 
 
 def lay_out_part(job: Job, progress: Progress) -> Layout:
-    """``lay_out`` of what may have no texel."""
+    """``lay_out`` for targets that may all be without a texel."""
     make = _texels(job) if job.settings.target == Target.IMAGE else _faces(job)
     parts = map_chunks(
         make, range(len(job.targets)), job.settings.threads, lambda done: progress(PHASE, done)
@@ -87,7 +87,8 @@ def _faces(job: Job):
 
 
 def _sourceless(job: Job, target, area: np.ndarray) -> str:
-    """On the point domain faces have the colors of their vertices, whatever face they came from."""
+    """A warning of faces that get no color as their corners come from none of the user's. On the vertex domain there
+    is none: a face shows the colors of its vertices, whatever face it came from."""
     if target.corner_map is None or job.settings.domain == Domain.POINT:
         return ""
     share = sourceless_share(target.corner_map, area)
@@ -113,7 +114,7 @@ def _texels(job: Job):
 
 
 def _overlap(target, shared: int) -> str:
-    """Modifiers such as Bevel and Mirror make faces that share the UVs of others."""
+    """The warning of faces that overlap in a UV map. Modifiers such as Bevel and Mirror make such faces."""
     remedy = (
         f"its modifiers ({', '.join(target.modifiers)}) make faces that share the UVs of others: "
         "apply the modifiers, then unwrap or bake again"
@@ -127,8 +128,8 @@ def _overlap(target, shared: int) -> str:
 
 
 def shaded_layout(job: Job, layout: Layout) -> Layout:
-    """The layout with the normals by which light counts. After what is buried is cut off: it cuts
-    cells."""
+    """The layout with the normals by which light counts. To be called after buried parts are cut off, as that changes
+    the cells."""
     pairs = enumerate(job.targets)
     parts = [_shaded(job, target, layout.part(index)) for index, target in pairs]
     if all(part.shading is None for part in parts):

@@ -192,7 +192,7 @@ def _check_triangles(exported: Exported, settings: Settings) -> None:
 
 
 def _of_targets(held: list[HeldMap], targets) -> list[HeldMap]:
-    """The maps on meshes that the export did not leave out."""
+    """The maps of meshes that the export kept."""
     import bpy
 
     objects = {item.session_uid: item for item in bpy.data.objects}
@@ -201,7 +201,7 @@ def _of_targets(held: list[HeldMap], targets) -> list[HeldMap]:
 
 
 def _warn_of_maps(targets, settings: Settings) -> list[str]:
-    """A sentence on UV maps that are there and were made in another way than is asked for."""
+    """A sentence on UV maps that a bake uses although they were made in another way than is asked for."""
     if settings.target != Target.IMAGE or settings.uv_map is not None or settings.atlas is not None:
         return []
     kept = kept_maps([target.name for target in targets], UV_MAP, settings.unwrap)
@@ -212,7 +212,7 @@ def _warn_of_maps(targets, settings: Settings) -> list[str]:
 
 
 def _warn_of_sharing(view_layer, targets, settings: Settings) -> list[str]:
-    """One sentence for each mesh that is a target's and other objects' too."""
+    """One sentence for each mesh that a target shares with other objects."""
     import bpy
 
     users: dict[str, list[str]] = {}

@@ -81,6 +81,7 @@ def run_tiles(
 def _opened(
     survey: Layout, context: Context, ground: Surroundings | None
 ) -> tuple[Layout, Surroundings | None]:
-    """The survey's open part, and what buries; nothing does where nothing would be left."""
+    """The survey's layout without buried parts, and what buries; None where all would be buried: then nothing counts
+    as buried."""
     opened = open_part(survey, context, ground)
     return (opened, ground) if opened.receivers.count else (survey, None)

@@ -33,8 +33,8 @@ ALIKE = 0.02
 
 @dataclass
 class Drawn:
-    """A sheet, into whose ``image`` (height, width, 4) float32 the fit is written, and which of its texels, row by row,
-    are of the ``margin``, (n,) bool, or buried: they are filled with others' color and know no light."""
+    """A sheet: its ``image`` (height, width, 4) float32, into which the fit is written; and ``margin`` (n,) bool, row
+    by row: the texels that have no light of their own, in the margin or buried, and are filled with others' color."""
 
     image: np.ndarray
     margin: np.ndarray
@@ -42,8 +42,8 @@ class Drawn:
 
 @dataclass(frozen=True)
 class Charts:
-    """Where receivers lie in sheets: of each its sheet, row and column (count,), and of their cells
-    the triangle among the charted ones, the target (n_cells,) and the part."""
+    """Where receivers lie in sheets: the sheet, row and column of each (count,) int; and for their cells the number
+    of the triangle among all charted ones and the target (n_cells,) int, and the parts of texels."""
 
     sheet: np.ndarray
     row: np.ndarray
@@ -74,7 +74,7 @@ class _Cells(ArrayStruct):
 
 
 class SeamFit:
-    """The seams of a job's ``sheets``, and what has been learned of the texels near them."""
+    """The seams of a job's ``sheets``, and what is known so far of the texels near them."""
 
     def __init__(self, job: Job, sheets: Sequence[Sheet]):
         self._passes = job.settings.passes
@@ -135,8 +135,8 @@ class SeamFit:
         self._margin[own] = drawn.margin[row * drawn.image.shape[1] + column]
 
     def fit(self, images: Sequence[np.ndarray], context: Context) -> None:
-        """Write the fit into the sheets' ``images``. Texels that lie on a face wholly, that other islands are near, of
-        which a part is buried, and those of an earlier bake, stay."""
+        """Write the fit into the sheets' ``images``. Four kinds of texels stay as they are: those wholly on a face,
+        those beside another island, those partly buried, and those of an earlier bake."""
         receivers, cells = _Receivers.join(self._receivers), _Cells.join(self._cells)
         known, first = _known(self._near, receivers, self._pixels)
         seams = sample_seams(self.charted, self._edges, self._seams, self._near)
@@ -156,7 +156,8 @@ class SeamFit:
                 image[row[own], column[own], :3] = value[own]
 
     def _show_own(self, seams: SeamSamples, cells: _Cells) -> np.ndarray:
-        """(k,) bool: neither side shows another island's light, which no fit of the border can change."""
+        """(k,) bool: on neither side the picture mixes in another island's texels, which no fit of these texels could
+        change."""
         island = self.island[seams.triangle].T
         both = [shows_own(self._near, side, own, cells.texel, cells.island)
                 for side, own in zip((seams.one, seams.other), island)]  # fmt: skip
@@ -180,14 +181,15 @@ def _chart(job: Job, sheet: np.ndarray) -> Charted:
 
 
 def _normals(job: Job, target) -> np.ndarray:
-    """(n, 3, 3) by which corners are shaded, 0 where by the faces'."""
+    """(n, 3, 3) shading normals of the triangles' corners; 0 where a face is shaded by its own normal."""
     if target.normals is None or not job.settings.shading_normals:
         return np.zeros((target.stop - target.start, 3, 3), np.float32)
     return target.normals
 
 
 def _known(sheets: Sheets, receivers: _Receivers, pixels: np.ndarray) -> tuple[Known, np.ndarray]:
-    """What is known of each texel, and (k,) its first receiver; some have several."""
+    """What is known of the light of each texel, and the number (k,) of its first receiver, as a texel may have
+    several."""
     share = receivers.share
     texel, first, owner = np.unique(receivers.texel, return_index=True, return_inverse=True)
     total = np.bincount(owner, share, len(texel))
@@ -198,7 +200,8 @@ def _known(sheets: Sheets, receivers: _Receivers, pixels: np.ndarray) -> tuple[K
 
 
 def _shown_material(passes: tuple[Pass, ...], solution: Solution, some: np.ndarray) -> np.ndarray:
-    """(k, c) what receivers show of the material itself: reflectance and emission."""
+    """(k, c) reflectance and emission that receivers show: where these are equal on both sides of a seam, so may the
+    light be."""
     parts = [np.zeros((len(some), 0))]
     if Pass.COLOR in passes:
         parts.append(solution.diffuse[some])
@@ -208,7 +211,8 @@ def _shown_material(passes: tuple[Pass, ...], solution: Solution, some: np.ndarr
 
 
 def _same_material(seams: SeamSamples, known: Known, material: np.ndarray) -> np.ndarray:
-    """(k,) bool: what both sides' texels span of the material overlaps, so that it need not jump."""
+    """(k,) bool: on both sides of a seam the texels' reflectances and emissions overlap in their ranges, so that the
+    light need not jump."""
     if not len(material):
         return np.zeros(len(seams.weight), bool)
     spans = []

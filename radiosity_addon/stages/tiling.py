@@ -45,15 +45,15 @@ class Window:
     fade: tuple[int, int, int, int]
 
     def weight(self, row: np.ndarray, column: np.ndarray) -> np.ndarray:
-        """(n,) float32 shares of the window's texels at ``row`` and ``column`` (n,) int in their light: those of
-        all parts add up to 1."""
+        """(n,) float32: the share of this window's light in the texels at ``row`` and ``column`` (n,) int. The shares
+        of all windows add up to 1."""
         left, right, lower, upper = self.fade
         result = _ramp(column, left) * _ramp(self.width - 1 - column, right)
         return result * _ramp(row, lower) * _ramp(self.height - 1 - row, upper)
 
     def owns(self, row: np.ndarray, column: np.ndarray) -> np.ndarray:
-        """(n,) bool: of the window's texels at ``row`` and ``column`` (n,) int those of which it has no smaller share
-        than any other part: each texel is of one window."""
+        """(n,) bool: which of the texels at ``row`` and ``column`` (n,) int belong to this window: those of which no
+        other window has a larger share. Each texel belongs to one window."""
         left, right, lower, upper = (width // 2 for width in self.fade)
         inside = (column >= left) & (column < self.width - right)
         return inside & (row >= lower) & (row < self.height - upper)
@@ -88,7 +88,7 @@ def tiles_of(job: Job, tiling: Tiling) -> list[list[Window]]:
 
 
 def covered_share(target: ExportedObject) -> float:
-    """About which part of its texels belongs to a face, at least LEAST."""
+    """About which share of its texels belongs to a face; at least LEAST."""
     area = np.abs(doubled_areas(target.uv)) / 2
     return float(np.clip(area[np.isfinite(area)].sum(), LEAST, 1.0))
 
@@ -101,7 +101,7 @@ def _by_sheet(job: Job) -> list[int]:
 
 
 def windows_of(index: int, rect: TexelRect, tiling: Tiling) -> list[Window]:
-    """A target's texels in windows of about the same size, which are nearly square."""
+    """A target's texels in windows of about equal size that are nearly square."""
     edge = int(np.sqrt(tiling.tile))
     across, along = rect.width, rect.height
     if across * along > tiling.tile:
@@ -117,8 +117,7 @@ def windows_of(index: int, rect: TexelRect, tiling: Tiling) -> list[Window]:
 
 
 def _stretches(length: int, number: int, overlap: int):
-    """(first, last + 1, (fade at the start, at the end)) of ``number`` parts of a length, which
-    overlap."""
+    """(first, last + 1, (fade at the start, at the end)) of the ``number`` overlapping parts of a length."""
     number = max(min(number, length // max(overlap, 1)), 1)
     cuts = np.linspace(0, length, number + 1).astype(int).tolist()
     half = overlap // 2

@@ -33,8 +33,8 @@ class _MeasuredCells(ArrayStruct):
 
 
 class UnfitSheets:
-    """Texels of a job's sheets that cannot be fitted; ``fit`` knows its islands. Of each part only cells on the borders
-    of islands are kept: what lies around them may be of another part."""
+    """Texels of a job's sheets that cannot be fitted; ``fit`` has its islands. Texels may come tile by tile. Only
+    cells at the borders of islands are kept, as what lies around them may be in another tile."""
 
     def __init__(self, job: Job, fit: SeamFit):
         self._names, self._every = [target.name for target in job.targets], fit.every
@@ -65,7 +65,7 @@ class UnfitSheets:
         return replace(self._every, some=some), number
 
     def warnings(self) -> list[str]:
-        """One for each target of which it matters, when all parts are there."""
+        """One for each target with enough such texels, after all tiles were added."""
         cells = _MeasuredCells.join(self._borders)
         sheets, number = self._numbered(cells.texel)
         parts = TexelParts(cells.part, cells.middle)
