@@ -15,6 +15,7 @@ from .report_store import store_report
 from .words import by_labels
 
 CANCELED = "Bake canceled; the scene is as it was"
+FAULT = "This is a fault of Radiosity, not of the scene; please report it"
 
 
 class RADIOSITY_OT_bake(bpy.types.Operator):
@@ -131,8 +132,9 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
             self.report({"ERROR"}, by_labels(str(error)) or type(error).__name__)
             session.end()
             return False
-        except BaseException:
-            session.end()
+        except BaseException as error:  # Blender shows its traceback, and asks nothing of us any more
+            error.add_note(FAULT)
+            self._finish(context, {"CANCELLED"})
             raise
         return True
 

@@ -111,7 +111,8 @@ class SolverProcess:
         lines = [line.strip() for line in text.splitlines() if line.strip()]
         how = f"signal {-status}" if status < 0 else f"status {status}"
         last = " | ".join(lines[-LAST_LINES:]) or "it said nothing; memory may have run out"
-        return f"the solver's process stopped ({how}): {last}"
+        ours = "; this is a fault of Radiosity, please report it" if status == worker.FAILED and lines else ""
+        return f"the solver's process stopped ({how}): {last}{ours}"
 
     def close(self) -> None:
         """End the process and remove its files. Takes at most ``PATIENCE`` and a little."""

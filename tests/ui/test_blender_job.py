@@ -188,13 +188,16 @@ def test_failure_of_the_timers_step_is_the_operators_to_tell(file, monkeypatch, 
     ticker._step()
     assert session.current().wants_operator and bake_operators.RADIOSITY_OT_bake.poll(file.context)
     told: list = []
-    operator = SimpleNamespace(report=lambda *words: told.append(words))
+    operator = SimpleNamespace(report=lambda *words: told.append(words), finished=[])
+    operator._finish = lambda *words: (operator.finished.append(words), session.end())
     if kind is Refused:
         assert bake_operators.RADIOSITY_OT_bake._step(operator, file.context, session.current()) is False
         assert told == [({"ERROR"}, "no such thing")]
     else:
-        with pytest.raises(ValueError):
+        with pytest.raises(ValueError) as raised:
             bake_operators.RADIOSITY_OT_bake._step(operator, file.context, session.current())
+        assert raised.value.__notes__ == [bake_operators.FAULT]
+        assert operator.finished  # its timer is gone and the panel drawn anew, as Blender calls nothing after this
     assert session.current() is None
 
 

@@ -99,7 +99,7 @@ def test_bad_input_comes_back_as_its_own_message(make_job):
 
 def test_fault_of_ours_shows_the_last_words():
     process = wait(started({"not": "a job"}))
-    with pytest.raises(SolverFailed, match="status 1.*AttributeError"):
+    with pytest.raises(SolverFailed, match="status 1.*AttributeError.*please report it"):
         process.result()
     process.close()
 
