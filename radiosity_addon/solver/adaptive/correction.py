@@ -189,8 +189,8 @@ def biased_elements(
 
 
 def _rare(noise: np.ndarray, paths: int) -> np.ndarray:
-    """(n_sides,) what rare, large values add up to where a few sides bring most of the paths'
-    variance; 0 elsewhere. ``noise`` (n_sides, parts): roots of sums of squares."""
+    """(n_sides,) the sums of rare, large values where a few sides bring most of the variance of paths; 0 elsewhere.
+    ``noise`` (n_sides, parts): roots of sums of squares."""
     square = (noise**2).sum(axis=1)
     if square.sum() / paths < WILD**2:
         return np.zeros(len(square))

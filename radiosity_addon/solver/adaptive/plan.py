@@ -9,16 +9,16 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 MANY_RECEIVERS = 400_000  # number [receivers]: more get half the rays in the first round
-# Numbers [rays, points of all receivers] of the first round, at least. With fewer a bake took a tenth
-# less time and its error was half as large again, as measured. A draft takes half of them.
+# Numbers [rays, points of all receivers] of the first round, at least. Measured with fewer: 10 % less time, and 1.5 times
+# the error. A draft takes half of them.
 FIRST_RAYS, FIRST_POINTS = 720_000, 360_000
 DRAFT = 0.06  # error [relative] asked for: from it on, half of the first rays and points will do
 # Number [receivers] above which gathering again costs more than elements do; and how many of them an
 # element may serve.
 VERY_MANY_RECEIVERS, RECEIVERS_PER_ELEMENT = 1_200_000, 200
-# Numbers [elements] at an error of 3 %, of images and of vertex colors. Many small faces lie where one
-# element of a room's size gets their light wrong, alike in both replicates. Measured when each corner
-# counted as much as any other, however small its faces.
+# Numbers [elements] at an error of 3 %, for images and for vertex colors. On many small faces the light is wrong, and alike
+# in both replicates, where elements are as large as for images. Measured when every corner counted alike, however small
+# its faces.
 ELEMENTS, CORNER_ELEMENTS = 1000.0, 8000.0
 USUAL = 0.03  # error [relative] at which these numbers, and POINTS, hold
 FINER = 1.3  # exponent [of the error]: by it fewer elements do where more error is asked for
@@ -31,8 +31,8 @@ MOST_FIRST_RAYS, MOST_FIRST_POINTS = 256, 16  # numbers [rays, points of a recei
 FEW_RAYS, FEW_POINTS = 262_144, 131_072
 MOST_OF_FEW = 8192  # number [rays or points of a receiver] of the first round, at most, where receivers are few
 # Number [points of a receiver] of the first round at an error of 3 %, and exponent [of the error]: by it there are more
-# where less error is asked for. Points that agree by chance ask for no more of them, and show no error: a shadow's
-# edge across a texel, lit over a part p of it that may be any, has the square ∫ p² (1 − p)^2n dp ~ n^-3 of that in two replicates.
+# where less error is asked for. Where the points of both replicates agree by chance, no error shows and no points are
+# added. In a texel of which a shadow leaves any part p lit, that costs a squared error of ∫ p² (1 − p)^2n dp ~ n^-3.
 POINTS, MORE_POINTS = 3.8, 2 / 3
 FEWEST_POINTS = 2  # number [points of a receiver] of the first round, at least
 GOAL, ENOUGH = 0.75, 0.85  # shares [of the error asked for] that samples are sized for, and that will do
@@ -101,8 +101,8 @@ def _first_rays(error: float, smoothing: bool) -> int:
 
 
 def _first(each: float, least: int, *bounds: tuple[int, int]) -> int:
-    """Samples of each receiver, ``least`` or more, so that all have a sum, of which each gets a part, but no more than a
-    number of its own; the more of what several such ``bounds`` give."""
+    """Number of samples of a receiver in the first round, at least ``least``. Of every (total, most) in ``bounds`` a
+    receiver gets the part ``each`` of the total, but no more than ``most``; the largest of these numbers counts."""
     return max(round_up(total * each, least, most) for total, most in bounds)
 
 

@@ -104,7 +104,7 @@ class Replicate:
         return self.take(self._without_bias(radiosity, size, key))
 
     def _without_bias(self, radiosity: Radiosity, size: int, key: tuple[int, ...]) -> Radiosity:
-        """Radiosities with the elements divided that bring a bias to the receivers."""
+        """The radiosity solved again with elements divided that bring the receivers a bias."""
         many = radiosity.patches.elements.count > MANY_ELEMENTS
         if many or radiosity.share_of_elements() < FEW_ON_ELEMENTS:
             return radiosity
@@ -189,7 +189,7 @@ class Replicate:
         self._correct()
 
     def _correct(self) -> None:
-        """Find the correction, and what of it are elements'."""
+        """Find the correction, and the part of the bias that elements bring."""
         regions = self._regions(self.residuals)
         light = self._gathered_light()
         self.correction = find_correction(self.residuals, regions, *light)

@@ -33,9 +33,9 @@ SMALLEST = 1e-5  # half axis [unit box] of an ellipse, at least
 
 @dataclass(frozen=True)
 class Split:
-    """One scene under some of its lights: ``rest``, all but the beams; ``beams`` alone; ``spots``, what
-    the beams' first reflection makes, alone, None where there are none; and ``reflected``, the rest and
-    the spots, which are what surfaces are lit by that reflect."""
+    """One scene under some of its lights. ``rest``: all lights but the beams. ``beams``: the beams alone. ``spots``:
+    the flat lights made of the beams' first reflection; None where there are none. ``reflected``: the rest and the
+    spots, which light what rays meet."""
 
     rest: Context
     beams: Context | None

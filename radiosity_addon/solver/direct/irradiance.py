@@ -68,7 +68,7 @@ class _LightChunk:
 def direct_at(
     context: Context, points: Points, key: tuple[int, ...], phase: str
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The same at each of points (1, n), owners of their own: their numbers are independent."""
+    """``direct_light`` at points (1, n), each an owner of its own with independent random numbers."""
     return direct_light(context, points.shape[1], 1, PointsGiven(points), key, phase)
 
 

@@ -118,7 +118,7 @@ class _GatherChunk:
 def _shoot(
     context: Context, patches: Patches, bundle: Bundle, group: int, chosen: slice
 ) -> _ShotBundle:
-    """The rays of the owners ``chosen``, a ``group``."""
+    """Shoot the rays of the owners ``chosen`` of one ``group``."""
     points, owners = bundle.sample_points(chosen, group), bundle.owners[chosen]
     key, weight, share, bins = (*bundle.key, group, 3), None, None, None
     if bundle.guide is None:
@@ -140,8 +140,8 @@ def _light_of(
     context: Context, radiosity: Radiosity, emitted: np.ndarray | None, shot: _ShotBundle,
     learns: bool,
 ) -> _Light:
-    """Means over the ``rays`` of each owner of the shot, (count, channels). ``emitted``: see
-    ``first_hand_table``. The light of each ray is kept where ``learns``."""
+    """Means over the ``rays`` of each owner of the ``shot``, (count, channels). ``emitted`` is from
+    ``first_hand_table``. Where the guide ``learns``, the light of each ray is kept, too."""
     directions = shot.rays.directions
     rays, count = directions.shape[:2]
     bounced, first, by_ray, ends = 0.0, 0.0, None, []
@@ -162,7 +162,7 @@ def _light_of(
 
 
 def _ends_unknown(shot: _ShotBundle, met: Met, unknown: np.ndarray, channels: int) -> Ends:
-    """Where the hits ``unknown`` (k,) int lie; their weights are shares of owners' means."""
+    """The Ends at the hits ``unknown`` (k,) int, weighted by their shares of owners' means."""
     directions = shot.rays.directions
     rays, count = directions.shape[:2]
     weight = 1 if shot.weight is None else of_first(shot.weight, met)[unknown]
@@ -172,7 +172,7 @@ def _ends_unknown(shot: _ShotBundle, met: Met, unknown: np.ndarray, channels: in
 
 
 def _lesson(bundle: Bundle, shot: _ShotBundle, light: np.ndarray) -> Lesson:
-    """Of rays that brought ``light`` (rays · R,)."""
+    """What a guide learns from rays that brought ``light`` (rays · R,)."""
     if shot.bins is not None:
         return sums_by_bin(shot.bins, light)
     xi, owners = sobol(bundle.rays, 2, *shot.key), bundle.owners[shot.numbers]
@@ -194,8 +194,8 @@ def light_at(table: np.ndarray, ends: Ends, count: int) -> np.ndarray:
 def follow_onward(
     context: Context, radiosity: Radiosity, rays: Ends, count: int, key: tuple[int, ...]
 ) -> tuple[np.ndarray, np.ndarray, Ends]:
-    """What owners' ``rays`` that ended on no patch bring in the end, (count, channels): light that was
-    reflected, but by the patches that they end on; light first-hand; and these Ends."""
+    """What owners' ``rays`` that ended on no patch bring in the end, (count, channels) each: light reflected on the
+    way, without what the patches reflect that rays end on; first-hand light; and the Ends on those patches."""
     onward = go_on(context, radiosity.patches, rays, count, (*key, 1))
     light, first = onward.light(context, (*key, 2))
     light += onward.sky
@@ -217,8 +217,8 @@ def _light_by_ray(light: np.ndarray, met: Met, before: np.ndarray | None) -> np.
 
 
 def first_hand_table(context: Context, radiosity: Radiosity) -> np.ndarray | None:
-    """(n_entries, channels) float32 light first-hand from what rays meet, by entry: emission
-    that is not sampled explicitly, and of the miss a constant sky's; None where there is neither."""
+    """(n_entries, channels) float32 first-hand light of what rays meet, by entry: emission that is not sampled
+    explicitly and, for the miss, a constant sky. None where there is neither."""
     emitted, sky = radiosity.emitted, context.sky
     if sky is None or not sky.constant:
         return emitted

@@ -25,8 +25,8 @@ PHASE = "gather"
 def light_of_unknown(
     context: Context, radiosity: Radiosity, unknown: Ends, count: int, key: tuple[int, ...]
 ) -> tuple[np.ndarray, np.ndarray, Radiosity]:
-    """Light (count, channels) of owners' rays that ended where nothing is known: reflected, and
-    first-hand; and the radiosity, with rows for what they met."""
+    """Light that owners' rays bring from where they ended and nothing was known: reflected and first-hand, (count,
+    channels) each; and the radiosity, now with rows for what these rays met."""
     onward = unknown.places.entry == radiosity.patches.onward
     follow = partial(_follow, context, radiosity.table())
     bounced, first = np.zeros((2, count, context.channels))
@@ -45,8 +45,8 @@ def light_of_unknown(
 def _follow(
     context: Context, radiosity: Radiosity, rays: Ends, count: int, key: tuple[int, ...]
 ) -> tuple[np.ndarray, np.ndarray, Ends]:
-    """Of owners' ``rays`` that ended on no patch: the light (count, channels) that is reflected to these, and
-    that they see first-hand, and the Ends of which nothing is known."""
+    """What owners' ``rays`` that ended on no patch bring when they are followed further: reflected and first-hand
+    light, (count, channels) each, and the Ends of which nothing is known."""
     light, first, ends = follow_onward(context, radiosity, rays, count, key)
     unknown = radiosity.unknown[ends.places.entry]
     light += light_at(radiosity.reflected, ends.take(~unknown), count)

@@ -119,9 +119,12 @@ def add_gathered(
     split: Split, footprints: Footprints, lighting: Lighting, radiosity: Radiosity, parts: Samples,
     *key: int, aim: Aim,
 ) -> tuple[Radiosity, list[Lesson]]:
-    """Add gathered rays: ``parts`` are [(owners (k,) int, rays of each)]. A ray that a guide aimed
-    counts as many as it is worth. Returns the radiosity, with that of all that the rays met, and
-    lessons where rays are to teach. What beams' spots bring is added point by point."""
+    """Add gathered rays: ``parts`` are [(owners (k,) int, rays of each)]. A ray that a guide aimed counts as the
+    number of unaimed rays that would have its variance.
+
+    Returns the radiosity, with that of all that the rays met, and lessons where rays are to teach. The light of
+    beams' spots is added at each point.
+    """
     key, lessons = (split.reflected.seed, Stream.GATHER, *key), []
     for number, batch in enumerate(batches_of(parts)):
         unknown = []
@@ -144,8 +147,8 @@ def add_gathered(
 
 
 def batches_of(parts: Samples) -> list[list[tuple]]:
-    """``parts`` in pieces of MOST_RAYS rays at most, together in batches of not many more: tuples of
-    owners, the rays of each, and, of a part's pieces after the first, what their keys have besides."""
+    """``parts`` cut into pieces of at most MOST_RAYS rays, which are grouped into batches of at most as many. A piece
+    is (owners, rays of each, what its random key has in addition: nothing for a part's first piece)."""
     batches, size = [], MOST_RAYS
     for owners, rays in parts:
         step = max(1, MOST_RAYS // rays)

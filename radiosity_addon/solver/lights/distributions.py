@@ -51,7 +51,8 @@ class Distributions:
 
 
 def make_distributions(shapes: list) -> Distributions | None:
-    """Of lamps' pictures or None for none; None where no lamp has one. The same array is kept once."""
+    """The distributions of lamps, given a picture or None for each; None where no lamp has one. Lamps with the same
+    array share it."""
     distinct = {id(shape): shape for shape in shapes if shape is not None}
     if not distinct:
         return None

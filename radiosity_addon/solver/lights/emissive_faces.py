@@ -34,8 +34,8 @@ HIDDEN = 0.02  # share [of a light's importance] that a side keeps of which ever
 def emissive_faces(
     scene: Scene, geometry: Geometry, tracer: Tracer, most: int = MOST
 ) -> tuple[Polygons, np.ndarray]:
-    """Lights of the emissive triangles to be sampled, and (n_triangles,) bool: which those are. Where
-    they would be more than ``most``, they are those alone that links are for."""
+    """Lights of the emissive triangles to be sampled, and (n_triangles,) bool: which those are. Where they would be
+    more than ``most``, only linked ones are sampled."""
     cells, share = _cells_of_sides(scene, geometry)
     glowing = np.flatnonzero(share)
     explicit = np.zeros(len(scene.triangles), bool)
@@ -74,8 +74,8 @@ def emits_by_side(scene: Scene) -> np.ndarray:
 
 
 def _cells_of_sides(scene: Scene, geometry: Geometry) -> tuple[EmissiveParts, np.ndarray]:
-    """Cells of all that glows, and the share (n_triangles,) of each triangle that does, on that of
-    its sides where it is larger."""
+    """Cells of all glowing faces; and (n_triangles,) the share of each triangle that glows, on the side where more of
+    it does."""
     share, parts = np.zeros(len(scene.triangles)), []
     by_side = emits_by_side(scene)
     fronts, backs = _glowing(scene, geometry), by_side

@@ -131,7 +131,7 @@ def no_cones(count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def unknown(middles: Middles) -> Unoccluded:
-    """Of a light that is to be looked at from every point."""
+    """The Unoccluded of a light of which nothing is known at owners: it is sampled from every point."""
     count = len(middles.flat)
     return Unoccluded(np.zeros(count), np.zeros(count, bool), None, None)
 
@@ -166,8 +166,8 @@ def partly_above(cosine: np.ndarray, slack: np.ndarray) -> np.ndarray:
 
 
 def chord(sine: np.ndarray) -> np.ndarray:
-    """No cosine with an axis changes by more where a direction turns by an angle of this ``sine``
-    in [0, 1]: 2 sin(β/2) = sinβ / cos(β/2)."""
+    """The most by which the cosine with any axis changes where a direction turns by an angle β of this ``sine`` in
+    [0, 1]: 2 sin(β/2) = sinβ / cos(β/2)."""
     return sine / np.sqrt(0.5 + 0.5 * np.sqrt(np.maximum(1 - sine * sine, 0)))
 
 

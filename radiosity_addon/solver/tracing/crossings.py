@@ -45,7 +45,7 @@ class Crossings(ArrayStruct):
 
 
 def find_crossings(geometry: Geometry, tracer: Tracer, threads: int, tick: Tick) -> Crossings:
-    """All of a mesh; those found first where there are more than MOST."""
+    """All crossings of a mesh; where there are more than MOST, those found first."""
     triangles = np.flatnonzero(geometry.area > 0)
     longest = np.sqrt(np.maximum((geometry.e1**2).sum(1), (geometry.e2**2).sum(1)))
     work = [(triangles[part], 1) for part in ranges(len(triangles), CHUNK)]
@@ -58,7 +58,8 @@ def find_crossings(geometry: Geometry, tracer: Tracer, threads: int, tick: Tick)
 
 
 def _met(geometry: Geometry, tracer: Tracer, triangle: np.ndarray, side: int) -> np.ndarray:
-    """(k, 2) int: triangles (n,), and what is met along their edges just off this side."""
+    """(k, 2) int: pairs of a triangle among ``triangle`` (n,) and one that rays along its edges meet just off this
+    side."""
     corners = geometry.vertices[geometry.triangles[triangle]]
     along = np.roll(corners, -1, axis=1) - corners
     length = np.linalg.norm(along, axis=2, keepdims=True)
@@ -86,8 +87,8 @@ def _met(geometry: Geometry, tracer: Tracer, triangle: np.ndarray, side: int) ->
 
 
 def _verified(geometry: Geometry, triangle: np.ndarray, other: np.ndarray) -> Crossings:
-    """Those of (n,) pairs where the other one reaches a line across the triangle, or stands on
-    one of its edges, on the front."""
+    """Of the pairs (n,) those whose other triangle cuts the triangle along a line, or stands on one of its edges, on
+    its front."""
     normal, height = geometry.normal[triangle], _heights(geometry, triangle, other)
     axis = np.cross(normal, geometry.normal[other])
     sine = np.linalg.norm(axis, axis=1)

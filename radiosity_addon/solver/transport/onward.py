@@ -54,8 +54,8 @@ class Ends(ArrayStruct):
         )
 
     def surviving(self, chance: np.ndarray, xi: np.ndarray) -> Ends:
-        """Russian roulette: those whose number ``xi`` (k,) lies below their ``chance`` (k,), with the
-        weight of the others."""
+        """The ends that Russian roulette keeps: those whose number ``xi`` (k,) lies below their ``chance`` (k,),
+        weighted so that they stand for the others, too."""
         kept = np.flatnonzero(xi < chance)
         ends = self.take(kept)
         return replace(ends, weight=ends.weight / chance[kept, None])
@@ -83,9 +83,9 @@ def join_ends(parts: list[Ends], channels: int) -> Ends:
 
 @dataclass(frozen=True)
 class Onward:
-    """What came of rays that went on: the places that they came to, with the weight of light that arrives
-    there (``passed``); those of these where they were reflected, with the weight of reflected light
-    (``lit``); their ``ends`` on patches; and the light of the ``sky`` (count, channels) that they found."""
+    """What came of rays that went on. ``passed``: the places that they came to, weighted by the light that arrives
+    there. ``lit``: the places at which they were reflected, weighted by the reflected light. ``ends``: their ends on
+    patches. ``sky`` (count, channels): the light of the sky that they found."""
 
     passed: Ends
     lit: Ends

@@ -46,9 +46,9 @@ class Radiosity:
     def with_gathered(
         self, row_radiosity: np.ndarray, receiver: np.ndarray, light: np.ndarray, rays: np.ndarray
     ) -> Radiosity:
-        """With other radiosities of the patches that ``receiver`` (k,) int, and no other ones, lie in:
-        the mean, by numbers of rays, of what the rays of their rows brought, ``row_radiosity``
-        (n_patches, channels), and of ``light`` (k, channels), which ``rays`` (k,) rays brought."""
+        """With new radiosities of the patches that consist of the receivers ``receiver`` (k,) int alone: the mean
+        over the rays of the patch's row, which brought ``row_radiosity`` (n_patches, channels), and over the ``rays``
+        (k,) of the receivers, which brought ``light`` (k, channels)."""
         patches = self.patches.receivers
         patch = patches.patch[receiver]
         some = np.flatnonzero((patch >= 0) & patches.are_patches(receiver)[patch])

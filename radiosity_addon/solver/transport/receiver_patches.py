@@ -156,10 +156,12 @@ def squares_of_texels(
 def _groups_of_cells(
     footprints: Footprints, receiver: np.ndarray, square: np.ndarray | None, triangles: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Cells (n,) of a ``receiver`` (n,) each, on a scene's ``triangles``: the numbers (p,) of pairs of
-    a receiver and a triangle that have cells in common, the first cell (p,) of each pair, and the
-    group (n,) of each cell: those of one receiver, or of one ``square`` (R,) of them, that lie near its largest and
-    face as that one does are together, and of the rest those that face alike in one cube."""
+    """For cells (n,), each of the receiver ``receiver`` (n,) int: the keys (p,) of the pairs of a receiver and a
+    triangle that have cells in common, the first cell (p,) of each pair, and the group (n,) int of each cell.
+
+    Cells of one receiver, or of one ``square`` (R,) int of receivers, are one group where they lie near the largest
+    of them and face as it does. The rest are grouped by cube and facing. ``triangles``: how many the scene has.
+    """
     pair, first, mine = np.unique(
         receiver * triangles + footprints.triangle, return_index=True, return_inverse=True
     )
