@@ -23,11 +23,11 @@ def bake_and_kill(seconds: float) -> str:
     options.target, options.resolution, options.quality = "IMAGE", 1024, "HIGH"
     bake = session.BakeSession(bpy.context.scene.name, properties.settings_of(options))
     deadline = time.monotonic() + PATIENCE
-    while bake.stage.name in ("START", "EXPORT") and time.monotonic() < deadline:
+    while bake.state.name in ("START", "EXPORT") and time.monotonic() < deadline:
         bake.step(bpy.context)
     time.sleep(seconds)
     bake._process._process.kill()
-    while bake.stage.name != "DONE" and time.monotonic() < deadline:
+    while bake.state.name != "DONE" and time.monotonic() < deadline:
         try:
             bake.step(bpy.context)
         except RuntimeError as error:

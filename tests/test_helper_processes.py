@@ -55,8 +55,8 @@ def test_the_light_is_that_of_one_process_bit_for_bit(processes, alone):
 def test_one_that_is_lost_at_work_is_no_loss(few, alone):
     lost = []
 
-    def kill_one(stage: str, fraction: float):
-        if stage == "gather" and not lost:
+    def kill_one(phase: str, fraction: float):
+        if phase == "gather" and not lost:
             lost.append(few.helpers._processes[0])
             lost[0]._process.kill()
 

@@ -1,4 +1,4 @@
-"""The fraction of the whole: never back, never past 1, whatever order the stages come in."""
+"""The fraction of the whole: never back, never past 1, whatever order the phases come in."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from radiosity_addon.overall_progress import OTHER, SHARES, OverallProgress
 
 def told(calls) -> list[float]:
     fractions = []
-    overall = OverallProgress(lambda stage, fraction: fractions.append(fraction))
+    overall = OverallProgress(lambda phase, fraction: fractions.append(fraction))
     for call in calls:
         overall(*call)
     return fractions
@@ -24,8 +24,8 @@ def test_each_run_takes_its_share_of_what_is_left():
 
 
 def test_it_never_goes_back_nor_past_the_end():
-    stages = ["elements", "transport", "transport", "gather", "gather", "direct", "gather"] * 20
-    fractions = told([(stage, step / 4) for stage in stages for step in range(5)])
+    phases = ["elements", "transport", "transport", "gather", "gather", "direct", "gather"] * 20
+    fractions = told([(phase, step / 4) for phase in phases for step in range(5)])
     assert all(a <= b for a, b in zip(fractions, fractions[1:]))
     assert fractions[-1] <= 1
 

@@ -93,11 +93,11 @@ def test_middle_stage_runs_where_blender_cannot_be_imported(tmp_path):
 
 def test_progress_rises_to_one_and_may_stop_the_work():
     seen = []
-    run(square_job("vertex"), lambda stage, fraction: seen.append((stage, fraction)))
+    run(square_job("vertex"), lambda phase, fraction: seen.append((phase, fraction)))
     assert seen[-1] == ("Write", 1.0)
     assert all(0 <= fraction <= 1 for _, fraction in seen)
 
-    def stop(stage, fraction):
+    def stop(phase, fraction):
         raise InterruptedError
 
     with pytest.raises(InterruptedError):

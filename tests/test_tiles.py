@@ -234,5 +234,5 @@ def test_a_full_disk_is_told(monkeypatch):
 
 def test_progress_of_tiles_rises_to_the_end():
     told = []
-    run(room(size=48, error=0.1), lambda stage, fraction: told.append(fraction), tiling=replace(SMALL, undivided=2000))
+    run(room(size=48, error=0.1), lambda phase, fraction: told.append(fraction), tiling=replace(SMALL, undivided=2000))
     assert told == sorted(told) and 0.9 < told[-1] <= 1

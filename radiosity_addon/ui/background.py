@@ -39,7 +39,7 @@ class Ticker:
                 bpy.ops.radiosity.bake("INVOKE_DEFAULT", **self._given)
                 return None
             self._progress.show(bpy.context, bake)
-        waiting = bake.stage in (session.Stage.SOLVE, session.Stage.WAIT)
+        waiting = bake.state in (session.State.SOLVE, session.State.WAIT)
         return TICK if waiting else AT_WORK
 
     def _step(self) -> None:

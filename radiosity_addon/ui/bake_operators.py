@@ -68,11 +68,11 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
         if not self._begin(context):
             return {"CANCELLED"}
         bake = session.current()
-        while bake.stage is not session.Stage.DONE:
+        while bake.state is not session.State.DONE:
             if not self._step(context, bake):
                 return {"CANCELLED"}
             bake.wait(1.0)
-            if bake.stage is session.Stage.WAIT:
+            if bake.state is session.State.WAIT:
                 session.end()
                 self.report({"ERROR"}, rpt_("Leave Edit Mode first"))
                 return {"CANCELLED"}
@@ -117,7 +117,7 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
         if not self._step(context, bake):
             return self._finish(context, {"CANCELLED"})
         self._progress.show(context, bake)
-        if bake.stage is session.Stage.DONE:
+        if bake.state is session.State.DONE:
             return self._finish(context, self._done(context, bake))
         return {"RUNNING_MODAL"}
 

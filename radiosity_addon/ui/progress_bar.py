@@ -8,7 +8,7 @@ CATEGORY = "Radiosity"  # the tab's name
 
 
 def draw_progress(layout, bake) -> None:
-    """The bake's stage, percent and time left, and the way to stop it."""
+    """The bake's state, percent and time left, and the way to stop it."""
     row = layout.row(align=True)
     row.scale_y = 1.5
     row.progress(factor=bake.fraction, text=progress_text(bake))
@@ -27,7 +27,7 @@ def draw_status(self, context) -> None:
 
 def progress_text(bake) -> str:
     """``Solving: gather 42 %, 3 s left``; the time only when there is enough to judge by."""
-    text = iface_(bake.stage.value)
+    text = iface_(bake.state.value)
     if bake.detail:
         text = f"{text}: {iface_(bake.detail)}"
     text = f"{text} {100 * bake.fraction:.0f} %"

@@ -30,7 +30,7 @@ IMPORTS = ("bake.texels", "bake.unwrap", "export.shaders", "export.material_slot
 _pace = Pace()
 
 
-class Stage(Enum):
+class State(Enum):
     """Where a bake is."""
 
     START = "Starting"
@@ -42,7 +42,7 @@ class Stage(Enum):
 
 
 class BakeSession:
-    """A bake under way. ``step`` until ``stage`` is DONE, or ``cancel``; both leave no files.
+    """A bake under way. ``step`` until ``state`` is DONE, or ``cancel``; both leave no files.
 
     ``report`` is there once it is done. Whatever ``step`` raises has been cleaned up after.
     """
@@ -52,7 +52,7 @@ class BakeSession:
         self.settings = settings
         self._pace = pace
         pace.restart()
-        self.stage = Stage.START
+        self.state = State.START
         self.detail = ""  # the solver's own word for what it does
         self.fraction = 0.0
         self.report: dict | None = None
@@ -68,7 +68,7 @@ class BakeSession:
     @property
     def wants_operator(self) -> bool:
         """Whether the timer's part is over: what is left to write or to report is an operator's."""
-        return self.failure is not None or self.stage is Stage.WRITE
+        return self.failure is not None or self.state is State.WRITE
 
     @property
     def elapsed(self) -> float:
@@ -85,11 +85,11 @@ class BakeSession:
     def step(self, context) -> None:
         """Take the next step; the longest is the one evaluation of the scene for rendering."""
         try:
-            if self.stage is Stage.SOLVE:
+            if self.state is State.SOLVE:
                 self._watch()
-            elif self.stage is Stage.WAIT:
+            elif self.state is State.WAIT:
                 self._await_object_mode()
-            elif self.stage is not Stage.DONE:
+            elif self.state is not State.DONE:
                 self._take_steps(context)
         except BaseException:
             self.cancel()
@@ -101,7 +101,7 @@ class BakeSession:
 
     def wait(self, seconds: float) -> None:
         """Sleep until the solver's process ends, at most ``seconds``: for those who may block."""
-        if self.stage is Stage.SOLVE:
+        if self.state is State.SOLVE:
             self._process.wait(seconds)
 
     def cancel(self) -> None:
@@ -117,17 +117,17 @@ class BakeSession:
     def _take_steps(self, context) -> None:
         """Pieces of reading or of writing, as many as the pace allows; at least one."""
         if self._steps is None:
-            reading = self.stage is Stage.START
+            reading = self.state is State.START
             self._steps = self._read(context) if reading else self._write(context)
             if not reading:
                 self._pace.restart()
         self._pace.begin()
-        stage = self.stage
+        state = self.state
         for self.fraction in self._steps:
-            if self._pace.enough() or self.stage is not stage:  # the window shows the new one
+            if self._pace.enough() or self.state is not state:  # the window shows the new one
                 return
         self._steps = None
-        if self.stage is Stage.DONE:
+        if self.state is State.DONE:
             self.cancel()
 
     def _read(self, context):
@@ -142,14 +142,14 @@ class BakeSession:
             yield 0.0
         from ..stages.prepare import prepare_steps
 
-        self.stage = Stage.EXPORT
+        self.state = State.EXPORT
         yield 0.0
         before = self.elapsed
         reading = prepare_steps(scene, view_layer, self.settings)
         self._job, self._maps = yield from scaled(0.0, SOLVE_FROM, reading)
         self._export_seconds = self.elapsed - before
         self._process.give(self._job)
-        self.stage, self.fraction = Stage.SOLVE, SOLVE_FROM
+        self.state, self.fraction = State.SOLVE, SOLVE_FROM
 
     def _watch(self) -> None:
         self.detail, fraction = self._process.progress()
@@ -162,7 +162,7 @@ class BakeSession:
     def _await_object_mode(self) -> None:
         """On to WRITE, but not while an object to be written is edited."""
         self.detail = follow(self._job, self._result).in_edit_mode
-        self.stage = Stage.WAIT if self.detail else Stage.WRITE
+        self.state = State.WAIT if self.detail else State.WRITE
 
     def _write(self, context):
         """From the result to the report, in steps."""
@@ -182,7 +182,7 @@ class BakeSession:
         }
         report = build_report(followed.job, result, seconds, self._peak_memory, encoding)
         self.report = {**report, "reused": self._reused}
-        self.stage, self.fraction = Stage.DONE, 1.0
+        self.state, self.fraction = State.DONE, 1.0
 
 
 def kept_file() -> Path:
@@ -194,7 +194,7 @@ def kept_file() -> Path:
 
 def undone() -> None:
     """An undo is about to replace the whole file: end a bake that is half written into it."""
-    if _current is not None and _current.stage is Stage.WRITE:
+    if _current is not None and _current.state is State.WRITE:
         end()
 
 

@@ -72,7 +72,7 @@ def test_module_names_are_used_once():
 
 
 def test_keys_name_their_stream():
-    """A number after the seed could be another stage's stream; ``sampling.streams`` has each once."""
+    """A number after the seed could be another part's stream; ``sampling.streams`` has each once."""
     plain = re.compile(r"\bseed, *\d|\bsobol\(\w+, *\w+, *\d")
     found = [str(path.relative_to(SOLVER)) for path in SOLVER.rglob("*.py")
              if plain.search(path.read_text(encoding="utf-8"))]  # fmt: skip
@@ -80,7 +80,7 @@ def test_keys_name_their_stream():
 
 
 def test_each_stream_belongs_to_one_file():
-    """Two stages that share random numbers would err alike."""
+    """Two parts that share random numbers would err alike."""
     used = {stream.name: [] for stream in Stream}
     for path in SOLVER.rglob("*.py"):
         for name in set(re.findall(r"\bStream\.([A-Z_]+)", path.read_text(encoding="utf-8"))):

@@ -33,11 +33,11 @@ def worked(solver) -> float:
     return sum(map(int, ticks)) / os.sysconf("SC_CLK_TCK")
 
 
-def until(bpy, bake, *stages: str) -> None:
-    """Take steps until the bake is in one of the stages."""
+def until(bpy, bake, *states: str) -> None:
+    """Take steps until the bake is in one of the states."""
     patience = Patience()
-    while bake.stage.name not in stages:
-        assert patience.left(bake), f"still {bake.stage.name}"
+    while bake.state.name not in states:
+        assert patience.left(bake), f"still {bake.state.name}"
         bake.step(bpy.context)
         bake.wait(0.1)
 
@@ -73,18 +73,18 @@ def many(bpy, count: int = 3) -> None:
 
 
 PHASES = {
-    "importing": lambda bake, bpy: bake.stage.name == "START" and bake._process is not None,
-    "reading": lambda bake, bpy: bake.stage.name == "EXPORT" and bake.fraction > 0,
-    "solving": lambda bake, bpy: bake.stage.name == "SOLVE",
-    "writing": lambda bake, bpy: bake.stage.name == "WRITE" and len(bpy.data.images) == 2,
+    "importing": lambda bake, bpy: bake.state.name == "START" and bake._process is not None,
+    "reading": lambda bake, bpy: bake.state.name == "EXPORT" and bake.fraction > 0,
+    "solving": lambda bake, bpy: bake.state.name == "SOLVE",
+    "writing": lambda bake, bpy: bake.state.name == "WRITE" and len(bpy.data.images) == 2,
 }
 
 
 def reach(bpy, bake, phase: str) -> None:
     patience = Patience()
     while not PHASES[phase](bake, bpy):
-        assert patience.left(bake), f"still {bake.stage.name}"
-        assert bake.stage.name != "DONE", f"{phase} was passed over"
+        assert patience.left(bake), f"still {bake.state.name}"
+        assert bake.state.name != "DONE", f"{phase} was passed over"
         bake.step(bpy.context)
         bake.wait(0.1)
 

@@ -98,7 +98,7 @@ def test_blender_that_quits_takes_the_solver_and_all_files_along(room, tmp_path)
         scene.radiosity.quality, scene.radiosity.error = "CUSTOM", 1e-4  # minutes
         session.begin(session.BakeSession("Scene", properties.settings_of(scene.radiosity)))
         bake = session.current()
-        while bake.stage.name != "SOLVE":
+        while bake.state.name != "SOLVE":
             bake.step(bpy.context)
         assert "scipy" not in sys.modules  # which the solver's process imports
         time.sleep(1)
@@ -161,7 +161,7 @@ def test_edit_mode_is_waited_for(file, session):
     file.ops.object.mode_set(mode="EDIT")
     until(file, bake, "WAIT")
     bake.step(file.context)
-    assert bake.stage.name == "WAIT" and bake.detail == "Box"
+    assert bake.state.name == "WAIT" and bake.detail == "Box"
     file.ops.object.mode_set(mode="OBJECT")
     until(file, bake, "DONE")
     assert "Radiosity" in box(file).data.color_attributes

@@ -50,9 +50,9 @@ def keep(window, name: str, tmp_path: Path) -> None:
 
 
 def progress(window):
-    """(stage, fraction) of the bake under way, or None."""
+    """(state, fraction) of the bake under way, or None."""
     return window.ask(
-        IMPORTS + "bake = session.current()\nanswer = bake and (bake.stage.name, bake.fraction)"
+        IMPORTS + "bake = session.current()\nanswer = bake and (bake.state.name, bake.fraction)"
     )
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 run_blender = sys.modules["window"].run_blender  # loaded by conftest.py
 
-# Bakes Blender's first cube; prints when the solver's process came to each stage.
+# Bakes Blender's first cube; prints when the solver's process was in each phase.
 BAKE = """
 import importlib, json, sys, time
 import bpy
@@ -27,7 +27,7 @@ print("IMPORTED", json.dumps([n for n in ("scipy", "embreex") if n in sys.module
 
 
 def bake(profile: dict) -> tuple[dict, list]:
-    """{stage: seconds from the start}, and which libraries Blender's own process imported."""
+    """{phase: seconds from the start}, and which libraries Blender's own process imported."""
     told = run_blender(profile, "--background", "--python-expr", BAKE).splitlines()
     found = [next(row for row in told if row.startswith(word)) for word in ("CAME", "IMPORTED")]
     return tuple(json.loads(row.partition(" ")[2]) for row in found)

@@ -48,18 +48,18 @@ window = bpy.context.window_manager.windows[0]
 area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
 area.spaces.active.show_region_ui = True
 """
-# Every step of the bake from now on: when it began, its stage, its time by the wall, and that of
+# Every step of the bake from now on: when it began, its state, its time by the wall, and that of
 # Blender's thread.
 WATCH = IMPORTS + """
 import time
 step, steps = session.BakeSession.step, []
 def timed(self, context):
     session.settings = self.settings
-    stage, start, own = self.stage.name, time.perf_counter(), time.thread_time()
+    state, start, own = self.state.name, time.perf_counter(), time.thread_time()
     try:
         step(self, context)
     finally:
-        steps.append((start, stage, time.perf_counter() - start, time.thread_time() - own))
+        steps.append((start, state, time.perf_counter() - start, time.thread_time() - own))
 session.BakeSession.step, session.steps = timed, steps
 """
 OPEN_TAB = """
@@ -155,15 +155,15 @@ def test_a_bake_adds_a_tenth_of_a_second_to_no_answer(scene, alone, target):
     )
     time.sleep(REST)  # the result is shown, the undo step made
     steps, pauses = scene.ask(IMPORTS + "answer = session.steps, pauses")
-    stages = by_stage(steps, pauses)
-    for name, found in stages.items():
-        step = max((own for _, stage, _, own in steps if stage == name), default=0.0)
+    states = by_state(steps, pauses)
+    for name, found in states.items():
+        step = max((own for _, state, _, own in steps if state == name), default=0.0)
         print(f"PAUSES {target} {name}: {told(max(found)[0], worst(found))}; a step {told(step)}")
     assert steps[-1][1] == "WRITE" and "Traceback" not in scene.log
     most = MOST_PAUSE + min(SHARE * max(turns(steps, "START", "EXPORT", "WRITE")), SLOW)
     assert max(own for _, _, _, own in steps) < most
-    assert max(map(worst, stages.values())) < alone[1] + most
-    assert slowest([wall for wall, _ in stages["SOLVE"]]) < MOST_PAUSE
+    assert max(map(worst, states.values())) < alone[1] + most
+    assert slowest([wall for wall, _ in states["SOLVE"]]) < MOST_PAUSE
     for name in ("EXPORT", "WRITE"):
         check_pace(target, name, steps)
     reading = scene.ask(IMPORTS + READ)
@@ -181,14 +181,14 @@ def check_pace(target: str, name: str, steps) -> None:
     assert sum(felt) - max(felt) <= wall
 
 
-def turns(steps, *stages: str) -> list[float]:
-    """Seconds that the window took between two steps of these stages; 0 is always among them."""
-    pairs = [pair for pair in pairwise(steps) if {pair[0][1], pair[1][1]} <= set(stages)]
+def turns(steps, *states: str) -> list[float]:
+    """Seconds that the window took between two steps of these states; 0 is always among them."""
+    pairs = [pair for pair in pairwise(steps) if {pair[0][1], pair[1][1]} <= set(states)]
     return [0.0, *(after[0] - before[0] - before[2] for before, after in pairs)]
 
 
 def total(steps, name: str, column: int) -> float:
-    """Seconds of all steps of a stage, by the wall (2) or of Blender's thread (3)."""
+    """Seconds of all steps of a state, by the wall (2) or of Blender's thread (3)."""
     return sum(step[column] for step in steps if step[1] == name)
 
 
@@ -197,13 +197,13 @@ def worst(pauses) -> float:
     return max(own for _, own in pauses)
 
 
-def by_stage(steps, pauses) -> dict[str, list[tuple[float, float]]]:
-    """Pauses (wall, own) by the stage of the last step that began before they ended; those after
+def by_state(steps, pauses) -> dict[str, list[tuple[float, float]]]:
+    """Pauses (wall, own) by the state of the last step that began before they ended; those after
     the last step, in which the result is shown, are "SHOWN"."""
     found: dict[str, list] = {}
     end = steps[-1][0] + steps[-1][2]
     for when, wall, own in pauses:
-        began = [stage for start, stage, _, _ in steps if start < when]
-        stage = "SHOWN" if when > end and when - wall > end else began[-1] if began else "START"
-        found.setdefault(stage, []).append((wall, own))
+        began = [state for start, state, _, _ in steps if start < when]
+        state = "SHOWN" if when > end and when - wall > end else began[-1] if began else "START"
+        found.setdefault(state, []).append((wall, own))
     return found
