@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from radiosity_addon.bake.texels import coverage, texel_receivers
-from tests.export.stage import add_object
+from tests.export.scene_building import add_object
 from tests.one_core import main
 
 SIDES = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))

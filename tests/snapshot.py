@@ -6,7 +6,7 @@ import warnings
 
 import numpy as np
 
-from tests.export.stage import add_material, add_object, add_plane, surface
+from tests.export.scene_building import add_material, add_object, add_plane, surface
 
 BUSY = ("is_updated", "is_updated_data", "is_evaluated", "session_uid", "original", "rna_type",
         "is_updated_geometry", "is_updated_transform", "is_updated_shading", "depsgraph",

@@ -21,7 +21,7 @@ from tests.atlas_yard import (  # noqa: E402
     texels,
     triangles,
 )
-from tests.export.stage import add_object  # noqa: E402
+from tests.export.scene_building import add_object  # noqa: E402
 
 
 def test_objects_share_one_image_without_overlap(blender, yard, tmp_path):

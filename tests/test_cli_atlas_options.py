@@ -11,7 +11,7 @@ pytest.importorskip("bpy")
 
 from radiosity_addon.gltf.glb import read_glb  # noqa: E402
 from tests.atlas_yard import bake, density, meshes, save, texels  # noqa: E402
-from tests.export.stage import add_object  # noqa: E402
+from tests.export.scene_building import add_object  # noqa: E402
 from tests.one_core import main  # noqa: E402
 
 

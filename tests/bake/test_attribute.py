@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from radiosity_addon.bake.attribute import write_colors
-from tests.export.stage import linked
+from tests.export.scene_building import linked
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from radiosity_addon.bake.uv_maps import find_uv_map, remove_uv_maps
 from radiosity_addon.bake_job import prepare
 from radiosity_addon.settings import Settings
 from radiosity_addon.steps import finish
-from tests.export.stage import linked
+from tests.export.scene_building import linked
 
 
 def add(blender, name, points, faces):

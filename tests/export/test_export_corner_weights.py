@@ -7,7 +7,7 @@ import pytest
 
 from radiosity_addon.export.corner_weights import nearest_in_triangle
 from radiosity_addon.export.mesh_trace import DIGIT, MOST_CORNERS, _digits, _number
-from tests.export.stage import add_object, add_plane
+from tests.export.scene_building import add_object, add_plane
 
 MODIFIERS = {
     "none": [],

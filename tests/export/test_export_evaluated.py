@@ -7,7 +7,7 @@ import pytest
 
 from radiosity_addon.export.squares import first_texels, make_squares
 from radiosity_addon.solver.materials.evaluate import evaluate_material
-from tests.export.stage import add_material, add_plane, diffuse, surface, value_at
+from tests.export.scene_building import add_material, add_plane, diffuse, surface, value_at
 
 
 def ramp_material(bpy):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.export.stage import add_object, add_plane, diffuse, linked
+from tests.export.scene_building import add_object, add_plane, diffuse, linked
 
 
 def normals(scene):

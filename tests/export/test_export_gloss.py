@@ -9,7 +9,7 @@ from radiosity_addon.export.gloss import hemispherical_albedo, sent_on
 from radiosity_addon.export.microfacets import albedos, even, metal
 from radiosity_addon.export.principled import coating_albedo, diffuse_share
 from radiosity_addon.solver.materials.evaluate import evaluate_field
-from tests.export.stage import (
+from tests.export.scene_building import (
     add_image,
     add_material,
     add_object,

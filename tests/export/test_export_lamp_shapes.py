@@ -9,8 +9,8 @@ from scipy.integrate import trapezoid
 from radiosity_addon.export import export_scene
 from radiosity_addon.export.lamp_shape import LampScene
 from radiosity_addon.settings import Settings
-from tests.export.lamp_stage import add_lamp, irradiance
-from tests.export.stage import add_object, add_plane, cycles_bake, diffuse
+from tests.export.lamp_formulas import add_lamp, irradiance
+from tests.export.scene_building import add_object, add_plane, cycles_bake, diffuse
 
 
 def add_ies(bpy, lamp, text, strength=1.0):

@@ -13,8 +13,8 @@ import pytest
 
 from radiosity_addon.export.lamps import read_lamp
 from radiosity_addon.solver.scene import AreaLamp
-from tests.export.lamp_stage import add_lamp, irradiance
-from tests.export.stage import add_plane, cycles_bake, diffuse
+from tests.export.lamp_formulas import add_lamp, irradiance
+from tests.export.scene_building import add_plane, cycles_bake, diffuse
 
 CASES = {
     "point": ("POINT", {"shadow_soft_size": 0.0}),

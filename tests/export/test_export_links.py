@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tests.export.lamp_stage import add_lamp
-from tests.export.stage import add_material, add_plane, diffuse, surface
+from tests.export.lamp_formulas import add_lamp
+from tests.export.scene_building import add_material, add_plane, diffuse, surface
 
 
 @pytest.mark.parametrize("state, linked", [("INCLUDE", ["A"]), ("EXCLUDE", ["B"])])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from radiosity_addon.export.principled import diffuse_share
-from tests.export.stage import (
+from tests.export.scene_building import (
     add_image,
     add_material,
     add_plane,

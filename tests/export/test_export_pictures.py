@@ -7,7 +7,7 @@ import pytest
 
 from radiosity_addon.solver.fields import srgb_to_linear
 from radiosity_addon.solver.materials.evaluate import evaluate_material
-from tests.export.stage import (
+from tests.export.scene_building import (
     add_image,
     add_material,
     add_plane,

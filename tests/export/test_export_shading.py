@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.export.stage import add_image, add_material, add_object, add_plane, diffuse, surface
+from tests.export.scene_building import (
+    add_image,
+    add_material,
+    add_object,
+    add_plane,
+    diffuse,
+    surface,
+)
 
 
 def add_cube(bpy, smooth=True, **placed):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.export.stage import (
+from tests.export.scene_building import (
     add_material,
     add_plane,
     material_of,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from radiosity_addon.export.smooth_groups import smooth_groups
-from tests.export.stage import add_object
+from tests.export.scene_building import add_object
 
 
 def fold(bpy, degrees, flip=False):

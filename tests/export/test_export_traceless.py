@@ -8,7 +8,7 @@ import pytest
 
 from radiosity_addon.export import export_scene
 from radiosity_addon.settings import Settings
-from tests.export.stage import add_object, add_plane
+from tests.export.scene_building import add_object, add_plane
 from tests.snapshot import add_everything, differences, settled, snapshot
 
 

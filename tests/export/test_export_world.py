@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.export.stage import add_image, add_plane, cycles_bake, diffuse
+from tests.export.scene_building import add_image, add_plane, cycles_bake, diffuse
 
 
 def directions(height, width):

@@ -9,7 +9,7 @@ pytest.importorskip("bpy")
 
 from radiosity_addon.gltf import blender_export  # noqa: E402
 from radiosity_addon.gltf.glb import FLOAT, read_glb  # noqa: E402
-from tests.export.stage import add_plane  # noqa: E402
+from tests.export.scene_building import add_plane  # noqa: E402
 from tests.one_core import main  # noqa: E402
 
 

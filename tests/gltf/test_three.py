@@ -12,7 +12,7 @@ pytest.importorskip("bpy")
 sys.path.insert(0, str(Path(__file__).parent))
 
 import browser  # noqa: E402
-import gltf_stage as stage  # noqa: E402
+import crate_scene  # noqa: E402
 
 from radiosity_addon.solver.fields import srgb_to_linear  # noqa: E402
 from tests.one_core import main  # noqa: E402
@@ -32,18 +32,18 @@ def test_three_shows_the_pixels_of_blender(blender, tmp_path, target, passes):
     differs: those whose 3 × 3 neighbors in Blender's picture lie within 15 % of them. A pixel is
     judged against itself, but against a quarter of the mean at least.
     """
-    stage.build(blender, tmp_path / "scene.blend")
+    crate_scene.build(blender, tmp_path / "scene.blend")
     glb, baked = tmp_path / "scene.glb", tmp_path / "baked.blend"
     status = main([
         str(tmp_path / "scene.blend"), "--target", target, "--passes", passes, "--quality", "draft",
         "--resolution", "256", "--output", str(baked), "--export", str(glb),
     ])  # fmt: skip
     assert status == 0
-    shown = _pixels(blender, browser.picture(glb, *stage.SIZE), tmp_path)
+    shown = _pixels(blender, browser.picture(glb, *crate_scene.SIZE), tmp_path)
     blender.ops.wm.open_mainfile(filepath=str(baked))
-    truth = stage.rendered(
+    truth = crate_scene.rendered(
         blender,
-        lambda item: stage.glow(blender, item, target == "image", passes == EVERYTHING),
+        lambda item: crate_scene.glow(blender, item, target == "image", passes == EVERYTHING),
         tmp_path,
     )
     judged = _away_from_edges(truth) & (truth.max(-1) < 0.98) & (truth.max(-1) > 0)
@@ -62,9 +62,9 @@ def _pixels(bpy, png: bytes, folder: Path) -> np.ndarray:
     path.write_bytes(png)
     image = bpy.data.images.load(str(path))
     image.colorspace_settings.name = "Non-Color"
-    pixels = np.empty(stage.SIZE[0] * stage.SIZE[1] * 4, np.float32)
+    pixels = np.empty(crate_scene.SIZE[0] * crate_scene.SIZE[1] * 4, np.float32)
     image.pixels.foreach_get(pixels)
-    return srgb_to_linear(pixels.reshape(stage.SIZE[1], stage.SIZE[0], 4)[..., :3].astype(float))
+    return srgb_to_linear(pixels.reshape(crate_scene.SIZE[1], crate_scene.SIZE[0], 4)[..., :3].astype(float))
 
 
 def _away_from_edges(truth: np.ndarray) -> np.ndarray:

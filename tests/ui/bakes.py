@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 
-from tests.export.stage import add_object
+from tests.export.scene_building import add_object
 
 
 class Patience:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.export.stage import diffuse
+from tests.export.scene_building import diffuse
 from tests.ui.bakes import rendered
 
 OWN = (0.6, 0.3, 0.15)

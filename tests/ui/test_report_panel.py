@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from tests.export.stage import add_object
+from tests.export.scene_building import add_object
 
 REPORT = {
     "version": "0.1.0", "triangles": 10, "elements": 20, "receivers": 1000, "rays": 40,

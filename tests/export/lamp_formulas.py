@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from radiosity_addon.solver.scene import PointLamp, SunLamp
-from tests.export.stage import add_object
+from tests.export.scene_building import add_object
 
 HEIGHT = 2.0
 
