@@ -1,7 +1,7 @@
 """Assemble: parts and materials into the solver's arrays.
 
-Vertices that faces share stay shared, so that Embree sees no cracks. Faces with unfinite vertices
-or without area are left out, and the warnings say how many of which object.
+Vertices that faces share stay shared, so that Embree sees no cracks. Faces without area, or with
+vertices that are not finite, are left out, and the warnings say how many of which object.
 """
 
 from __future__ import annotations
@@ -43,11 +43,11 @@ def assemble(parts: list[Part], warnings: list[str]) -> Assembly:
     base = start = 0
     for index, part in enumerate(parts):
         points = world_vertices(part)
-        sound, unfinite, empty = sound_triangles(points, part.mesh.triangles)
-        _report_unsound(part.name, unfinite, empty, warnings)
+        sound, not_finite, empty = sound_triangles(points, part.mesh.triangles)
+        _report_unsound(part.name, not_finite, empty, warnings)
         kept = np.flatnonzero(sound).astype(np.int32)
         order = np.array([0, 2, 1] if is_mirrored(part) else [0, 1, 2])
-        points = np.where(within_range(points), points, 0.0) if unfinite else points
+        points = np.where(within_range(points), points, 0.0) if not_finite else points
         vertices.append(points)
         triangles.append(part.mesh.triangles[kept][:, order] + base)
         owners.append(np.full(len(kept), index, np.int32))
@@ -66,10 +66,10 @@ def assemble(parts: list[Part], warnings: list[str]) -> Assembly:
     )
 
 
-def _report_unsound(name: str, unfinite: int, empty: int, warnings: list[str]) -> None:
-    if unfinite:
+def _report_unsound(name: str, not_finite: int, empty: int, warnings: list[str]) -> None:
+    if not_finite:
         warnings.append(
-            f'object "{name}": {unfinite} triangles with vertices that are NaN, infinite or '
+            f'object "{name}": {not_finite} triangles with vertices that are NaN, infinite or '
             f"beyond {FARTHEST:g} left out"
         )
     if empty:

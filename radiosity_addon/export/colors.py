@@ -178,8 +178,8 @@ def _of_one_mapping(a: Color, b: Color) -> tuple[Color, Color]:
 
 
 def _bordered(color: Color) -> Color:
-    """An image that is clipped: black texels are around it, and go on from there. So what is made of it holds
-    outside of it, too. Anything else stays as it is."""
+    """An image of extension Clip with a border of black texels, which go on outward, so that colors made of it hold
+    outside of the image, too. Anything else stays as it is."""
     if color.mapping is None or color.mapping.extension != "CLIP":
         return color
     height, width = color.pixels.shape[:2]

@@ -28,18 +28,19 @@ def has_gloss(tree) -> bool:
 
 
 def hemispherical_albedo(mirrored: np.ndarray) -> np.ndarray:
-    """The share of light from all around that is mirrored where ``mirrored`` in [0, 1] of that along the
-    normal is: as of the default coating, whatever is not mirrored along the normal is to a share of
-    (g - e) / (1 - e) elsewhere; and what mirrors less than it does mirrors less in proportion."""
+    """The share of light from all around that is mirrored, where ``mirrored`` (...) in [0, 1] is that of light along
+    the normal. Blender's default coating mirrors e along the normal and g from all around: of what it does not mirror
+    along the normal, the share (g - e) / (1 - e). The same share is taken here of 1 - ``mirrored``; what mirrors less
+    than the coating gets g / e times ``mirrored``."""
     along, around = 1 - diffuse_share(*DEFAULT), coating_albedo(*DEFAULT)[0]
     more = mirrored + (around - along) / (1 - along) * (1 - mirrored)
     return np.minimum(around / along * mirrored, more)
 
 
 def sent_on(diffuse: np.ndarray, mirrored: np.ndarray, through: np.ndarray) -> np.ndarray:
-    """The reflectance of materials whose ``diffuse`` and ``mirrored`` colors are baked, and which
-    transmit ``through``, all (..., 3): what is mirrored on the average, and what is below dimmed by as
-    much. All of it together is at most 1."""
+    """The reflectance, (..., 3), of materials whose ``diffuse`` and ``mirrored`` colors are baked and which transmit
+    ``through``, all (..., 3): the mirrored share of light from all around, plus the diffuse color dimmed by as much.
+    It is at most 1 - ``through``, or the diffuse color where that is more."""
     mirrored = np.clip(mirrored, 0, 1)
     around = hemispherical_albedo(mirrored)
     below = np.divide(1 - around, 1 - mirrored, out=np.zeros_like(mirrored), where=mirrored < 1)

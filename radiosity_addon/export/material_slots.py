@@ -94,8 +94,8 @@ def _used(parts) -> list:
 
 
 def checked(surface: SurfaceShader, name: str, warnings: list[str]) -> SurfaceShader:
-    """Reflectances and transmittance clamped to [0, 1], emission to [0, inf); with warnings, which the
-    diffuse reflectance has for all that is sent on."""
+    """The surface with reflectances and transmittance cut to [0, 1] and emission to [0, inf). Warnings name what was
+    cut; a ``reflectance`` that goes with the diffuse one gets no warning of its own."""
     diffuse = _clamped(surface.diffuse, 1.0, name, "reflectance", warnings)
     sent = surface.reflectance
     of_one = diffuse is surface.diffuse and diffuse.pixels is not None

@@ -91,8 +91,8 @@ def _read_colors(mesh, vertex: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def sound_triangles(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, int, int]:
-    """(n,) bool: ``triangles`` (n, 3) of ``vertices`` (v, 3) that are finite and have area; the numbers of
-    unfinite and of empty ones.
+    """(n,) bool: ``triangles`` (n, 3) of ``vertices`` (v, 3) that are finite and have area; and the numbers of
+    triangles that are not finite and of those without area.
 
     A triangle has no area when twice its area is below 1e-12 of its longest edge squared: at
     float32 coordinates that is three points on one line.

@@ -96,8 +96,8 @@ def _numbered_corners(count: np.ndarray) -> int:
 
 
 def _digits(face: np.ndarray) -> np.ndarray:
-    """(n, 3) float32: two digits of faces' numbers, and a third without order, so that means of
-    several faces' digits are no face's (mixed as in MurmurHash3, Appleby 2011)."""
+    """(n, 3) float32: two digits of faces' numbers and a third, scattered one (mixed as in MurmurHash3, Appleby
+    2011), by which the mean of several faces' digits is seen to be no face's."""
     mixed = face.astype(np.uint32) * np.uint32(0x85EBCA6B)
     mixed = (mixed ^ (mixed >> np.uint32(13))) * np.uint32(0xC2B2AE35)
     return np.stack([*np.divmod(face, DIGIT), mixed >> np.uint32(20)], 1).astype(np.float32)

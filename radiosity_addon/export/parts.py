@@ -104,7 +104,7 @@ def _instance_name(entry, item) -> str:
 
 def world_vertices(part: Part) -> np.ndarray:
     """(n_vertices, 3) float64 world positions."""
-    with np.errstate(invalid="ignore"):  # unfinite vertices are found and left out later
+    with np.errstate(invalid="ignore"):  # vertices that are not finite are found and left out later
         return part.mesh.vertices @ part.matrix[:3, :3].T + part.matrix[:3, 3]
 
 
