@@ -46,9 +46,14 @@ def test_objects_share_one_image_without_overlap(blender, yard, tmp_path):
 def test_density_is_as_asked_times_each_objects_factor(blender, yard, tmp_path):
     """24 texels per meter and a factor of 2 for Low: 24² · 16 + 48² · 6 + 24² · 10 = 28,800 texels,
     which the halves of 512² = 262,144, 65,536 texels, hold."""
+    report = tmp_path / "r.json"
     blender.data.objects["Low"]["radiosity_density"] = 2.0
+    blender.data.objects["Floor"]["radiosity_resolution"] = 16  # of an image of its own: a warning says so
     save(blender, yard)
-    assert bake(yard, tmp_path / "o.blend", "--atlas", "A", "--resolution", 512, "--density", 24) == 0
+    assert bake(yard, tmp_path / "o.blend", "--atlas", "A", "--resolution", 512, "--density", 24,
+                "--report", report) == 0  # fmt: skip
+    (warning,) = json.loads(report.read_text())["warnings"]
+    assert warning.startswith("'Floor': ") and "radiosity_resolution" in warning
     blender.ops.wm.open_mainfile(filepath=str(tmp_path / "o.blend"))
     size = tuple(blender.data.images["Radiosity_A"].size)
     assert size == (256, 256)

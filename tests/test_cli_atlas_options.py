@@ -45,10 +45,15 @@ def test_shared_meshes_lie_there_once(blender, yard, tmp_path):
 
 
 def test_each_object_may_have_its_own_resolution(blender, yard, tmp_path):
+    """A density factor, which is an atlas', changes nothing here, and a warning says so."""
+    report = tmp_path / "r.json"
     blender.data.objects["Low"]["radiosity_resolution"] = 16
     blender.data.objects["High"]["radiosity_resolution"] = [32, 64]
+    blender.data.objects["High"]["radiosity_density"] = 2.0
     save(blender, yard)
-    assert bake(yard, tmp_path / "o.blend", "--resolution", 48) == 0
+    assert bake(yard, tmp_path / "o.blend", "--resolution", 48, "--report", report) == 0
+    warning = next(w for w in json.loads(report.read_text())["warnings"] if "radiosity_density" in w)
+    assert warning.startswith("'High': ") and "changes nothing" in warning
     blender.ops.wm.open_mainfile(filepath=str(tmp_path / "o.blend"))
     sizes = {image.name: tuple(image.size) for image in blender.data.images}
     assert sizes == {

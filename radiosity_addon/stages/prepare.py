@@ -11,7 +11,7 @@ from ..bake.faces import most_receivers
 from ..bake.rendered import Rendered
 from ..bake.unwrap import kept_maps, unwrap_steps
 from ..bake.uv_maps import HeldMap, give_maps, given, remove_uv_maps, take_back
-from ..bake.windows import own_size
+from ..bake.windows import DENSITY, RESOLUTION, density_factor, own_size
 from ..export.exported import Exported
 from ..settings import Settings, Target
 from ..solver.expected import Refused
@@ -64,6 +64,7 @@ def prepare_steps(scene, view_layer, settings: Settings, report=lambda fraction:
             *exported.scene.warnings,
             *exported.warnings,
             *_warn_of_maps(exported.objects, settings),
+            *_warn_of_properties(exported.objects, settings),
             *_warn_of_sharing(_find(*layer)[1], exported.objects, settings),
         ),
     )
@@ -209,6 +210,25 @@ def _warn_of_maps(targets, settings: Settings) -> list[str]:
         f"the UV map {UV_MAP!r} of {_quoted(kept)} is used as it is, although it was made otherwise than by unwrap "
         f"{settings.unwrap!r}; remove it to get a new one (Remove Bake: UV Maps)"
     ] if kept else []  # fmt: skip
+
+
+def _warn_of_properties(targets, settings: Settings) -> list[str]:
+    """Sentences on what is asked of single objects and changes nothing in this bake of images."""
+    import bpy
+
+    if settings.target != Target.IMAGE:
+        return []
+    items = [bpy.data.objects[target.name] for target in targets]
+    sized = [item.name for item in items if settings.atlas is not None and own_size(item, (0, 0)) != (0, 0)]
+    laid_out = settings.atlas is not None and settings.uv_map is None
+    denser = [item.name for item in items if not laid_out and density_factor(item) != 1]
+    return [
+        f"{_quoted(sized)}: a resolution of its own (property {RESOLUTION}) changes nothing in an atlas; give it a "
+        f"density factor (property {DENSITY}) instead"
+    ] * bool(sized) + [
+        f"{_quoted(denser)}: a density factor (property {DENSITY}) changes nothing without an atlas whose UV map is made "
+        "by the bake"
+    ] * bool(denser)
 
 
 def _warn_of_sharing(view_layer, targets, settings: Settings) -> list[str]:
