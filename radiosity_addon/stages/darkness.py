@@ -24,6 +24,8 @@ def warn_of_darkness(passes: tuple[Pass, ...], most: float) -> list[str]:
     asked = {Pass.DIRECT, Pass.INDIRECT} & set(passes)
     if asked and most == 0:
         return ["nothing that is baked receives light: the result is black; add a lamp or a sky"]
+    if not asked and Pass.EMIT in passes and most == 0:
+        return ["nothing that is baked glows: the result is black; add the direct or the indirect pass for light"]
     if len(asked) == 2 and most < DIM:
         return [
             f"the scene is dark: at its brightest place, a white surface would have the value {figure(most, 1)}, where 1 is "
