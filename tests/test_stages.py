@@ -47,6 +47,9 @@ def test_darkness_is_warned_of():
     assert any("black" in text for text in dark.warnings)
     assert not dark.colors[0][..., :3].any()
     assert not any("black" in text for text in run(square_job("image")).warnings)
+    without_glow = run(square_job("image", passes=("emit",))).warnings
+    assert any("glows: the result is black" in text for text in without_glow)
+    assert not any("black" in text for text in run(square_job("image", passes=("color",))).warnings)
 
 
 def told_of_light(**options) -> list[str]:
