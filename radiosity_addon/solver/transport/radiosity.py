@@ -15,6 +15,8 @@ from .patches import Patches
 from .rows import Transport, form_factors, transported
 from .second_kind import solve_second_kind
 
+SMALLEST = 1e-30  # area [unit box] of a receiver in its patch, at least: some have none that float32 can hold
+
 
 @dataclass(frozen=True)
 class Radiosity:
@@ -52,8 +54,9 @@ class Radiosity:
         patches = self.patches.receivers
         patch = patches.patch[receiver]
         some = np.flatnonzero((patch >= 0) & patches.are_patches(receiver)[patch])
-        patch, part = patch[some], patches.area[receiver[some]]
-        part = part / np.bincount(patch, part)[patch]
+        patch = patch[some]
+        part = np.maximum(patches.area[receiver[some]].astype(float), SMALLEST)
+        part /= np.bincount(patch, part)[patch]
         own = self.transport.samples.patch_rays
         total = np.bincount(patch, rays[some])
         chosen = np.flatnonzero(total)
