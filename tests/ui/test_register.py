@@ -8,6 +8,8 @@ import sys
 import textwrap
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[2]
 HEAVY = ("scipy", "embreex")
 MOST_SECONDS = 0.05  # of this process: what else the machine does is left out
@@ -55,6 +57,7 @@ def test_twice_in_a_row_leaves_nothing_behind(blender):
         assert traces(blender) == set()
 
 
+@pytest.mark.timed
 def test_enabling_is_quick_and_imports_nothing_heavy(tmp_path):
     """At every start of Blender but the first after the installation, which compiles.
 
