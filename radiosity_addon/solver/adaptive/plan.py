@@ -28,8 +28,8 @@ FINE, FINE_RAYS, MEDIUM, MEDIUM_RAYS, RAYS = 0.015, 16, 0.025, 8, 4
 MOST_FIRST_RAYS, MOST_FIRST_POINTS = 256, 16  # numbers [rays, points of a receiver] of the first round, at most
 # Numbers [rays, points of all receivers] of the first round, at least, where receivers are few. The replicates of
 # few receivers agree by chance, however far off they are.
-FEW_RAYS, FEW_POINTS = 262_144, 131_072
-MOST_OF_FEW = 8192  # number [rays or points of a receiver] of the first round, at most, where receivers are few
+FEW_RAYS, FEW_POINTS = 32_768, 16_384
+MOST_OF_FEW = 1024  # number [rays or points of a receiver] of the first round, at most, where receivers are few
 # Number [points of a receiver] of the first round at an error of 3 %, and exponent [of the error]: by it there are more
 # where less error is asked for. Where the points of both replicates agree by chance, no error shows and no points are
 # added. In a texel of which a shadow leaves any part p lit, that costs a squared error of ∫ p² (1 − p)^2n dp ~ n^-3.
