@@ -21,6 +21,7 @@ from ..gather.lighting import (
     no_light,
     points_on_footprints,
 )
+from ..gather.reflectors import Reflectors, find_reflectors
 from ..gather.residual import Residuals, follow_residual, join_residuals
 from ..lights.context import Context, build_context
 from ..progress import silent
@@ -78,6 +79,7 @@ class Replicate:
     error: float  # relative, that the bake is for
     radiosity: Radiosity | None = None  # that rays look up
     row_radiosity: np.ndarray | None = None  # (n, channels) of receivers' patches, by their rows
+    reflectors: Reflectors | None = None  # with these radiosities
     light: Lighting = field(init=False)
     residuals: Residuals | None = None  # of paths with these radiosities
     correction: Correction | None = None
@@ -157,6 +159,9 @@ class Replicate:
 
     def take(self, radiosity: Radiosity) -> SolveFigures:
         """Gather with these radiosities from now on."""
+        self.reflectors, radiosity = find_reflectors(
+            self.split.reflected, radiosity, (self.context.seed, Stream.REFLECTORS, self.number)
+        )
         self.radiosity = radiosity
         self.row_radiosity = radiosity.reflected[: radiosity.patches.first].copy()
         self.light.forget_gathered()
@@ -219,10 +224,14 @@ class Replicate:
             for part in direct:
                 add_direct(self.split, self.placed.footprints, self.light, *part, *self._key(step))
         if self.requirements.rays:
-            self.radiosity, self.lessons = add_gathered(
-                self.split, self.placed.footprints, self.light, self.radiosity, gathered,
+            split, radiosity = self.split, self.radiosity
+            if self.reflectors is not None:
+                split, radiosity = self.reflectors.applied(split, radiosity)
+            radiosity, self.lessons = add_gathered(
+                split, self.placed.footprints, self.light, radiosity, gathered,
                 *self._key(step), aim=Aim(guide, learn),
             )
+            self.radiosity = replace(radiosity, patches=self.radiosity.patches)
         if self.requirements.reflected and self.residuals is None:
             self._use_gathered()
             self.residuals = self._followed(self.radiosity, PathsFor.CORRECTION, MOST_PATHS)

@@ -25,4 +25,5 @@ class Stream(IntEnum):
     PARTICLES_FROM_AFAR = 63
     BEAM_TRIALS = 64  # particles that find which spots are beams; alike for all seeds
     BEAMS = 65  # particles of a beam
+    REFLECTORS = 66  # points of bright patches
     SIGNS = 70  # of differences, by which the error estimator tests what replicates share; alike for all seeds

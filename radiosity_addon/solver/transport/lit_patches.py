@@ -72,6 +72,13 @@ def brightness_and_noise(
     return lit.mean(axis=(0, 2)), np.sqrt(noise.mean(axis=0))
 
 
+def mean_light(
+    context: Context, footprints: Footprints, some: np.ndarray, per: int, key: tuple[int, ...]
+) -> np.ndarray:
+    """(k, channels) mean of reflectance × direct irradiance over ``per`` points on ``some`` (k,) int footprints."""
+    return _lit_at(context, _points_on(footprints, some, per, key), key)[1].mean(axis=0)
+
+
 def _points_on(
     footprints: Footprints, some: np.ndarray, per: int, key: tuple[int, ...]
 ) -> Points:

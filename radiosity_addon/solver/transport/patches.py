@@ -28,6 +28,15 @@ NEAR = 1.0
 
 
 @dataclass(frozen=True)
+class Avoided:
+    """Entries that bring nothing to rays of receivers from a ``distance`` (entries,) float32 [unit box] on, inf: any, and
+    whether they are ``onward`` (entries,) bool for all other rays."""
+
+    distance: np.ndarray
+    onward: np.ndarray
+
+
+@dataclass(frozen=True)
 class Patches:
     """The patches of receivers, if there are any, and elements."""
 
@@ -36,6 +45,7 @@ class Patches:
     # (entries,) float32 [unit box]: edges of squares as large, 0 for no patch; None: no ray goes onward
     # as a patch is near.
     length: np.ndarray | None = None
+    avoided: Avoided | None = None  # None: nothing
 
     def measured(self, geometry: Geometry) -> Patches:
         """The same with their lengths."""
@@ -84,9 +94,30 @@ class Patches:
         onward where a ray ends on a patch, or an element, from so near that a part of it counts more than
         the rest: its mean is not what arrives."""
         entry = self.at(hits.triangle, hits.u, hits.v, hits.front)
+        if self.avoided is not None:
+            far = near_goes_onward & (np.take(self.avoided.distance, entry) < hits.distance)
+            onward = np.take(self.avoided.onward, entry)
+            entry[far], entry[onward & ~far] = self.nowhere, self.onward
         if near_goes_onward and self.length is not None:
             entry[np.take(self.length, entry) > NEAR * hits.distance] = self.onward
         return entry
+
+    def with_left_out(self) -> Patches:
+        """The same with those patches of receivers that rays went onward from."""
+        return replace(self, receivers=self.receivers.complete or self.receivers)
+
+    def avoided_at(self, distance: np.ndarray) -> Avoided:
+        """The patches of receivers whose fronts have a ``distance`` (P,) float32 that is not inf; and those that were left out,
+        which rays go onward from."""
+        count = self.receivers.footprints.count
+        left = np.zeros(count, bool)
+        for code in (self.receivers.patch, self.receivers.values):
+            left[code[code >= 0]] = True
+        far = np.full(self.entries, np.inf, np.float32)
+        far[:count] = distance
+        onward = np.zeros(self.entries, bool)
+        onward[: 2 * count] = np.tile(~left, 2)
+        return Avoided(far, onward)
 
     def at(
         self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray

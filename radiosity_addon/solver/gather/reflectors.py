@@ -1,0 +1,108 @@
+"""Reflectors: small bright patches, as the housing of a lamp, whose reflected light is sampled as that of a light.
+
+One ray of thousands ends on such a patch, far away, and brings very much. Where reflectors are few, receivers that are far
+from one for its size sample it as a light instead, and rays that end there from so far bring nothing. From nearby, rays find
+them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..direct.beams import Split
+from ..geometry.footprints import Footprints
+from ..lights.context import Context
+from ..lights.far_polygons import FarPolygons
+from ..lights.flat_shapes import RECTANGLE, TRIANGLE
+from ..lights.light_sampler import FEW
+from ..lights.polygons import lamp_polygons
+from ..transport.lit_patches import mean_light
+from ..transport.patches import Avoided
+from ..transport.radiosity import Radiosity
+
+BRIGHT = 10.0  # radiosity [of the mean over the surface]: brighter patches are reflectors
+LARGEST = 0.003  # share [of the surface] of all reflectors: where they have more, rays find them as well
+LEAST = 0.01  # share [of what is reflected] of all reflectors: less is not worth samples
+FAR = 4.0  # distance [lengths of a patch] from which on it is sampled as a light
+POINTS = 64  # number [points of a reflector] at which its direct light is found
+
+
+@dataclass(frozen=True)
+class Reflectors:
+    """The cells of reflectors as ``lights``, and which entries rays from afar ``avoid``."""
+
+    lights: FarPolygons
+    avoid: Avoided
+
+    def applied(self, split: Split, radiosity: Radiosity) -> tuple[Split, Radiosity]:
+        """The scene with spots that are these lights, too, and the radiosity for rays that avoid them."""
+        spots = split.rest.sources.only(np.zeros(0, int)) if split.spots is None else split.spots.sources
+        spots = split.rest.under(spots.with_polygons(self.lights))
+        patches = replace(radiosity.patches.with_left_out(), avoided=self.avoid)
+        return replace(split, spots=spots), replace(radiosity, patches=patches)
+
+
+def find_reflectors(
+    context: Context, radiosity: Radiosity, key: tuple[int, ...]
+) -> tuple[Reflectors | None, Radiosity]:
+    """The reflectors of a scene under the lights of ``context``, None where there are none or too many, and the radiosity
+    with what is known better of them. There are none in scenes with objects that some rays do not meet, or that transmit: lights
+    know no such rays."""
+    patches, scene = radiosity.patches, context.scene
+    some_rays = any(met is not None and not met.all() for met in (scene.casts_shadow, scene.visible))
+    if radiosity.transport is None or patches.receivers is None or some_rays or context.transmits.any():
+        return None, radiosity
+    own = patches.receivers.footprints
+    some, lit = _bright(context, radiosity, key)
+    chosen = np.isin(np.repeat(np.arange(own.count), np.diff(own.start)), some)
+    if np.count_nonzero(chosen) <= FEW:
+        return None, radiosity
+    radiosity = _with_direct_light(radiosity, some, lit)
+    distance = np.full(own.count, np.inf, np.float32)
+    distance[some] = FAR * patches.receivers.length[some]
+    lights = _lights(own, np.flatnonzero(chosen), radiosity.reflected / np.pi, distance.astype(float))
+    return Reflectors(lights, patches.avoided_at(distance)), radiosity
+
+
+def _bright(
+    context: Context, radiosity: Radiosity, key: tuple[int, ...]
+) -> tuple[np.ndarray, np.ndarray]:
+    """(k,) int: patches of receivers whose fronts are reflectors, none of those that glow by themselves; and the direct light
+    (k, channels) that they reflect. What gathered light makes bright may be noise of a row's few rays."""
+    transport, own = radiosity.transport, radiosity.patches.receivers.footprints
+    area, row = own.area, transport.row[: own.count]
+    mean = area @ radiosity.reflected[: own.count].mean(axis=1, dtype=float) / area.sum()
+    rows = np.flatnonzero(row >= 0)
+    some = rows[transport.joined("lit")[row[rows]].mean(axis=1) > BRIGHT * mean]
+    if radiosity.emitted is not None:
+        some = some[~radiosity.emitted[some].any(axis=1)]
+    nothing = some[:0], np.zeros((0, context.channels))
+    if area[some].sum() > 2 * LARGEST * area.sum() or len(some) == 0:
+        return nothing
+    lit = mean_light(context, own, some, POINTS, key)
+    bright = lit.mean(axis=1) > BRIGHT * mean
+    some, lit = some[bright], lit[bright]
+    power = area[some] @ lit.mean(axis=1)
+    few = area[some].sum() <= LARGEST * area.sum() and power >= LEAST * mean * area.sum()
+    return (some, lit) if few else nothing
+
+
+def _with_direct_light(radiosity: Radiosity, some: np.ndarray, lit: np.ndarray) -> Radiosity:
+    """With patches ``some`` (k,) int that reflect the direct light ``lit`` (k, channels), found at many points, not what the few
+    of their rows were lit by: they are few, and all look at them."""
+    transport, reflected = radiosity.transport, radiosity.reflected.copy()
+    row = transport.row[some]
+    reflected[some] = radiosity.solution[row] - transport.joined("lit")[row] + lit
+    return replace(radiosity, reflected=reflected)
+
+
+def _lights(own: Footprints, cells: np.ndarray, color: np.ndarray, nearest: np.ndarray) -> FarPolygons:
+    """``cells`` (k,) int of footprints as lights, with the ``color`` (entries, channels) and the distance ``nearest`` (count,) of
+    their footprints."""
+    owner = np.searchsorted(own.start, cells, "right") - 1
+    origin, u, v, normal = (array[cells].astype(float) for array in (own.origin, own.u, own.v, own.normal))
+    shape = np.where(own.square[cells], RECTANGLE, TRIANGLE)
+    lights = lamp_polygons(color[owner].astype(float), shape, origin, u, v, normal, np.full(len(cells), np.pi))
+    return FarPolygons(**vars(lights), nearest=nearest[owner])
