@@ -40,7 +40,8 @@ class Reflectors:
         """The scene with spots that are these lights, too, and the radiosity for rays that avoid them."""
         spots = split.rest.sources.only(np.zeros(0, int)) if split.spots is None else split.spots.sources
         spots = split.rest.under(spots.with_polygons(self.lights))
-        patches = replace(radiosity.patches.with_left_out(), avoided=self.avoid)
+        receivers = radiosity.patches.receivers.with_left_out()
+        patches = replace(radiosity.patches, receivers=receivers, avoided=self.avoid)
         return replace(split, spots=spots), replace(radiosity, patches=patches)
 
 

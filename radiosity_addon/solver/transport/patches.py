@@ -102,10 +102,6 @@ class Patches:
             entry[np.take(self.length, entry) > NEAR * hits.distance] = self.onward
         return entry
 
-    def with_left_out(self) -> Patches:
-        """The same with those patches of receivers that rays went onward from."""
-        return replace(self, receivers=self.receivers.complete or self.receivers)
-
     def avoided_at(self, distance: np.ndarray) -> Avoided:
         """The patches of receivers whose fronts have a ``distance`` (P,) float32 that is not inf; and those that were left out,
         which rays go onward from."""

@@ -49,7 +49,7 @@ class ReceiverPatches:
     first: np.ndarray  # (R,) int32: each receiver's first triangle,
     area: np.ndarray  # (R,) float32: and its area, by which they are known
     length: np.ndarray  # (P,) float32: edges of squares as large as the patches
-    complete: ReceiverPatches | None = None  # the same before any were left out by ``without``
+    complete: tuple[np.ndarray, np.ndarray] | None = None  # patch and values, before ``without`` left any out
 
     def are_of(self, footprints: Footprints) -> bool:
         """Whether these are the receivers' own patches."""
@@ -70,7 +70,12 @@ class ReceiverPatches:
             np.where(omitted[np.maximum(found, -1)], np.int32(ONWARD), found)
             for found in (self.patch, self.values)
         )
-        return replace(self, patch=patch, values=values, complete=self.complete or self)
+        return replace(self, patch=patch, values=values, complete=self.complete or (self.patch, self.values))
+
+    def with_left_out(self) -> ReceiverPatches:
+        """The same with those that ``without`` left out."""
+        patch, values = self.complete or (self.patch, self.values)
+        return replace(self, patch=patch, values=values)
 
     @property
     def count(self) -> int:
