@@ -17,6 +17,7 @@ PATIENCE = 60  # seconds
 def bake_and_kill(seconds: float) -> str:
     """The message of a bake of the open file whose solver's process is killed; "" where it ended
     before."""
+    from radiosity_addon.solver.expected import EXPECTED
     from radiosity_addon.ui import properties, session
 
     options = bpy.context.scene.radiosity
@@ -30,7 +31,7 @@ def bake_and_kill(seconds: float) -> str:
     while bake.state.name != "DONE" and time.monotonic() < deadline:
         try:
             bake.step(bpy.context)
-        except RuntimeError as error:
+        except EXPECTED as error:
             return str(error)
         bake.wait(0.1)
     return ""
