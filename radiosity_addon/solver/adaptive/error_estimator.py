@@ -98,10 +98,11 @@ class ErrorEstimator:
 
     def _uncertainty(self, one: Means, two: Means, weights: list[np.ndarray]) -> tuple[float, float]:
         """Of the squared errors of explicit and of gathered light: see ``uncertainty_of``."""
-        direct, bounced, first = (a - b for a, b in zip(one, two))
-        gathered = weights[1] * bounced + weights[0] * first
-        share = self.surface.share
-        return uncertainty_of(share, weights[0] * direct), uncertainty_of(share, gathered)
+        direct, bounced, first = (
+            uncertainty_of(self.surface.share, weight * (a - b))
+            for weight, a, b in zip((weights[0], weights[1], weights[0]), one, two)
+        )
+        return direct, max(bounced, first)  # noise of many, which smoothing lowers most, does not hide that of few
 
     def _smoothed_parts(
         self, neighborhoods: Sequence[Neighborhood], one: Means, two: Means, weights: list[np.ndarray]
