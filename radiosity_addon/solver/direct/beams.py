@@ -60,10 +60,9 @@ def split_beams(context: Context) -> Split:
 def find_beams(context: Context) -> np.ndarray:
     """(k,) int: the lights that are beams. There are none in scenes with objects that diffuse rays or shadow rays pass
     through: particles do not."""
-    scene, sources = context.scene, context.sources
-    for met in (scene.casts_shadow, scene.visible):
-        if met is not None and not met.all():
-            return np.zeros(0, int)
+    sources = context.sources
+    if not context.all_rays_alike:
+        return np.zeros(0, int)
     used = sources.used()
     used = used[sources.block[used] == 0]
     found = [_beams_of(context, batch, used[sources.batch[used] == number])

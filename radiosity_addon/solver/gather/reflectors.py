@@ -18,6 +18,7 @@ from ..lights.far_polygons import FarPolygons
 from ..lights.flat_shapes import RECTANGLE, TRIANGLE
 from ..lights.light_sampler import FEW
 from ..lights.polygons import lamp_polygons
+from ..ragged import ragged_ranges
 from ..transport.lit_patches import mean_light
 from ..transport.patches import Avoided
 from ..transport.radiosity import Radiosity
@@ -51,19 +52,22 @@ def find_reflectors(
     """The reflectors of a scene under the lights of ``context``, None where there are none or too many, and the radiosity
     with what is known better of them. There are none in scenes with objects that some rays do not meet, or that transmit: lights
     know no such rays."""
-    patches, scene = radiosity.patches, context.scene
-    some_rays = any(met is not None and not met.all() for met in (scene.casts_shadow, scene.visible))
-    if radiosity.transport is None or patches.receivers is None or some_rays or context.transmits.any():
+    patches = radiosity.patches
+    if radiosity.transport is None or patches.receivers is None:
+        return None, radiosity
+    if context.transmits.any() or not context.all_rays_alike:
         return None, radiosity
     own = patches.receivers.footprints
     some, lit = _bright(context, radiosity, key)
-    chosen = np.isin(np.repeat(np.arange(own.count), np.diff(own.start)), some)
-    if np.count_nonzero(chosen) <= FEW:
+    number, offset = ragged_ranges(np.diff(own.start)[some])
+    owner = some[number]
+    if len(owner) <= FEW:
         return None, radiosity
     radiosity = _with_direct_light(radiosity, some, lit)
     distance = np.full(own.count, np.inf, np.float32)
     distance[some] = FAR * patches.receivers.length[some]
-    lights = _lights(own, np.flatnonzero(chosen), radiosity.reflected / np.pi, distance.astype(float))
+    color = radiosity.reflected[owner] / np.pi
+    lights = _lights(own, own.start[owner] + offset, color, distance[owner].astype(float))
     return Reflectors(lights, patches.avoided_at(distance)), radiosity
 
 
@@ -100,10 +104,8 @@ def _with_direct_light(radiosity: Radiosity, some: np.ndarray, lit: np.ndarray) 
 
 
 def _lights(own: Footprints, cells: np.ndarray, color: np.ndarray, nearest: np.ndarray) -> FarPolygons:
-    """``cells`` (k,) int of footprints as lights, with the ``color`` (entries, channels) and the distance ``nearest`` (count,) of
-    their footprints."""
-    owner = np.searchsorted(own.start, cells, "right") - 1
+    """``cells`` (k,) int of footprints as lights of a ``color`` (k, channels), each from a distance ``nearest`` (k,) on."""
     origin, u, v, normal = (array[cells].astype(float) for array in (own.origin, own.u, own.v, own.normal))
     shape = np.where(own.square[cells], RECTANGLE, TRIANGLE)
-    lights = lamp_polygons(color[owner].astype(float), shape, origin, u, v, normal, np.full(len(cells), np.pi))
-    return FarPolygons(**vars(lights), nearest=nearest[owner])
+    lights = lamp_polygons(color.astype(float), shape, origin, u, v, normal, np.full(len(cells), np.pi))
+    return FarPolygons(**vars(lights), nearest=nearest)

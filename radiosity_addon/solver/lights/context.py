@@ -95,6 +95,11 @@ class Context:
         """The same scene under other lights."""
         return replace(self, sources=sources)
 
+    @property
+    def all_rays_alike(self) -> bool:
+        """Every object is met by diffuse rays and by shadow rays."""
+        return all(met is None or met.all() for met in (self.scene.casts_shadow, self.scene.visible))
+
     def _distinct(self) -> list[Tracer]:
         tracers = [self.tracer, *(t for b in self.blockers for t in (b.shadow, b.transmitting) if t)]
         return list({id(tracer): tracer for tracer in tracers}.values())
