@@ -6,7 +6,7 @@ import numpy as np
 
 from radiosity_addon.bake.texels import coverage, texel_receivers
 from tests.export.scene_building import add_object
-from tests.one_core import main
+from tests.one_core import FAST, main
 
 SIDES = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
 SQUARE = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
@@ -38,7 +38,7 @@ def save(blender, path):
 
 
 def bake(scene, output, *options) -> int:
-    return main([str(scene), "--target", "image", "--quality", "draft", "--output", str(output),
+    return main([str(scene), "--target", "image", *FAST, "--output", str(output),
                  *map(str, options)])  # fmt: skip
 
 

@@ -12,7 +12,7 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from tests.one_core import main  # noqa: E402
+from tests.one_core import FAST, main  # noqa: E402
 
 
 def failure(capfd, argv, folder, status: int = 1) -> str:
@@ -30,7 +30,7 @@ def failure(capfd, argv, folder, status: int = 1) -> str:
 def warnings_of(argv, folder) -> str:
     """The warnings of a successful run, in one string."""
     report = folder / "report.json"
-    assert main([*map(str, argv), "--report", str(report), "--quality", "draft"]) == 0
+    assert main([*map(str, argv), "--report", str(report), *FAST]) == 0
     return "\n".join(json.loads(report.read_text(encoding="utf-8"))["warnings"])
 
 

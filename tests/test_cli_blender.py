@@ -16,6 +16,8 @@ import pytest
 
 pytest.importorskip("bpy")
 
+from tests.one_core import FAST  # noqa: E402
+
 ROOT = Path(__file__).resolve().parents[1]
 SCRIPT = ROOT / "radiosity_addon" / "__main__.py"
 AS_BLENDER = """
@@ -34,7 +36,7 @@ def blender_style(scene, *words, cwd) -> subprocess.CompletedProcess:
 
 
 def test_script_bakes_the_open_file(room, tmp_path):
-    done = blender_style(room, "--quality", "draft", cwd=tmp_path)
+    done = blender_style(room, *FAST, "--threads", "1", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "Baked 1 object" in done.stdout
     assert room.with_name("room_baked.blend").exists()

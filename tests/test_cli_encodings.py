@@ -11,13 +11,13 @@ pytest.importorskip("bpy")
 
 from radiosity_addon.bake.encodings import decode  # noqa: E402
 from radiosity_addon.figures import percent  # noqa: E402
-from tests.one_core import main  # noqa: E402
+from tests.one_core import FAST, main  # noqa: E402
 
 
 def bake(room, tmp_path, *options):
     """(exit status, report); the room's lamp of 100 W makes values above 1."""
     report = tmp_path / "r.json"
-    status = main([str(room), "--quality", "draft", "--resolution", "64", "--output",
+    status = main([str(room), *FAST, "--resolution", "64", "--output",
                    str(tmp_path / "o.blend"), "--report", str(report), *options])  # fmt: skip
     return status, json.loads(report.read_text()) if status == 0 else None
 
@@ -70,16 +70,17 @@ def test_files_hold_the_light(blender, room, tmp_path, kind, scale):
 def test_byte_colors_cut_without_a_scale_and_hold_the_light_with_one(blender, room, tmp_path):
     """BYTE_COLOR: sRGB codes of light / scale, next to the value: one code is at most
     2.4 · 1.055 / 255 of the scale wide near white."""
-    assert bake(room, tmp_path)[0] == 0
+    light = ("--passes", "direct")
+    assert bake(room, tmp_path, *light)[0] == 0
     opened(blender, tmp_path)
     truth = colors(blender)
     assert truth.max() > 1
-    status, report = bake(room, tmp_path, "--color-type", "byte")
+    status, report = bake(room, tmp_path, *light, "--color-type", "byte")
     opened(blender, tmp_path)
     assert colors(blender).max() == pytest.approx(1) and report["scale"] == 1
     assert any("color attribute" in text and "% of the colors" in text
                for text in report["warnings"])  # fmt: skip
-    status, report = bake(room, tmp_path, "--color-type", "byte", "--scale", "auto")
+    status, report = bake(room, tmp_path, *light, "--color-type", "byte", "--scale", "auto")
     opened(blender, tmp_path)
     mesh = blender.data.objects["Box"].data
     assert mesh.color_attributes["Radiosity"].data_type == "BYTE_COLOR"

@@ -11,9 +11,7 @@ pytest.importorskip("bpy")
 
 from radiosity_addon.arguments import parse  # noqa: E402
 from radiosity_addon.stages.prepare import matching  # noqa: E402
-from tests.one_core import main  # noqa: E402
-
-FAST = ["--quality", "draft"]
+from tests.one_core import FAST, main  # noqa: E402
 
 
 @pytest.fixture

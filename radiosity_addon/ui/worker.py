@@ -42,17 +42,25 @@ def _work(folder: Path, keep: Path | None, given: threading.Event, progress: Pro
     package = _load_package(Path(__file__).resolve().parents[1])
     replicate_process = importlib.import_module(f"{package}.replicate_process")
     second = replicate_process.start_replicate_process(0)
+    for name in ("bake_job", "solver.sequence"):
+        importlib.import_module(f"{package}.{name}")
+    return work(package, folder, keep, given, progress, second)
+
+
+def work(package: str, folder: Path, keep: Path | None, given: threading.Event, progress, second) -> int:
+    """Run the job in ``folder`` as soon as it is ``given``, beside the process ``second`` (or None), by what was
+    imported as ``package``; return the exit status."""
     numpy = importlib.import_module("numpy")
-    payload, keep_file, overall_progress, work, expected, _ = (
+    payload, keep_file, overall_progress, bake_job, expected, replicate_process = (
         importlib.import_module(f"{package}.{name}")
         for name in ("ui.payload", "ui.keep_file", "overall_progress", "bake_job", "solver.expected",
-                     "solver.sequence")
+                     "replicate_process")
     )
     given.wait()
     try:
         kept = keep_file.read_kept(keep)
         job = payload.read_payload(folder / JOB)
-        result = work.run(job, overall_progress.OverallProgress(progress), kept, second)
+        result = bake_job.run(job, overall_progress.OverallProgress(progress), kept, second)
         for index, colors in enumerate(result.colors):
             numpy.save(folder / f"{COLORS}{index}.npy", colors)
         figures = (replace(result, colors=()), len(result.colors))

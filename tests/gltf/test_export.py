@@ -10,11 +10,11 @@ pytest.importorskip("bpy")
 from radiosity_addon.gltf import blender_export  # noqa: E402
 from radiosity_addon.gltf.glb import FLOAT, read_glb  # noqa: E402
 from tests.export.scene_building import add_plane  # noqa: E402
-from tests.one_core import main  # noqa: E402
+from tests.one_core import FAST, main  # noqa: E402
 
 
 def bake(room, tmp_path, *options) -> int:
-    return main([str(room), "--quality", "draft", "--output", str(tmp_path / "o.blend"),
+    return main([str(room), *FAST, "--output", str(tmp_path / "o.blend"),
                  "--export", str(tmp_path / "o.glb"), *options])  # fmt: skip
 
 
@@ -27,7 +27,7 @@ def colors_in(glb, name: str) -> np.ndarray:
 
 def test_colors_in_the_file_are_those_of_the_attribute(blender, room, tmp_path):
     """The same set of rows, bright ones (a lamp of 100 W at 1 m: above 1) not cut."""
-    assert bake(room, tmp_path) == 0
+    assert bake(room, tmp_path, "--passes", "emit,direct,indirect,color") == 0
     blender.ops.wm.open_mainfile(filepath=str(tmp_path / "o.blend"))
     data = blender.data.objects["Box"].data.color_attributes["Radiosity"].data
     rows = np.empty(4 * len(data), np.float32)

@@ -3,11 +3,51 @@
 from __future__ import annotations
 
 import os
+import signal
+import subprocess
+import threading
 import time
+from pathlib import Path
 
 import numpy as np
 
+from radiosity_addon.pickled import PACKAGE
+from radiosity_addon.ui import worker
 from tests.export.scene_building import add_object
+
+ALL_PASSES = {"EMIT", "DIRECT", "INDIRECT", "COLOR"}
+
+
+class WorkerHere:
+    """In place of the solver's process, which takes a second to import SciPy: the same program on the same files,
+    in this process, when somebody waits for its end. What the process adds, ``test_solver_process.py`` shows."""
+
+    def __init__(self, solver, _: str, keep: list[str]) -> None:
+        self._folder, self._keep = solver._folder, Path(keep[0]) if keep else None
+        self._given, self.returncode = threading.Event(), None
+        self.stdin = self
+
+    def write(self, _: bytes) -> None:
+        self._given.set()
+
+    def flush(self) -> None:
+        pass
+
+    close = flush
+
+    def poll(self) -> int | None:
+        return self.returncode
+
+    def wait(self, seconds: float) -> int:
+        if self.returncode is None and not self._given.is_set():
+            raise subprocess.TimeoutExpired("the solver", seconds)
+        if self.returncode is None:
+            with worker.ProgressFile(self._folder / worker.PROGRESS) as progress:
+                self.returncode = worker.work(PACKAGE, self._folder, self._keep, self._given, progress, None)
+        return self.returncode
+
+    def terminate(self) -> None:
+        self.returncode = -signal.SIGTERM
 
 
 class Patience:

@@ -7,6 +7,7 @@ import pytest
 
 from tests.export.scene_building import add_object
 
+pytestmark = pytest.mark.usefixtures("solver_here")
 NAMES = ("Left", "Right")
 SIZE = 48
 
@@ -23,7 +24,7 @@ def pair(addon, one_core):
     add_object(addon, "Bulb", lamp, location=(1, 0, 2))
     properties = addon.context.scene.radiosity
     properties.target, properties.quality, properties.resolution = "IMAGE", "DRAFT", SIZE
-    properties.use_atlas, properties.margin = True, 4
+    properties.use_atlas, properties.margin, properties.passes = True, 4, {"DIRECT", "COLOR"}
     return addon
 
 
@@ -92,13 +93,12 @@ def test_a_failed_bake_puts_maps_and_image_back(pair, monkeypatch):
         raise OSError("no space left")
 
     pair.context.scene.radiosity.margin = 9  # all is laid out anew
-    monkeypatch.setattr(apply, "_mark", fail)
-    with pytest.raises(RuntimeError, match="no space left"):
+    with monkeypatch.context() as patch, pytest.raises(RuntimeError, match="no space left"):
+        patch.setattr(apply, "_mark", fail)
         pair.ops.radiosity.bake()
     assert uvs(pair) == maps
     assert {n: pair.data.objects[n].data["radiosity_made"] for n in NAMES} == notes
     np.testing.assert_array_equal(pixels(pair), image)
-    monkeypatch.undo()
     assert pair.ops.radiosity.bake() == {"FINISHED"}
     assert uvs(pair) != maps
 

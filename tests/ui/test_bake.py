@@ -12,12 +12,13 @@ import numpy as np
 import pytest
 
 from radiosity_addon.solver.expected import Refused
-from tests.ui.bakes import box, colors, everything, until
+from tests.ui.bakes import ALL_PASSES, box, colors, everything, until
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_operator_bakes_and_reports(file):
+    file.context.scene.radiosity.passes = ALL_PASSES
     assert file.ops.radiosity.bake() == {"FINISHED"}
     values = colors(box(file).data).reshape(-1, 4)
     assert (values[:, :3] > 0).all() and (values[:, 3] == 1).all()
@@ -53,6 +54,7 @@ def test_button_operator_and_command_line_give_identical_colors(file, room, one_
     """The button on one core, the operator and the command line on all."""
     from radiosity_addon.ui import session
 
+    file.context.scene.radiosity.passes = ALL_PASSES
     press(file)
     button = colors(box(file).data)
     session.forget()  # what was kept, so that both solve
@@ -66,7 +68,7 @@ def test_button_operator_and_command_line_give_identical_colors(file, room, one_
     assert np.array_equal(button, colors(box(file).data))
 
 
-def test_images_are_baked_to_a_new_map_and_file(file, tmp_path):
+def test_images_are_baked_to_a_new_map_and_file(file, solver_here, tmp_path):
     properties = file.context.scene.radiosity
     properties.target, properties.resolution = "IMAGE", 16
     properties.write_files, properties.image_dir = True, str(tmp_path)
@@ -76,7 +78,7 @@ def test_images_are_baked_to_a_new_map_and_file(file, tmp_path):
     assert (tmp_path / "Radiosity_Box.exr").exists()
 
 
-def test_failure_is_a_message_and_changes_nothing(file, tmp_path):
+def test_failure_is_a_message_and_changes_nothing(file, solver_here, tmp_path):
     properties = file.context.scene.radiosity
     properties.target, properties.write_files = "IMAGE", True
     properties.resolution, properties.image_dir = 16, str(tmp_path / "missing")
@@ -88,7 +90,7 @@ def test_failure_is_a_message_and_changes_nothing(file, tmp_path):
 def test_missing_uv_map_is_refused_by_name(file):
     properties = file.context.scene.radiosity
     properties.target, properties.uv_map = "IMAGE", "Atlas"
-    with pytest.raises(RuntimeError):
+    with pytest.raises(RuntimeError, match="Atlas"):
         file.ops.radiosity.bake()
 
 
@@ -147,7 +149,7 @@ def test_file_holds_nothing_of_a_bake_that_runs(file, session):
     assert "Radiosity_Box" in file.data.images
 
 
-def test_files_that_cannot_be_put_in_place_take_the_bake_back(file, tmp_path, monkeypatch):
+def test_files_that_cannot_be_put_in_place_take_the_bake_back(file, solver_here, tmp_path, monkeypatch):
     from radiosity_addon import files
 
     def fail(self):

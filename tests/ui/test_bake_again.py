@@ -5,6 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.ui.bakes import ALL_PASSES
+
+pytestmark = pytest.mark.usefixtures("solver_here")
+
 
 @pytest.fixture
 def file(file):
@@ -38,8 +42,10 @@ def test_baking_twice_changes_nothing_but_the_report(file):
 
 @pytest.fixture
 def bake(file):
-    """A function: bake, and return the report and the colors (n, 4)."""
+    """A function: bake, all passes at first, and return the report and the colors (n, 4)."""
     from radiosity_addon.ui.report_store import load_report
+
+    file.context.scene.radiosity.passes = ALL_PASSES
 
     def run(**options):
         for name, value in options.items():
@@ -63,7 +69,7 @@ def test_what_has_not_changed_is_not_done_again(bake, file):
         assert again["seconds"]["transport"] == 0
         assert again["estimated_error"] < again["target_error"]
     file.data.lights["Bulb"].energy *= 2  # and so is the light, up to the error asked for, 10 %
-    again, after = bake(target="VERTEX", passes={"EMIT", "DIRECT", "INDIRECT", "COLOR"})
+    again, after = bake(target="VERTEX", passes=ALL_PASSES)
     assert again["reused"] == "transport" and again["seconds"]["transport"] == 0
     assert np.allclose(after[:, :3], 2 * before[:, :3], rtol=0.1)
     file.data.objects["Bulb"].location.x = 0.5

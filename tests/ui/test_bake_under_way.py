@@ -32,7 +32,7 @@ def test_cancel_in_every_phase_leaves_the_scene_as_it_was(file, session, slowly,
 
 
 @pytest.mark.parametrize("phase", ["reading", "writing"])
-def test_failure_in_the_midst_puts_everything_back(file, session, slowly, phase, monkeypatch):
+def test_failure_in_the_midst_puts_everything_back(file, solver_here, session, slowly, phase, monkeypatch):
     from radiosity_addon.bake import unwrap
     from radiosity_addon.stages import apply
 
@@ -52,7 +52,7 @@ def test_failure_in_the_midst_puts_everything_back(file, session, slowly, phase,
 
 
 @pytest.mark.parametrize("change", ["delete", "rename", "edit"])
-def test_objects_that_change_while_they_are_read(file, session, slowly, change):
+def test_objects_that_change_while_they_are_read(file, solver_here, session, slowly, change):
     many(file)
     bake = session(slowly)
     reach(file, bake, "reading")
@@ -116,7 +116,7 @@ def test_blender_that_quits_takes_the_solver_and_all_files_along(room, tmp_path)
         time.sleep(0.05)
 
 
-def test_renamed_object_is_followed(file, session):
+def test_renamed_object_is_followed(file, solver_here, session):
     bake = session()
     until(file, bake, "WRITE")
     item = box(file)
@@ -126,7 +126,7 @@ def test_renamed_object_is_followed(file, session):
     assert [entry["name"] for entry in bake.report["objects"]] == ["Crate"]
 
 
-def test_deleted_object_is_left_out_with_a_warning(file, session):
+def test_deleted_object_is_left_out_with_a_warning(file, solver_here, session):
     other = box(file).copy()
     other.data, other.name, other.location = box(file).data.copy(), "Other", (5, 0, 0)
     file.context.scene.collection.objects.link(other)
@@ -138,7 +138,7 @@ def test_deleted_object_is_left_out_with_a_warning(file, session):
     assert any("Other was deleted" in text for text in bake.report["warnings"])
 
 
-def test_nothing_left_to_write_to_is_an_error(file, session):
+def test_nothing_left_to_write_to_is_an_error(file, solver_here, session):
     bake = session()
     until(file, bake, "WRITE")
     file.data.objects.remove(box(file))
@@ -146,7 +146,7 @@ def test_nothing_left_to_write_to_is_an_error(file, session):
         bake.step(file.context)
 
 
-def test_edited_mesh_is_not_written_wrongly(file, session):
+def test_edited_mesh_is_not_written_wrongly(file, solver_here, session):
     bake = session()
     until(file, bake, "WRITE")
     box(file).data = file.data.meshes.new("Other mesh")
@@ -154,7 +154,7 @@ def test_edited_mesh_is_not_written_wrongly(file, session):
         bake.step(file.context)
 
 
-def test_edit_mode_is_waited_for(file, session):
+def test_edit_mode_is_waited_for(file, solver_here, session):
     bake = session()
     until(file, bake, "SOLVE")
     file.context.view_layer.objects.active = box(file)

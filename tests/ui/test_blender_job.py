@@ -9,6 +9,8 @@ import pytest
 
 from radiosity_addon.solver.expected import Refused
 
+pytestmark = pytest.mark.usefixtures("solver_here")
+
 
 @pytest.fixture
 def file(file):
@@ -30,7 +32,7 @@ def test_keywords_stand_in_for_the_scenes_settings(file):
     assert (properties.target, properties.quality) == ("VERTEX", "HIGH")
     assert file.ops.radiosity.bake(quality="DRAFT") == {"FINISHED"}
     assert report_of(file)["target_error"] == 0.1  # nothing of the first call stays
-    assert len(file.data.images) == 1 or "Lit" in file.data.objects["Box"].data.color_attributes
+    assert len(file.data.images) == 1 and "Lit" in file.data.objects["Box"].data.color_attributes
 
 
 def test_keywords_imply_what_they_need(file, tmp_path):

@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 from ..geometry.vectors import row_squares
 from ..workers.parallel import map_chunks, ranges
@@ -78,6 +77,8 @@ def smooth_map(neighborhoods: Sequence[Neighborhood], values: np.ndarray) -> np.
     """(count,) values averaged over the texels around, or, where there is no neighborhood, over
     receivers of near numbers: those of a face and its neighbors."""
     if not neighborhoods:
+        from scipy.ndimage import uniform_filter1d  # which takes a sixth of a second to import
+
         return uniform_filter1d(values, min(WINDOW, len(values)), mode="nearest")
     result = values.copy()
     for neighborhood in neighborhoods:
