@@ -11,6 +11,8 @@ from radiosity_addon.solver.geometry.nusselt import cosine_toward
 from radiosity_addon.solver.geometry.spherical_triangles import uniform_toward
 from radiosity_addon.solver.lights.cones import cone_directions, sphere_form_factor
 from radiosity_addon.solver.lights.context import build_context
+from radiosity_addon.solver.lights.flat_shapes import ELLIPSE, corner_coordinates
+from radiosity_addon.solver.lights.polygons import lamp_polygons
 from radiosity_addon.solver.lights.spheres import SphereLights
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import AreaLamp, PointLamp, SunLamp
@@ -219,6 +221,26 @@ def test_directions_to_a_window_seen_from_below_stay_inside_it():
         mean = (density * grid).sum() / density.sum()
         spread = np.sqrt((density * (grid - mean) ** 2).sum() / density.sum())
         assert values.mean() == pytest.approx(mean, abs=4 * spread / np.sqrt(count))
+
+
+@pytest.mark.parametrize("nearby, size", [((0.3, 0.2, 1.0), 0.4), ((1.0, 0.1, 0.25), 0.8)])
+def test_single_points_sample_ellipses_inside(nearby, size):
+    """A disk above a floor, and one beside a wall: samples for single points lie inside, and their mean is Lambert's factor
+    of the polygon that stands for it."""
+    count, center = 20_000, np.array([0.5, 0.5, 0.5])
+    disk = lamp_polygons(np.ones((1, 3)), np.array([ELLIPSE]), center[None] - [size, size, 0], 2 * size * np.eye(3)[:1],
+                         2 * size * np.eye(3)[1:2], UP[None], np.array([np.pi]))  # fmt: skip
+    point, normal = center + nearby, -np.array(nearby) / np.linalg.norm(nearby)
+    points, normals = np.tile(point, (count, 1)), np.tile(normal, (count, 1))
+    xi = np.random.default_rng(4).random((count, 2))
+    found = disk.sample(np.zeros(count, int), points, normals, xi)
+    met = found.irradiance > 0
+    place = points[met] + found.segment[met] - center
+    assert np.hypot(place[:, 0], place[:, 1]).max() <= size * (1 + 1e-5)
+    rim = [center + size * (2 * np.array([s, t, 0.5]) - 1) for s, t in corner_coordinates(ELLIPSE)]
+    factor = polygon_form_factor(point[None], normal[None], rim)[0]
+    spread = found.irradiance.std() / np.sqrt(count)
+    assert found.irradiance.mean() == pytest.approx(np.pi * factor, abs=4 * spread)
 
 
 OCTANT = [[1.0, 0, 0], [0, 1, 0], [0, 0, 1]]  # a spherical triangle of π/2

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from ..array_struct import ArrayStruct
-from ..geometry.vectors import columns
+from ..geometry.vectors import columns, dot
 from .light_batch import in_disk
 
 TRIANGLE, RECTANGLE, ELLIPSE = range(3)
@@ -79,6 +79,17 @@ def coordinates_in(
 def each(vectors: np.ndarray, which: int | np.ndarray) -> np.ndarray:
     """(3, n) of vectors (k, 3), or (3, 1) where ``which`` is one of them."""
     return columns(np.take(vectors, np.atleast_1d(which), axis=0))
+
+
+def coordinates_at(
+    lights: FlatLights, which: np.ndarray, places: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(s, t), (n,) each, of ``places`` (3, n) in the planes of lights ``which`` (n,)."""
+    origin, u, v = (each(array, which) for array in (lights.origin, lights.u, lights.v))
+    away = places - origin
+    uu, uv, vv, au, av = (dot(p, q) for p, q in ((u, u), (u, v), (v, v), (away, u), (away, v)))
+    below = np.maximum(uu * vv - uv * uv, 1e-300)
+    return (au * vv - av * uv) / below, (av * uu - au * uv) / below
 
 
 def spread_falloff(cosine: np.ndarray, spread: np.ndarray) -> np.ndarray:

@@ -17,9 +17,10 @@ from ..geometry.vectors import dot
 from ..geometry.warps import bilinear_pdf, sample_bilinear
 from .flat_shapes import (
     ELLIPSE,
-    RECTANGLE,
     RIM,
+    TRIANGLE,
     FlatLights,
+    coordinates_at,
     coordinates_in,
     corner_coordinates,
     each,
@@ -76,12 +77,16 @@ def by_cosine(
 def by_solid_angle(
     lights: FlatLights, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Uniform in the solid angle, for triangles and rectangles: a tenth of the work of
-    ``by_cosine``, for samples that differ by their cosines."""
+    """Uniform in the solid angle, of ellipses in that of the rectangles around them: a tenth of the work of
+    ``by_cosine``, for samples that differ by their cosines, and of ellipses by whether they are met."""
     _, rays, xi = _rays(lights, which, position, normal, xi)
     total, direction = uniform_toward(rays, xi)
     cosine = np.maximum(dot(direction, normal), 0)
-    return _met(lights, which, position, total * cosine, direction)
+    value, segment = _met(lights, which, position, total * cosine, direction)
+    round_ = np.flatnonzero((lights.shape[which] == ELLIPSE) & (value > 0))
+    s, t = coordinates_at(lights, which[round_], position[:, round_] + segment[:, round_])
+    value[round_[(s - 0.5) ** 2 + (t - 0.5) ** 2 > 0.25]] = 0
+    return value, segment
 
 
 def _met(
@@ -131,12 +136,12 @@ def _segment(
 def _rays(
     lights: FlatLights, which: np.ndarray, position: np.ndarray, normal: np.ndarray, xi: np.ndarray
 ) -> tuple[float, list[np.ndarray], np.ndarray]:
-    """1, what runs to the corners of triangles and rectangles, and ``xi``; a triangle has one
-    corner twice."""
+    """1, what runs to the corners of triangles, of rectangles and of those around ellipses, and ``xi``; a
+    triangle has one corner twice."""
     origin, u, v = (each(array, which) for array in (lights.origin, lights.u, lights.v))
     a = origin - position
     c = a + v
-    return 1.0, [a, a + u, np.where(lights.shape[which] == RECTANGLE, c + u, c), c], xi
+    return 1.0, [a, a + u, np.where(lights.shape[which] == TRIANGLE, c, c + u), c], xi
 
 
 def _slice_rays(

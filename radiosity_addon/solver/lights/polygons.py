@@ -14,6 +14,7 @@ from .flat_shapes import (
     ELLIPSE,
     RECTANGLE,
     FlatLights,
+    coordinates_at,
     coordinates_in,
     corner_coordinates,
     each,
@@ -71,8 +72,7 @@ class Polygons(FlatLights):
             gentle = self._gentle(which[0], position, normal)
             strategies = (gentle, by_corners), (~gentle, by_cosine)
         else:
-            round = near & (self.shape[which] == ELLIPSE)
-            strategies = (~near, by_area), (round, by_cosine), (near & ~round, by_solid_angle)
+            strategies = (~near, by_area), (near, by_solid_angle)
         value, segment = np.zeros(len(which)), np.ones(position.shape)
         for some, sampled in strategies:
             some = np.flatnonzero(some)
@@ -113,12 +113,7 @@ class Polygons(FlatLights):
 
     def _texture_uv(self, which: np.ndarray, target: np.ndarray) -> np.ndarray:
         """(n, 2) barycentric coordinates, in their triangles, of places (3, n) on lights."""
-        origin, u, v = (each(array, which) for array in (self.origin, self.u, self.v))
-        away = target - origin
-        uu, uv, vv, au, av = (dot(p, q) for p, q in ((u, u), (u, v), (v, v), (away, u), (away, v)))
-        below = np.maximum(uu * vv - uv * uv, 1e-300)
-        s = np.clip((au * vv - av * uv) / below, 0, 1)[:, None]
-        t = np.clip((av * uu - au * uv) / below, 0, 1)[:, None]
+        s, t = (np.clip(axis, 0, 1)[:, None] for axis in coordinates_at(self, which, target))
         first, second, third = np.moveaxis(self.corners[which], 1, 0)
         return first + s * (second - first) + t * (third - first)
 
