@@ -15,7 +15,7 @@ from ..solver.scene import Material
 from .colors import NO_LIGHT, Color, NotSimple, constant, extremes, sound, to_field, values
 from .images import working_space_is_rec709
 from .parts import material_key
-from .remarks import bare_remarks, material_remarks, moved_remarks, some_names
+from .remarks import bare_remarks, fed_back_remarks, material_remarks, moved_remarks, some_names
 from .shaders import SurfaceShader, read_sides
 from .sockets import Reader
 
@@ -74,7 +74,8 @@ def read_materials(parts, gloss: bool) -> Palette:
             palette.difficult[key] = str(reason)
             continue
         palette.index[key] = palette.add(material.name, front, back)
-    palette.warnings.extend(moved_remarks(known[key] for key in _used(parts) if key in known))
+    read = [known[key] for key in _used(parts) if key in known]
+    palette.warnings.extend(moved_remarks(read) + fed_back_remarks(read))
     palette.warnings.extend(bare_remarks(parts))
     return palette
 

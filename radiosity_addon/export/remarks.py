@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..bake.bake_notes import read_made
+from ..bake.image import MARK
 from .colors import INFINITE
 from .images import is_missing
 from .sockets import source, uses_nodes
@@ -14,6 +16,8 @@ from .sockets import source, uses_nodes
 MAX_DEPTH = 16  # depth [groups in groups], at most
 NAMED = 3  # number [names] of many objects or materials that a warning has
 TRANSLUCENT = "ShaderNodeBsdfTranslucent"
+# By type of node, the property that names the attribute that it shows.
+NAME_OF_ATTRIBUTE = {"ShaderNodeVertexColor": "layer_name", "ShaderNodeAttribute": "attribute_name"}
 IMAGE_NODES = ("ShaderNodeTexImage", "ShaderNodeTexEnvironment")
 
 
@@ -73,6 +77,32 @@ def library_remarks() -> list[str]:
         "that is not there or no longer contains it. Find it by File > External Data > Find Missing Files, or reload it"
         for path, names in lost.items()
     ]
+
+
+def fed_back_remarks(materials) -> list[str]:
+    """A sentence on each material that shows what a bake made, other than those that bakes look through."""
+    import bpy
+
+    made = {name for mesh in bpy.data.meshes for name, entry in read_made(mesh).items() if "passes" in entry}
+    shown = [(m.name, dict.fromkeys(_baked_things(m.node_tree, made))) for m in materials if uses_nodes(m)]
+    return [
+        f'material "{name}" shows {", ".join(things)}, which a bake made: it is taken for the surface\'s own color or light, '
+        "so that light counts twice. Take it out of the material for the bake, or show it by Build and Put On, which bakes "
+        "look through"
+        for name, things in shown if things
+    ]  # fmt: skip
+
+
+def _baked_things(tree, attributes: set[str]):
+    """Images of bakes, and those of the ``attributes``, that linked nodes of the tree show."""
+    for node in nodes_of(tree):
+        if node.mute or not _is_linked(node):
+            continue
+        image, name = getattr(node, "image", None), NAME_OF_ATTRIBUTE.get(node.bl_idname)
+        if image is not None and MARK in image:
+            yield f'image "{image.name}"'
+        elif name is not None and getattr(node, name) in attributes:
+            yield f'color attribute "{getattr(node, name)}"'
 
 
 def bare_remarks(parts) -> list[str]:

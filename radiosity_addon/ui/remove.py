@@ -138,7 +138,9 @@ def _remove_slot(mesh) -> None:
 
 
 def _remove_made(mesh, entry_type: str) -> int:
-    """Remove the attributes or UV maps that bakes made on a mesh; how many."""
+    """Remove the attributes or UV maps that bakes made on a mesh; how many. One of another file stays as it is there."""
+    if mesh.library is not None:
+        return 0
     names = names_made(mesh, entry_type)
     layers = mesh.uv_layers if entry_type == UV_MAP else mesh.color_attributes
     for name in names:

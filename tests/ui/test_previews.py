@@ -243,3 +243,41 @@ def test_failed_bake_leaves_no_note(file, monkeypatch):
         file.ops.radiosity.bake()
     mesh = file.data.objects["Box"].data
     assert not mesh.keys() and not mesh.color_attributes
+
+
+def test_a_bake_in_a_material_of_the_users_is_told(file):
+    """Taken for the surface's own color, light would count twice. What Build Material made is looked through."""
+    from radiosity_addon.bake.image import write_image
+    from radiosity_addon.export import export_scene
+    from radiosity_addon.settings import Settings
+
+    def told() -> list[str]:
+        warnings = export_scene(file.context, Settings()).warnings
+        return [text for text in warnings if "which a bake made" in text]
+
+    bake(file)
+    tree = file.data.materials["Own"].node_tree
+    shader = tree.get_output_node("CYCLES").inputs["Surface"].links[0].from_node
+    color, picture = tree.nodes.new("ShaderNodeVertexColor"), tree.nodes.new("ShaderNodeTexImage")
+    color.layer_name, picture.image = "Radiosity", write_image("Radiosity_Box", np.ones((2, 2, 4), np.float32))
+    assert not told()  # neither is linked
+    tree.links.new(color.outputs["Color"], shader.inputs["Color"])
+    assert 'material "Own" shows color attribute "Radiosity"' in told()[0]
+    tree.links.new(picture.outputs["Color"], shader.inputs["Color"])
+    assert 'material "Own" shows image "Radiosity_Box"' in told()[0]
+    picture.image = None
+    file.ops.radiosity.build_material(assign=True)
+    assert not told()
+
+
+def test_a_mesh_of_another_file_stays_as_it_is_there(file, tmp_path):
+    bake(file)
+    file.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"), copy=True)
+    with file.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, linked):
+        linked.meshes = ["Box"]
+    (mesh,) = linked.meshes
+    item = file.data.objects.new("Linked", mesh)
+    file.context.scene.collection.objects.link(item)
+    file.data.objects.remove(file.data.objects["Box"])
+    assert file.ops.radiosity.remove_bake() == {"CANCELLED"}
+    assert "Radiosity" in mesh.color_attributes
