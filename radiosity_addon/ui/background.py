@@ -67,11 +67,9 @@ class Progress:
 
 
 def carry_on(window, given: dict) -> None:
-    """Take the steps of the current bake from now on. ``given``: the operator's keywords. The viewports
-    are drawn once before the first step: so the pace knows how long that takes here."""
-    for area in window.screen.areas if window else ():
-        if area.type == "VIEW_3D":
-            area.tag_redraw()
+    """Take the steps of the current bake from now on. ``given``: the operator's keywords. All is drawn anew once before the
+    first step: so the pace knows how long that takes here."""
+    bpy.data.batch_remove(())  # removes nothing, and has Blender draw what steps have it draw: what stands still is a copy
     session.current().await_drawing()
     ticker = Ticker(session.current(), window and window.as_pointer(), given)
     bpy.app.timers.register(ticker, first_interval=0.0)

@@ -94,4 +94,8 @@ def slowly():
     """The pace of one piece of work a step, so that every phase can be caught in its midst."""
     from radiosity_addon.ui.pace import Pace
 
-    return Pace(0.0, 0.0)
+    class OnePiece(Pace):
+        def enough(self) -> bool:
+            return super().enough() or True
+
+    return OnePiece()
