@@ -24,6 +24,7 @@ class Place:
 
     folder: Path
     size: int = 256  # texels along an edge of the image
+    options: tuple[str, ...] = ()  # more words of the command line
 
     @property
     def scene(self) -> Path:
@@ -37,7 +38,8 @@ class Place:
         """The command line of a bake that would replace everything earlier."""
         report = str(self.folder / "report.json")
         image = ["--target", "image", "--image-dir", str(self.images), "--resolution"]
-        return [str(self.scene), *image, str(self.size), "--report", report, "--quality=draft"]
+        return [str(self.scene), *image, str(self.size), "--report", report, "--quality=draft",
+                *self.options]  # fmt: skip
 
     def contents(self) -> dict[str, str]:
         """Digests of all files below, and the folders; the cleanup process may be at work there, so that
@@ -59,9 +61,9 @@ def _digest(path: Path) -> str:
         return "just gone"
 
 
-def make_place(folder: Path, scene: bytes, size: int = 256) -> Place:
+def make_place(folder: Path, scene: bytes, size: int = 256, *options: str) -> Place:
     """``folder`` filled with the scene and what an earlier bake might have left."""
-    place = Place(folder, size)
+    place = Place(folder, size, options)
     for each in (place.images, folder / "tmp"):
         each.mkdir(parents=True)
     place.scene.write_bytes(scene)

@@ -22,6 +22,7 @@ from radiosity_addon.solver.adaptive.solve_cache import SolveCache
 from radiosity_addon.solver.expected import ProcessLost
 from radiosity_addon.solver.fields import Constant
 from radiosity_addon.solver.sequence import solve
+from tests.one_core import FAST
 from verification import meshes
 
 SETTINGS = Settings(error=0.02, threads=2)
@@ -169,7 +170,7 @@ def test_both_processes_work_where_blender_gives_the_package_a_long_name(tmp_pat
     package.mkdir(parents=True)
     (package / "radiosity_addon").symlink_to(ROOT / "radiosity_addon")
     told = tmp_path / "report.json"
-    words = ["--demo", "cornell", "--quality", "draft", "--threads", "2", "--output",
+    words = ["--demo", "cornell", "--threads", "2", *FAST, "--output",
              str(tmp_path / "o.blend"), "--report", str(told)]  # fmt: skip
     code = ("import sys; from bl_ext.shop.radiosity.radiosity_addon.command import main; "
             "sys.exit(main(sys.argv[1:], alone=True))")  # fmt: skip

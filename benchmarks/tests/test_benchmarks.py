@@ -240,7 +240,7 @@ def test_tiny_bakes_again(blender):
     from benchmarks.again import measure, table
     from benchmarks.scenes import lit_by_a_lamp_panel
 
-    rows = measure(lit_by_a_lamp_panel, error=0.04, size=32)
+    rows = measure(lit_by_a_lamp_panel, error=0.1, size=16)
     assert [row.reused for row in rows] == ["solution"] * 3 + ["transport"]
     assert sum(row.again for row in rows) < 0.9 * sum(row.fresh for row in rows)
     assert table(rows).count("\n") == 5
@@ -251,10 +251,10 @@ def test_small_large_mesh(blender):
     level 2; each two triangles. Two heads of level 1, one of level 2, and the box's 12."""
     from benchmarks.large import FIGURES, measure
 
-    report = measure(2, 0.1)
+    report = measure(2, 0.5)
     assert set(FIGURES) < set(report)
     assert report["triangles"] == 2 * 2 * 1968 + 2 * 4 * 1968 + 12
-    assert report["estimated_error"] <= 0.1
+    assert report["estimated_error"] <= 0.5
 
 
 def test_vertex_colors_beside_finer_ones(blender):
@@ -263,7 +263,7 @@ def test_vertex_colors_beside_finer_ones(blender):
     from benchmarks.vertices import measure
 
     said = []
-    (row,) = measure(lit_by_a_lamp_panel(), [0.06], [0], 0.025, said.append)
+    (row,) = measure(lit_by_a_lamp_panel(), [0.1], [0], 0.04, said.append)
     assert len(said) == 2 and row.most.error <= row.found.error <= row.asked
     assert row.found.error < 2 * row.said
 

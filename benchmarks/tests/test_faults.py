@@ -31,6 +31,12 @@ def place(tmp_path, scene) -> faults.Place:
     return faults.make_place(tmp_path / "place", scene, size=64)
 
 
+@pytest.fixture
+def quick(tmp_path, scene) -> faults.Place:
+    """Where light is not followed from surface to surface: nothing that is tested lies in that."""
+    return faults.make_place(tmp_path / "place", scene, 64, "--passes=direct,color", "--threads=1")
+
+
 @pytest.mark.timed
 @pytest.mark.parametrize(
     ("stage", "number"),
@@ -52,18 +58,18 @@ def test_signal_ends_a_bake_within_a_second(stage, number, place):
 
 
 @pytest.mark.parametrize("stage", ["start", "save"])
-def test_kill_leaves_all_or_nothing_behind(stage, place):
+def test_kill_leaves_all_or_nothing_behind(stage, quick):
     """All where the machine is so busy that the bake ends before the kill comes."""
-    found = faults.interrupt_at(place, stage, signal.SIGKILL, delay=0.02)
+    found = faults.interrupt_at(quick, stage, signal.SIGKILL, delay=0.02)
     assert found.status == -signal.SIGKILL
     assert found.strange == () or (stage == "save" and found.strange == EVERYTHING)
 
 
-def test_file_that_cannot_grow(place):
+def test_file_that_cannot_grow(quick):
     """2 kB are too few for 64² texels of 16 bytes, however they are packed."""
     import resource
 
-    found = faults.limited(place, {resource.RLIMIT_FSIZE: 2_000})
+    found = faults.limited(quick, {resource.RLIMIT_FSIZE: 2_000})
     assert (found.status, found.strange) == (1, ())
     assert found.message.count("\n") == 1 and "disk not full" in found.message
 
@@ -80,19 +86,19 @@ def test_blend_cut_short_is_noticed(blender, tmp_path):
         assert not _is_complete(path)
 
 
-def test_blend_that_cannot_grow(place):
+def test_blend_that_cannot_grow(quick):
     import resource
 
-    words = [str(place.scene), "--quality", "draft"]
-    found = faults.limited(place, {resource.RLIMIT_FSIZE: 20_000}, words)
+    words = [str(quick.scene), "--quality", "draft", *quick.options]
+    found = faults.limited(quick, {resource.RLIMIT_FSIZE: 20_000}, words)
     assert (found.status, found.strange) == (1, ())
     assert found.message.count("\n") == 1 and "cannot be saved" in found.message
 
 
-def test_memory_too_small_for_blender(place):
+def test_memory_too_small_for_blender(quick):
     import resource
 
-    found = faults.limited(place, {resource.RLIMIT_AS: 1200 << 20})
+    found = faults.limited(quick, {resource.RLIMIT_AS: 1200 << 20})
     assert (found.status, found.strange) == (1, ())
     assert found.message.count("\n") == 1 and "ulimit -v" in found.message
 

@@ -11,7 +11,7 @@ from radiosity_addon.solver.transport.form_factors import patch_form_factors
 from verification import exact, meshes
 
 RAYS = 1 << 15
-HIGHEST = 1 << 19  # with 8 replicates: 4 million rays from every patch
+HIGHEST = 1 << 17  # with 8 replicates: a million rays from every patch
 
 
 def check(scene, wanted, rays=RAYS, errors=4.0, relative=None):

@@ -33,8 +33,8 @@ from verification.build import Build, small_receivers
 from verification.path_tracer import irradiance
 
 PASSES = ("direct", "indirect")
-POINTS = 48
-PATHS = 8000
+POINTS = 24
+PATHS = 3000
 ASKED = 0.05
 HUT = ((-1e-6, -1e-6, -1e-6), (4 + 1e-6, 3 + 1e-6, 2.6 + 1e-6))  # box of places inside
 

@@ -12,7 +12,7 @@ BOX = meshes.box_scene(exitance=1.0)
 
 
 def test_random_scenes():
-    run(30)
+    run(15)
 
 
 def test_a_scene_that_should_be_refused_and_is_not_is_found():
