@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import ast
 import re
+import shutil
+import subprocess
 from collections import Counter
 from pathlib import Path
 
@@ -222,3 +224,24 @@ def test_british_spelling_is_found(word):
 )
 def test_american_spelling_is_let_be(word):
     assert not BRITISH.search(f"a {word} b")
+
+
+def left_out(version: str) -> list[str]:
+    """What .ci/run leaves out with a module of Blender's: words of pytest."""
+    gate = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    function = re.search(r"^left_out\(\) \{.*?^\}$", gate, re.MULTILINE | re.DOTALL)[0]
+    code = f"NEWEST=5.3 OLDEST=4.5\n{function}\nleft_out {version}"
+    return subprocess.check_output(["bash", "-c", code], text=True).split()
+
+
+@pytest.mark.skipif(not shutil.which("bash"), reason="no bash")
+@pytest.mark.parametrize("version", ["4.5", "5.2"])
+def test_what_the_gate_leaves_out_is_there(version):
+    """A file or a test that was renamed would run again, and take its time, without a word."""
+    words = left_out(version)
+    assert len(words) > 20 and left_out("5.3") == []
+    for word in words:
+        path, *names = re.split(r"::|\[|\]", word.partition("=")[2])
+        assert (ROOT / path).exists(), path
+        text = (ROOT / path).read_text(encoding="utf-8") if names else ""
+        assert all(name in text for name in names), word

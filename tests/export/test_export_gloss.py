@@ -100,7 +100,7 @@ def test_a_coating_dims_its_base_by_what_it_mirrors(blender, export):
 @pytest.mark.parametrize("inputs", [
     {}, {"Metallic": 0.5}, {"Metallic": 1.0}, {"Roughness": 0.0}, {"Roughness": 1.0, "IOR": 3.0},
     {"Coat_Weight": 1.0}, {"Sheen_Weight": 1.0}, {"Transmission_Weight": 0.5}, {"Alpha": 0.5},
-    {"Specular_IOR_Level": 1.0}, {"Subsurface_Weight": 1.0},
+    {"Specular_IOR_Level": 1.0}, pytest.param({"Subsurface_Weight": 1.0}, id="subsurface"),
 ])  # fmt: skip
 def test_a_white_surface_sends_on_no_more_than_arrives(blender, export, inputs):
     """ρ + τ <= 1, and all of it where a coating lies on white."""
