@@ -46,7 +46,6 @@ LAYOUTS = {
     "alike all around": (range(1), range(0, 181, 10), {}),
     "downward only": (range(1), range(0, 91, 5), {"shadow_soft_size": 0.3}),
     "a quarter": (range(0, 91, 30), range(0, 181, 15), {}),
-    "a half": (range(0, 181, 30), range(0, 181, 15), {}),
     "all around": (range(0, 361, 30), [0, 5, 15, 40, 80, 120, 180], {"scale": (1, 2, 3)}),
     "upside down": (range(0, 361, 45), range(0, 181, 15), {"turn": 2.9}),
     "ball": (range(0, 361, 45), range(0, 181, 15),
@@ -145,14 +144,14 @@ def test_ies_from_a_file(blender, export, tmp_path):
     assert not [w for w in exported.warnings if "lamp" in w]
 
 
-def test_a_hot_spot_of_one_degree_has_all_its_light(blender, export):
-    """100,000 cd in the middle, half of that half a degree away, and 20 cd elsewhere: what leaves
-    within 5 degrees is the table's integral. In steps of half a degree it was 10 % more."""
+def test_a_hot_spot_of_two_degrees_has_all_its_light(blender, export):
+    """100,000 cd in the middle, half of that a degree away, and 20 cd elsewhere: what leaves
+    within 5 degrees is the table's integral. In steps of half a degree the sum is 7 % off."""
     lamp = add_lamp(blender, "POINT", energy=1.0, shadow_soft_size=0.0)
     lamp.rotation_euler = (0.0, 0.0, 0.0)
 
     def candela(polar, across=0):
-        return 1e5 * 0.5 ** (2 * polar) ** 2 + 20
+        return 1e5 * 0.5 ** polar**2 + 20
 
     polar = sorted({*np.arange(0, 5, 0.125), *range(5, 91, 5)})
     add_ies(blender, lamp, photometry(range(1), polar, candela))

@@ -31,7 +31,7 @@ def middle_of_strip(n=16):
     return Receivers(n, first, 0 * first, corners, np.ones(n, bool))
 
 
-@pytest.mark.parametrize("rho", [0.5, 0.9, 0.99])
+@pytest.mark.parametrize("rho", [0.5, 0.99])
 def test_facing_strips(rho):
     nodes, weights = np.polynomial.legendre.leggauss(64)
     y, w = nodes / 2, weights / 2
