@@ -29,7 +29,7 @@ def end(window) -> None:
 
 @pytest.fixture(scope="module")
 def saves(room, tmp_path_factory):
-    """Where Blender saves by itself: a minute from now, with all that the first tests here do in it."""
+    """Where Blender saves by itself: a minute from now, with all that the other tests here do in it."""
     folder = tmp_path_factory.mktemp("saves")
     room.ask(AUTOSAVE.format(folder=str(folder)))
     return folder
@@ -57,20 +57,6 @@ def test_menu_search_finds_the_bake(room, tmp_path):
     room.until(lambda: progress(room) is not None, "menu search does not start the bake")
     room.key("Escape")
     room.until(lambda: progress(room) is None, "Esc does not cancel")
-
-
-def test_blender_saves_by_itself_during_a_bake(room, saves):
-    """Every minute, at the shortest; a modal operator would put it off to the end of the bake."""
-    began = time.time()
-    room.ask(INVOKE.format(keywords="error=1e-4"))
-    room.until(
-        lambda: [f for f in saves.rglob("*autosave.blend") if f.stat().st_mtime > began],
-        "nothing is saved", patience=90,
-    )  # fmt: skip
-    assert progress(room)[0] == "SOLVE"
-    print(f"SAVED after {time.time() - began:.0f} s")
-    room.ask("bpy.context.preferences.filepaths.use_auto_save_temporary_files = False")
-    room.ask("bpy.ops.radiosity.cancel()")
 
 
 def answers_meanwhile(window, act) -> None:
@@ -120,3 +106,17 @@ def test_undo_takes_a_bake_back_and_redo_brings_it(room):
     room.key("ctrl+shift+z")
     room.until(lambda: room.ask(COUNT) == 17, "redo does not bring the bake")
     assert "Traceback" not in room.log
+
+
+def test_blender_saves_by_itself_during_a_bake(room, saves):
+    """Every minute, at the shortest; a modal operator would put it off to the end of the bake."""
+    began = time.time()
+    room.ask(INVOKE.format(keywords="error=1e-4"))
+    room.until(
+        lambda: [f for f in saves.rglob("*autosave.blend") if f.stat().st_mtime > began],
+        "nothing is saved", patience=90,
+    )  # fmt: skip
+    assert progress(room)[0] == "SOLVE"
+    print(f"SAVED after {time.time() - began:.0f} s")
+    room.ask("bpy.context.preferences.filepaths.use_auto_save_temporary_files = False")
+    room.ask("bpy.ops.radiosity.cancel()")
