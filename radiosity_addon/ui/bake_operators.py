@@ -5,6 +5,7 @@ from functools import partial
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
 
+from ..files import check_folder
 from ..solver.expected import EXPECTED  # anything else is a fault of ours and shows its traceback
 from . import background, overlay, results, session
 from .choice import chosen_objects, why_not
@@ -101,6 +102,8 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
         try:
             properties = with_keywords(context.scene.radiosity, self)
             settings = settings_of(properties, chosen_objects(context, properties))
+            if settings.image_dir:  # else a bake of hours would end with that
+                check_folder(settings.image_dir, rpt_("Image Files"))
             session.begin(session.BakeSession(context.scene.name, settings))
             self._tell_unused(properties.target)
         except EXPECTED as error:

@@ -1,6 +1,6 @@
 """Pace: how long a step of reading or writing is; Blender's window is drawn between two.
 
-The work has two thirds of the time, and half of it where the window takes more than half a second to draw: what
+A step takes twice as long as the window took of late, so that the work has two thirds of the time: what
 changes a mesh or renders has Blender draw the viewport anew, eight times for smooth edges, however
 short the step was. Where the window is quick, steps are too short to be felt.
 """
@@ -11,7 +11,7 @@ import time
 
 LEAST = 0.05  # time [s] of a step: shorter ones have the window drawn more often than it has use for
 MOST = 0.08  # time [s] of work in a step, where the window itself is quicker: longer ones are felt
-SLOW = 1.0  # time [s] of a step, where the window takes less than that to draw; else it is as long as a drawing
+SLOW = 1.0  # time [s] of a step that makes up for drawings longer than foreseen: others take no more than SHARE of them
 SHARE = 2  # ratio [of all steps to all drawings between them]: higher, less is drawn while a scene is read
 # Factor [of its length] that a drawing or piece counts for after each further one: higher, longer remembered.
 FADES = 0.75
@@ -46,7 +46,7 @@ class Pace:
             self._drawings += drawing if self._steps else 0.0  # that before the first step is not between two
         self._quick, self._left = self._drawing < MOST, MOST
         lacking = SHARE * (self._drawings + self._drawing) - self._steps
-        self._until = self._at + max(LEAST, min(lacking, max(SLOW, self._drawing)))
+        self._until = self._at + max(LEAST, min(lacking, max(SLOW, SHARE * self._drawing)))
 
     def enough(self) -> bool:
         """A piece is done: whether it was the step's last. Where the window is quick another long

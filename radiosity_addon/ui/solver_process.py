@@ -25,6 +25,7 @@ from .payload import read_payload, write_payload
 
 PATIENCE = 0.5  # time [s] between asking the process to end and ending it
 ERRORS = "errors"  # the file that takes standard output and error
+FULL = 2**20  # room [bytes] on a disk, below which it is taken for full
 LAST_LINES = 3  # number [lines] of the process's last words that are shown
 
 
@@ -102,17 +103,23 @@ class SolverProcess:
             colors = tuple(np.load(path, mmap_mode="r") for path in paths)
             return replace(result, colors=colors), *rest
         failure = self._folder / worker.FAILURE
-        if failure.exists():
-            raise SolverFailed(failure.read_text(encoding="utf-8"))
-        raise SolverFailed(self._crash(status))
+        said = failure.read_text(encoding="utf-8") if failure.exists() else ""
+        raise SolverFailed(said or self._crash(status))  # nothing where the disk had no room for words either
 
     def _crash(self, status: int) -> str:
         text = (self._folder / ERRORS).read_text(errors="replace")
         lines = [line.strip() for line in text.splitlines() if line.strip()]
         how = f"signal {-status}" if status < 0 else f"status {status}"
-        last = " | ".join(lines[-LAST_LINES:]) or "it said nothing; memory may have run out"
+        last = " | ".join(lines[-LAST_LINES:]) or self._why_silent()
         ours = "; this is a fault of Radiosity, please report it" if status == worker.FAILED and lines else ""
         return f"the solver's process stopped ({how}): {last}{ours}"
+
+    def _why_silent(self) -> str:
+        """What is left to look at where the process said nothing."""
+        folder = self._folder.parent
+        if shutil.disk_usage(folder).free < FULL:
+            return f"the disk of {folder} is full, where temporary files go: free some space there"
+        return "it said nothing; memory may have run out"
 
     def close(self) -> None:
         """End the process and remove its files. Takes at most ``PATIENCE`` and a little."""

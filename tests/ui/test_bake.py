@@ -165,3 +165,13 @@ def test_files_that_cannot_be_put_in_place_take_the_bake_back(file, solver_here,
         file.ops.radiosity.bake()
     assert everything(file) == before and not properties.report
     assert list((tmp_path / "out").iterdir()) == []
+
+
+def test_folder_that_takes_no_files_is_told_before_the_bake(file, tmp_path, monkeypatch):
+    from radiosity_addon.ui import session
+
+    monkeypatch.setattr(session, "BakeSession", None)  # none is begun
+    properties = file.context.scene.radiosity
+    properties.target, properties.write_files, properties.image_dir = "IMAGE", True, str(tmp_path / "none")
+    with pytest.raises(RuntimeError, match="none of Image Files does not exist; create it"):
+        file.ops.radiosity.bake()

@@ -97,9 +97,18 @@ def test_bad_input_comes_back_as_its_own_message(make_job):
     assert str(caught.value) == str(here.value)
 
 
-def test_fault_of_ours_shows_the_last_words():
+def test_fault_of_ours_shows_the_last_words(monkeypatch):
+    """Or, where a full disk kept none of them, that it is full."""
     process = wait(started({"not": "a job"}))
     with pytest.raises(SolverFailed, match="status 1.*AttributeError.*please report it"):
+        process.result()
+    for name in ("errors", worker.FAILURE):
+        (process._folder / name).write_bytes(b"")
+    with pytest.raises(SolverFailed, match="said nothing; memory"):
+        process.result()
+    usage = shutil.disk_usage(process._folder)._replace(free=4096)
+    monkeypatch.setattr(shutil, "disk_usage", lambda folder: usage)
+    with pytest.raises(SolverFailed, match="the disk of .* is full"):
         process.result()
     process.close()
 
