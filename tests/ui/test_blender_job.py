@@ -246,3 +246,9 @@ def test_shared_meshes_are_made_single_user(file):
     assert file.ops.radiosity.single_user() == {"FINISHED"}
     assert file.data.objects["Box"].data == mesh and twin.data != mesh
     assert file.ops.radiosity.single_user() == {"CANCELLED"}
+    twin.data = mesh  # chosen alone, it leaves the mesh to the other
+    file.context.scene.radiosity.objects_from = "SELECTED"
+    for item in file.data.objects:
+        item.select_set(item == twin)
+    assert file.ops.radiosity.single_user() == {"FINISHED"}
+    assert file.data.objects["Box"].data == mesh and twin.data != mesh
