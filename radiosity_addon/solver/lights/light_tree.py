@@ -20,6 +20,7 @@ from ..workers.parallel import ranges
 LEAST = 0.02  # share [of a node's power] that is always taken to leave toward a point
 SLACK = 0.25  # share [of a node's power, times its apparent size] that is added to that, as its lights face different ways
 NEAREST = 1e-6  # squared distance [unit box], at least: float32 is too coarse for smaller ones
+NUMBERS = 1 << 15  # number [nodes times places] at a time, as PLACES
 PLACES = 1 << 14  # number [descents] at a time: their arrays stay in the cache
 BITS = 10  # number [bits] of each coordinate in Morton's order
 
@@ -75,7 +76,10 @@ class LightTree:
         """For n places (n, 3), each of points within ``extent`` (n,), and k numbers each, ``xi``
         (k, n) in [0, 1): the block each ends in (k, n), the probability of that, and a number in
         [0, 1) to go on with."""
-        node, chance, rest = sample_discrete(_among_all(self.levels[0], position, normal, extent).T, xi)
+        node, chance, rest = np.empty(xi.shape, np.intp), *np.empty((2, *xi.shape))
+        for some in ranges(len(extent), max(1, NUMBERS // self.levels[0].count)):
+            importance = _among_all(self.levels[0], position[some], normal[some], extent[some])
+            node[:, some], chance[:, some], rest[:, some] = sample_discrete(importance, xi[:, some])
         places = [columns(array).astype(np.float32) for array in (position, normal)]
         places.append(extent.astype(np.float32))
         times = max(1, PLACES // max(xi.shape[1], 1))
@@ -196,7 +200,7 @@ def _joined(
 def _among_all(
     nodes: Nodes, position: np.ndarray, normal: np.ndarray, extent: np.ndarray
 ) -> np.ndarray:
-    """(n, count) importance of all nodes to places (n, 3) of points within ``extent`` (n,), by
+    """(count, n) importance of all nodes to places (n, 3) of points within ``extent`` (n,), by
     matrix products: every term is a polynomial of the place."""
     c, n = nodes.center, len(position)
     one = np.ones((n, 1))
@@ -212,9 +216,10 @@ def _among_all(
         ((position, one), leaning),
         ((at, position, one), spread),
     ]
-    products = (np.hstack(of_point).astype(np.float32) @ np.vstack(of_node).astype(np.float32)
+    products = (np.vstack(of_node).astype(np.float32).T @ np.hstack(of_point).astype(np.float32).T
                 for of_point, of_node in terms)  # fmt: skip
-    return _importance(*products, nodes.power, nodes.radius + extent[:, None], nodes.square)
+    power, radius, within = nodes.rows[12:, :, None]
+    return _importance(*products, power, radius + extent.astype(np.float32), within)
 
 
 def _of_own(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from ..geometry.lambert import polygon_form_factor
@@ -132,21 +134,29 @@ class Polygons(FlatLights):
         self, which: np.ndarray, position: np.ndarray, normal: np.ndarray, extent: np.ndarray
     ) -> np.ndarray:
         """See ``LightBatch``."""
-        dtype, (center, radius) = position.dtype, self.middle()
-        toward = [middle[which] - x for middle, x in zip(center.T.astype(dtype), position)]
+        found = [np.take(row, which) for row in self._rows]
+        toward = [middle - x for middle, x in zip(found[:3], position)]
         square = np.maximum(dot(toward, toward), 1e-30)
         inverse = 1 / np.sqrt(square)
-        radius = radius.astype(dtype)[which] + extent
+        front, back, radius = found[6:]
+        radius += extent
         slack = np.minimum(radius * inverse, 1)
         facing = partly_above(dot(toward, normal) * inverse, slack)
-        leaving = -dot(toward, self.normal.T.astype(dtype)[:, which]) * inverse
-        front, back = (side.astype(dtype)[which] for side in (self.front, self.back))
-        side = np.where(leaving > 0, front, back)
+        leaving = -dot(toward, found[3:6]) * inverse
+        power = np.where(leaving > 0, front, back)
         near = np.abs(leaving) <= extent * inverse  # some points may be on the other side
-        side = np.where(near, np.maximum(front, back), side)
-        leaving = side * (np.abs(leaving) + dtype.type(0.1) * slack)
-        power = (self.area * self.color.mean(axis=1)).astype(dtype)[which]
-        return power * facing * leaving / (square + dtype.type(0.5) * radius**2)
+        if near.any():
+            power = np.where(near, np.maximum(front, back), power)
+        leaving = power * (np.abs(leaving) + np.float32(0.1) * slack)
+        return facing * leaving / (square + np.float32(0.5) * radius**2)
+
+    @cached_property
+    def _rows(self) -> np.ndarray:
+        """(9, k) float32: middles, normals, and power and reach by which ``importance`` tells lights apart."""
+        center, radius = self.middle()
+        power = self.area * self.color.mean(axis=1)
+        rows = [*center.T, *self.normal.T, power * self.front, power * self.back, radius]
+        return np.stack(rows).astype(np.float32)
 
     def reaches(self, center: np.ndarray, half: np.ndarray) -> np.ndarray:
         """(k,) bool: some box, center and half edges (g, 3), has a part on the side that shines."""

@@ -52,19 +52,20 @@ class Sources:
     ) -> np.ndarray:
         """Rough irradiance of lights (c, 1) or (c, k, n) at places (3, n), as ``LightBatch.importance``: (c, n)
         or (c, k, n); 0 where a light is −1."""
-        batches = np.where(light >= 0, self.batch[light], -1)
-        numbers = np.unique(batches[batches >= 0])
-        if len(numbers) == 1:
-            batch = self.batches[numbers[0]]
-            return np.where(light >= 0, batch.importance(self.index[light], position, normal, extent), 0.0)
+        batches = np.where(light >= 0, np.take(self.batch, light), -1)
+        last = int(batches.max(initial=-1))
+        if last >= 0 and (batches[batches >= 0] == last).all():
+            found = self.batches[last].importance(np.take(self.index, light), position, normal, extent)
+            return np.where(light >= 0, found, 0)
         importance = np.zeros(np.broadcast_shapes(light.shape, extent.shape))
         wide = np.broadcast_to(light, importance.shape)
-        for number in numbers:
+        for number in range(last + 1):
             some = np.nonzero(np.broadcast_to(batches == number, importance.shape))
             at = some[-1]
-            importance[some] = self.batches[number].importance(
-                self.index[wide[some]], position[:, at], normal[:, at], extent[at]
-            )
+            if len(at):
+                importance[some] = self.batches[number].importance(
+                    self.index[wide[some]], position[:, at], normal[:, at], extent[at]
+                )
         return importance
 
     def unlinked(
