@@ -139,7 +139,7 @@ class Polygons(FlatLights):
         square = np.maximum(dot(toward, toward), 1e-30)
         inverse = 1 / np.sqrt(square)
         front, back, radius = found[6:]
-        radius += extent
+        radius = radius + extent
         slack = np.minimum(radius * inverse, 1)
         facing = partly_above(dot(toward, normal) * inverse, slack)
         leaving = -dot(toward, found[3:6]) * inverse
