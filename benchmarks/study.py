@@ -21,7 +21,7 @@ import numpy as np
 
 from radiosity_addon.solver.workers.parallel import thread_count
 from verification.comparable_texels import comparable_texels, doubled_texels, triangle_uvs
-from verification.error import Measured, reference_noise, relative_error
+from verification.error import Measured, least_measurable, reference_noise, relative_error
 
 from .ladder import cycles_ladder
 from .machine import machine
@@ -31,6 +31,7 @@ from .scenes import SCENES, SceneMissing, StudyScene, build
 
 PASSES = ("emit", "direct", "indirect", "color")
 DOCS = Path(__file__).resolve().parent.parent / "docs"
+MEASURABLE = 0.4  # share [of the error asked for] that noise of references may pass for, at most
 QUICK = {"errors": [0.1, 0.03], "seeds": [0], "samples": [4, 16]}
 QUICK_SCENES = ("cornell", "street", "furnace")
 QUICK_SIZE, QUICK_REFERENCE = 96, 128
@@ -65,7 +66,8 @@ class Plan:
 
 
 def run_study(plan: Plan, say=print) -> list[Row]:
-    """All rows of the plan; scenes whose files are missing, or beyond the budget, are named."""
+    """All rows of the plan; scenes whose files are missing, errors that the
+    references cannot tell, and what is beyond the budget are named."""
     warm_up()
     start, rows = time.perf_counter(), []
     say(machine())
@@ -89,8 +91,12 @@ def _study_scene(scene: StudyScene, obj, plan: Plan, start: float, say) -> list[
         comparable &= ~doubled_texels(obj, scene.size)
     references = _truth(scene, obj, comparable, say)
     comparable &= references.mask
+    noise = reference_noise(references.a[comparable], references.b[comparable])
     rows = []
     for error in plan.errors:
+        if least_measurable(noise) > MEASURABLE * error:
+            say(f"{scene.name}: error {error:g} left out, the references are too noisy")
+            continue
         for seed in plan.seeds:
             if time.perf_counter() - start > plan.budget:
                 say(f"{scene.name}: error {error:g}, seed {seed} left out, the budget is spent")

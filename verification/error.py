@@ -33,7 +33,7 @@ def relative_error(
     sqrt(mean((x−a)(x−b) / max(L, L̄/4)²)), L the mean of a receiver's channels in the references and
     L̄ the mean of L; means over receivers are by their ``area`` (n,), None: all alike. For an exact
     solution leave b out. Unbiased but for the noise in L, of second order: good references (1 %)
-    make it negligible. Raises ValueError on shapes that differ, nothing to compare, values that are
+    make it negligible (``least_measurable``). Raises ValueError on shapes that differ, nothing to compare, values that are
     not finite, or a black reference.
     """
     b = a if b is None else b
@@ -79,3 +79,10 @@ def reference_noise(a: np.ndarray, b: np.ndarray) -> float:
     """The relative error of one of two references of equal quality: ε² = mean((a−b)²) / 2."""
     scale = np.maximum((light := (a + b).mean(axis=1) / 2), FLOOR * light.mean())[:, None]
     return float(np.sqrt((((a - b) / scale) ** 2).mean() / 2))
+
+
+def least_measurable(noise: float) -> float:
+    """The error that ``relative_error`` finds where there is none, against references of this relative ``noise``, which
+    are divided by their own brightness. With noises α, β of variance σ² its square is E[αβ (1 + (α+β)/2)⁻²], which
+    is E[αβ · 3/4 (α+β)²] = 3/2 σ⁴ to the lowest order."""
+    return float(np.sqrt(1.5) * noise**2)

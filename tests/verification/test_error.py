@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from verification.error import reference_noise, relative_error
+from verification.error import least_measurable, reference_noise, relative_error
 
 
 def test_error_by_hand():
@@ -59,3 +59,13 @@ def test_noise_of_references():
 def test_error_refuses(x, a, message):
     with pytest.raises(ValueError, match=message):
         relative_error(x, a)
+
+
+def test_noisy_references_find_an_error_where_there_is_none():
+    """Light that is exact, beside references that are 15 % off: what is found is the noise of what they are divided by."""
+    truth = np.ones((400_000, 1))
+    a, b = truth + np.random.default_rng(5).normal(0, 0.15, (2, *truth.shape))
+    found = relative_error(truth, a, b)
+    expected = least_measurable(reference_noise(a, b))
+    assert found.error == pytest.approx(expected, rel=0.15)  # what is left out is of higher order
+    assert expected > 10 * found.uncertainty
