@@ -89,9 +89,8 @@ def _study_scene(scene: StudyScene, obj, plan: Plan, start: float, say) -> list[
     comparable = comparable_texels(triangle_uvs(obj), scene.size)
     if scene.doubled:
         comparable &= ~doubled_texels(obj, scene.size)
-    references = _truth(scene, obj, comparable, say)
+    references, noise = _truth(scene, obj, comparable, say)
     comparable &= references.mask
-    noise = reference_noise(references.a[comparable], references.b[comparable])
     rows = []
     for error in plan.errors:
         if least_measurable(noise) > MEASURABLE * error:
@@ -111,18 +110,18 @@ def _study_scene(scene: StudyScene, obj, plan: Plan, start: float, say) -> list[
     return rows
 
 
-def _truth(scene: StudyScene, obj, comparable, say) -> References:
-    """Two Cycles bakes, or the exact radiance twice."""
+def _truth(scene: StudyScene, obj, comparable, say) -> tuple[References, float]:
+    """Two Cycles bakes, or the exact radiance twice; and how far each is off."""
     if scene.exact is not None:
         image = np.full((scene.size, scene.size, 3), scene.exact)
         say(f"{scene.name}: {comparable.sum()} texels compared with the exact solution")
-        return References(image, image, comparable, 0.0)
+        return References(image, image, comparable, 0.0), 0.0
     references = cycles_references(obj, scene.size, scene.reference, PASSES)
     both = comparable & references.mask
-    noise = 100 * reference_noise(references.a[both], references.b[both])
+    noise = reference_noise(references.a[both], references.b[both])
     say(f"{scene.name}: {both.sum()} texels compared; references of {scene.reference} samples, "
-        f"each {noise:.2f} % off, {references.seconds:.0f} s")  # fmt: skip
-    return references
+        f"each {100 * noise:.2f} % off, {references.seconds:.0f} s")  # fmt: skip
+    return references, noise
 
 
 def _our_row(scene, obj, error, seed, references, comparable) -> Row:

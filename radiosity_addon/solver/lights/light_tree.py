@@ -20,8 +20,8 @@ from ..workers.parallel import ranges
 LEAST = 0.02  # share [of a node's power] that is always taken to leave toward a point
 SLACK = 0.25  # share [of a node's power, times its apparent size] that is added to that, as its lights face different ways
 NEAREST = 1e-6  # squared distance [unit box], at least: float32 is too coarse for smaller ones
-NUMBERS = 1 << 15  # number [nodes times places] at a time, as PLACES
 PLACES = 1 << 14  # number [descents] at a time: their arrays stay in the cache
+WEIGHED = 1 << 15  # number [nodes of the first level, times places] at a time: their arrays do, too
 BITS = 10  # number [bits] of each coordinate in Morton's order
 
 
@@ -77,7 +77,7 @@ class LightTree:
         (k, n) in [0, 1): the block each ends in (k, n), the probability of that, and a number in
         [0, 1) to go on with."""
         node, chance, rest = np.empty(xi.shape, np.intp), *np.empty((2, *xi.shape))
-        for some in ranges(len(extent), max(1, NUMBERS // self.levels[0].count)):
+        for some in ranges(len(extent), max(1, WEIGHED // self.levels[0].count)):
             importance = _among_all(self.levels[0], position[some], normal[some], extent[some])
             node[:, some], chance[:, some], rest[:, some] = sample_discrete(importance, xi[:, some])
         places = [columns(array).astype(np.float32) for array in (position, normal)]
