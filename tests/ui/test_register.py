@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 HEAVY = ("scipy", "embreex")
-MOST_SECONDS = 0.05  # of this process: what else the machine does is left out
+MOST = 1.5  # times what Python takes to import modules of its own (1.0 to 1.1 measured): machines differ by two
 TRIES = 6  # number [starts]: the least of them counts, as one of three is slowed down by a busy machine now and then
 
 
@@ -69,14 +69,17 @@ def test_enabling_is_quick_and_imports_nothing_heavy(tmp_path):
         gc.collect()
         gc.freeze()
         start = time.process_time()
+        import asyncio, email.mime.text, http.server, sqlite3, tarfile, unittest.mock, xmlrpc.client
+        pythons = time.process_time() - start
+        start = time.process_time()
         import radiosity_addon
         radiosity_addon.register()
-        seconds = time.process_time() - start
+        ours = time.process_time() - start
         assert not [name for name in {HEAVY} if name in sys.modules]
-        print(seconds)
+        print(ours / pythons)
     """
     first, *others = [float(in_new_process(code, tmp_path)) for _ in range(1 + TRIES)]
-    assert min(others) < MOST_SECONDS  # what else the machine does only adds to the others
+    assert min(others) < MOST  # what else the machine does only adds to the others
 
 
 def test_command_line_is_offered_by_blender(addon):

@@ -58,8 +58,8 @@ def test_killed_solver_is_a_message(room, tmp_path):
 def test_objects_that_change_meanwhile(room):
     """Renamed: followed. Deleted or edited: left out, and the report says so."""
     room.point(*VIEW)
-    room.ask("bpy.context.scene.radiosity.quality = 'DRAFT'")
-    start(room)  # the solver has a second of work at least, and gives way to the window
+    room.ask("bpy.context.scene.radiosity.quality = 'MEDIUM'")
+    start(room)  # the solver has seconds of work, and gives way to the window
     room.ask("""
 bpy.data.objects["Sphere"].name = "Ball"
 bpy.data.objects.remove(bpy.data.objects["Sphere.001"])

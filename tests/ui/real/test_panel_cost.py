@@ -11,6 +11,7 @@ import pytest
 
 box = sys.modules["box"]  # loaded by conftest.py
 AREA, keep = box.AREA, box.keep
+pytestmark = pytest.mark.timed
 MOST = 0.002  # seconds of Blender's thread a redraw: what else the machine does is not in it
 REDRAWS = 10
 # A thousand squares, with a color attribute and an image each.

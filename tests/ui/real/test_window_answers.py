@@ -21,6 +21,7 @@ from pathlib import Path
 import pytest
 
 slowest = sys.modules["box"].slowest  # loaded by conftest.py
+pytestmark = pytest.mark.timed
 MOST_PAUSE = 0.1  # seconds between two answers of the window
 SLOW = 1.0  # seconds: a step that makes up for turns that were not foreseen is no longer
 SHARE = 2  # times a turn of the window: how long the step after it is, where the window is slow
