@@ -271,6 +271,8 @@ def least_error_of(history: list[Past], shadows: float, enough: float) -> float:
     if len(history) < 3 or history[-1].rays <= TELLING * history[-2].rays:
         return 0.0
     before, now = history[-2:]
+    if now.square > before.square * (1 + SURE * np.hypot(before.uncertainty, now.uncertainty)):
+        return 0.0  # what stays was there before: rare bright rays have come to light
     left = now.rays * now.square - before.rays * before.square
     left -= SURE * np.hypot(*(past.rays * past.square * past.uncertainty for past in (before, now)))
     floor = np.sqrt(max(left, 0.0) / (now.rays - before.rays) + shadows)

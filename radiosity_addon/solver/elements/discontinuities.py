@@ -61,12 +61,12 @@ def _cut_along_crossings(context: Context, elements: Elements, most: float) -> E
             break
         start = len(elements.element)
         now, first = np.unique(cell, return_index=True)
-        height, _ = _local(crossings, elements, line[first], now)
+        height = _heights(crossings, elements, line[first], now)
         elements = cut_cells(elements, now, height)
         later = np.ones(len(cell), bool)
         later[first] = False
         line, part = line[later], np.searchsorted(now, cell[later])
-        _, ends = _local(crossings, elements, line, cell[later])
+        ends = _ends(crossings, elements, line, cell[later])
         above = np.einsum("kec,kc->ke", _weights(ends), height[part])
         either = [np.flatnonzero(some) for some in ((above < -LIFT).any(1), (above > LIFT).any(1))]
         cell = np.concatenate([start + 2 * part[some] + k for k, some in enumerate(either)])
@@ -90,13 +90,15 @@ def _weights(uv: np.ndarray) -> np.ndarray:
     return np.concatenate([1 - uv.sum(axis=-1, keepdims=True), uv], axis=-1)
 
 
-def _local(
-    crossings: Crossings, elements: Elements, line: np.ndarray, cell: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Of lines (k,) in cells (k,): (k, 3) heights at the cells' corners, and (k, 2, 2) their ends
-    in the cells' own coordinates, clipped to the cell; equal ends where they pass it by."""
+def _heights(crossings: Crossings, elements: Elements, line: np.ndarray, cell: np.ndarray) -> np.ndarray:
+    """(k, 3) heights over the cutting planes of lines (k,) at the corners of cells (k,)."""
+    return np.einsum("kic,kc->ki", _weights(elements.corners[cell].astype(float)), crossings.height[line])
+
+
+def _ends(crossings: Crossings, elements: Elements, line: np.ndarray, cell: np.ndarray) -> np.ndarray:
+    """(k, 2, 2) ends of lines (k,) in cells (k,), in the cells' own coordinates, clipped to the cell; equal ends
+    where they pass it by."""
     corners = elements.corners[cell].astype(float)
-    height = np.einsum("kic,kc->ki", _weights(corners), crossings.height[line])
     frame = np.stack([corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]], 2)
     ends = crossings.ends[line] - corners[:, :1]
     ends = np.einsum("kab,keb->kea", np.linalg.inv(frame), ends)
@@ -109,17 +111,19 @@ def _local(
     enter, leave = np.clip(enter, 0, 1), np.clip(leave, 0, 1)
     leave = np.maximum(enter, leave)
     part = np.stack([enter, leave], 1)[..., None]
-    return height, ends[:, :1] + part * (ends[:, 1:] - ends[:, :1])
+    return ends[:, :1] + part * (ends[:, 1:] - ends[:, :1])
 
 
 def _crossed(
     crossings: Crossings, elements: Elements, line: np.ndarray, cell: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Those of the pairs line (k,) and cell (k,) where the line runs across the cell."""
-    height, ends = _local(crossings, elements, line, cell)
+    height = _heights(crossings, elements, line, cell)
+    both = (height.min(axis=1) < -LIFT) & (height.max(axis=1) > LIFT)
+    line, cell = line[both], cell[both]
+    ends = _ends(crossings, elements, line, cell)
     runs = np.abs(ends[:, 1] - ends[:, 0]).max(axis=1) > 1e-6
-    kept = runs & (height.min(axis=1) < -LIFT) & (height.max(axis=1) > LIFT)
-    return line[kept], cell[kept]
+    return line[runs], cell[runs]
 
 
 def _split_hidden(context: Context, elements: Elements, most: float) -> Elements:

@@ -17,6 +17,8 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore import EmbreeDevice
 from embreex.rtcore_scene import EmbreeScene
 
+from ..array_struct import ArrayStruct
+
 
 class _DeviceErrors(logging.Handler):
     """Keeps what Embree's device says, so that it is raised and not only logged."""
@@ -50,7 +52,7 @@ def _device() -> EmbreeDevice:
 
 
 @dataclass(frozen=True)
-class Hits:
+class Hits(ArrayStruct):
     """What each of n rays met first. ``triangle`` is -1 where it met nothing; ``u``, ``v`` and
     ``front`` are 0 there."""
 

@@ -24,7 +24,7 @@ RAYS_PER_CHUNK = 1 << 16  # number [rays] of a chunk
 
 @dataclass(frozen=True)
 class Met:
-    """What rays met: all of them first, then those that went on through a surface.
+    """What rays met: all of them first, or all that those met behind it that went on through surfaces.
 
     ``rays`` (k,) numbers the rays, ``weight`` (k, channels) the share of their light; both None for
     the first, which is every ray with weight 1. ``entry`` (k,) int32 is the hits' (see ``patches``).
@@ -84,9 +84,12 @@ def shoot(
         for array in (hits.triangle, hits.u, hits.v, hits.front, hits.distance):
             array[lost] = array[by]
     met = [Met(hits, entry)]
-    if context.transmits.any():
-        later = followed(context, origins, flat, hits)
-        met += [Met(hits, patches.hit(hits, near_goes_onward), number, weight) for number, hits, weight in later]
+    layers = list(followed(context, origins, flat, hits)) if context.transmits.any() else []
+    if layers:
+        # All layers at once: there may be dozens, most of few rays.
+        number, hits, weight = zip(*layers)
+        behind = Hits.join(hits)
+        met.append(Met(behind, patches.hit(behind, near_goes_onward), *map(np.concatenate, (number, weight))))
     return Shot(met, flat.reshape(-1, *directions.shape[2:]), lost, by)
 
 
