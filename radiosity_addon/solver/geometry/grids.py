@@ -17,9 +17,9 @@ def cell_in_grid(
     size = n.astype(np.float32)
     x, y = u * size, v * size
     left = n - 1
-    i = _within(x, left)
+    i = within(x, left)
     left -= i
-    j = _within(y, left)
+    j = within(y, left)
     x -= i.astype(np.float32)  # integers would take the long way by float64
     y -= j.astype(np.float32)
     inverted = x + y > 1
@@ -54,7 +54,7 @@ def inside(inverted: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarr
     return np.abs(flip - x), np.abs(flip - y)
 
 
-def _within(coordinate: np.ndarray, last: np.ndarray) -> np.ndarray:
+def within(coordinate: np.ndarray, last: np.ndarray) -> np.ndarray:
     """(n,) int32 of places in [0, last]; thin triangles may give others."""
     found = coordinate.astype(np.int32)
     np.minimum(found, last, out=found)

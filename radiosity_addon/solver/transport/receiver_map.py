@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry.grids import cell_in_grid
+from ..geometry.grids import cell_in_grid, within
 from ..geometry.planar import cell_areas, cell_middles
 from ..receivers import Receivers
 
@@ -31,22 +31,32 @@ class ReceiverMap:
         """(n,) int32 receivers at barycentric (u, v) of triangles; NOTHING where there is none, and for
         triangles below 0."""
         result = np.full(len(triangle), NOTHING, np.int32)
-        some = np.flatnonzero(triangle >= 0)
-        some = some[self.first[triangle[some]] >= 0]
-        triangle, u, v = triangle[some], u[some], v[some]
-        width = self.width[triangle]
-        image = width > 0
-        entry = np.empty(len(some), np.int64)
-        t = triangle[image]
-        corner, along, across = (self.texel[t, k] for k in range(3))
-        position = corner + u[image, None] * along + v[image, None] * across
-        column = np.clip(position[:, 0].astype(np.int64), 0, width[image] - 1)
-        row = np.clip(position[:, 1].astype(np.int64), 0, self.size[t] - 1)
-        entry[image] = row * width[image] + column
-        t = triangle[~image]
-        entry[~image] = cell_in_grid(self.size[t], u[~image], v[~image])[0]
-        result[some] = self.entries[self.first[triangle] + entry]
+        first = np.take(self.first, triangle)  # of none the last triangle's, which does not count
+        some = np.flatnonzero((first >= 0) & (triangle >= 0))
+        triangle, u, v = (np.take(each, some) for each in (triangle, u, v))
+        entry = np.take(first, some)
+        width = np.take(self.width, triangle)
+        for mine, find in ((width > 0, self._in_image), (width == 0, self._in_grid)):
+            if mine.all():
+                entry += find(triangle, u, v, width)
+            elif mine.any():
+                chosen = np.flatnonzero(mine)
+                entry[chosen] += find(*(np.take(each, chosen) for each in (triangle, u, v, width)))
+        result[some] = np.take(self.entries, entry)
         return result
+
+    def _in_image(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, width: np.ndarray) -> np.ndarray:
+        """(k,) int64 entries at (u, v) of triangles in images of so many columns, from the images' first on."""
+        texel = np.take(self.texel.reshape(-1, 6), triangle, axis=0)
+        column, row = (texel[:, axis] + u * texel[:, 2 + axis] + v * texel[:, 4 + axis] for axis in (0, 1))
+        entry = within(row, np.take(self.size, triangle) - 1).astype(np.int64)
+        entry *= width
+        entry += within(column, width - 1)
+        return entry
+
+    def _in_grid(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, _: np.ndarray) -> np.ndarray:
+        """(k,) int32 entries at (u, v) of triangles with grids, from the grids' first on."""
+        return cell_in_grid(np.take(self.size, triangle), u, v)[0]
 
 
 def build_receiver_map(receivers: Receivers, triangles: int) -> ReceiverMap:

@@ -88,14 +88,17 @@ class ReceiverPatches:
         """(n,) int32 patches at barycentric (u, v) on sides of triangles, which may be below 0; NOTHING
         or ONWARD where there is none."""
         receiver = self.map.at(triangle, u, v)
-        patch = np.where(self.baked[triangle] & (triangle >= 0), np.int32(ONWARD), np.int32(NOTHING))
+        baked = np.take(self.baked, triangle) & (triangle >= 0)
+        patch = np.where(baked, np.int32(ONWARD), np.int32(NOTHING))
         some = np.flatnonzero(receiver >= 0)
-        receiver = receiver[some]
+        receiver = np.take(receiver, some)
         found = np.take(self.patch, receiver)
-        asked = np.flatnonzero((found == SEVERAL) | self.cut[triangle[some]])
+        asked = np.flatnonzero((found == SEVERAL) | np.take(self.cut, np.take(triangle, some)))
         if len(asked):
             found[asked] = self._of_cells(receiver[asked], triangle[some[asked]])
-        found += (found >= 0) * np.where(front[some], 0, np.int32(self.footprints.count))
+        back = found >= 0
+        back &= ~np.take(front, some)
+        found += back * np.int32(self.footprints.count)
         patch[some] = found
         return patch
 
