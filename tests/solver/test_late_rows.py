@@ -10,7 +10,7 @@ from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.transport.onward import Ends, ends_of, go_on
 from radiosity_addon.solver.transport.places import Places
-from radiosity_addon.solver.transport.rays import Met
+from radiosity_addon.solver.transport.rays import Met, sums_of
 from verification import meshes
 from verification.stability_scenes import radiosity, worst
 
@@ -87,6 +87,39 @@ def test_rays_that_end_on_no_patch_find_their_light_themselves():
     found = go_on(context, NoPatches(), rays, 1, (0,))
     assert len(found.ends.owner) == 0
     assert sum(found.light(context, (1,)))[0] / count * context.unit == pytest.approx(1.0, abs=5e-4)
+
+
+class OnePatch(NoPatches):
+    """As ``Patches`` of a surface that is one patch, which rays shorter than 0.1 find near."""
+
+    patch = 2
+
+    def hit(self, hits, near_goes_onward):
+        near = near_goes_onward & (hits.distance < 0.1)
+        return np.where(hits.triangle < 0, self.miss, np.where(near, self.onward, self.patch))
+
+    def somewhere(self, entry):
+        return entry == self.patch
+
+
+@pytest.mark.parametrize("near, most", [(False, 1.0), (True, 0.15)])
+def test_rays_in_a_thin_gap_go_on_from_near_patches_at_each_reflection(near, most):
+    """A furnace of 1 × 1 × 0.005, of reflectance 0.9, whose radiosity is 1. A ray brings all of that, whenever it reads
+    the patch (``OnePatch``) in the end: no noise. Where it reads it from the second reflection on, 0.9 of its light is the
+    patch's mean; else 0.9²⁴ = 0.08, and what the few rays bring that are longer than 0.1."""
+    corners, _ = meshes.box_polygons((1, 1, 0.005))
+    scene = meshes.scene([meshes.grid(face, 1) for face in corners], 0.9, 0.1)
+    context, count = build_context(scene, 0, 1, silent), 2000
+    floor = np.flatnonzero(np.ptp(scene.vertices[scene.triangles][:, :, 2], axis=1) == 0)
+    triangle, front = floor[np.arange(count) % len(floor)], np.ones(count, bool)
+    third = np.full(count, 1 / 3, np.float32)
+    places = Places(np.full(count, OnePatch.onward), triangle, third, third, front)
+    rays = Ends(np.arange(count), places, np.ones((count, 1)), np.zeros((count, 3), np.float32))
+    found = go_on(context, OnePatch(), rays, count, (0,), near)
+    read = sums_of(found.ends.owner, found.ends.weight, count)
+    light = sum(found.light(context, (1,))) * context.unit + read
+    assert light == pytest.approx(np.ones((count, 1)), abs=1e-5)
+    assert most - 0.1 - 1e-6 <= read.mean() <= most
 
 
 def test_rays_are_gathered_in_batches_of_bounded_size():

@@ -192,11 +192,14 @@ def light_at(table: np.ndarray, ends: Ends, count: int) -> np.ndarray:
 
 
 def follow_onward(
-    context: Context, radiosity: Radiosity, rays: Ends, count: int, key: tuple[int, ...]
+    context: Context, radiosity: Radiosity, rays: Ends, count: int, key: tuple[int, ...],
+    near_goes_onward: bool = True,
 ) -> tuple[np.ndarray, np.ndarray, Ends]:
     """What owners' ``rays`` that ended on no patch bring in the end, (count, channels) each: light reflected on the
-    way, without what the patches reflect that rays end on; first-hand light; and the Ends on those patches."""
-    onward = go_on(context, radiosity.patches, rays, count, (*key, 1))
+    way, without what the patches reflect that rays end on; first-hand light; and the Ends on those patches, near ones
+    only where not ``near_goes_onward``."""
+    patches = radiosity.patches.with_all_counted()
+    onward = go_on(context, patches, rays, count, (*key, 1), near_goes_onward)
     light, first = onward.light(context, (*key, 2))
     light += onward.sky
     if radiosity.emitted is not None:

@@ -110,7 +110,7 @@ def _follow(
     count = len(owners)
     points = footprint_points(footprints, owners, uniform((count, 3), *key, 2), 1, *key)
     shot = _shoot(context, radiosity, points, 1, *key, 3)
-    known, ends = _arrived(context, radiosity, table, shot, (*key, 6))
+    known, ends = _arrived(context, radiosity, table, shot, (*key, 6), near_goes_onward=True)
     if points.shade is not None:
         share = points.shade.share_of_rays(shot.directions)
         known, ends = known * share, replace(ends, weight=ends.weight * share[ends.owner])
@@ -141,10 +141,11 @@ def _shoot(context: Context, radiosity: Radiosity, points: Points, rays: int, *k
 
 def _arrived(
     context: Context, radiosity: Radiosity, table: np.ndarray | None, shot: Shot,
-    key: tuple[int, ...],
+    key: tuple[int, ...], near_goes_onward: bool = False,
 ) -> tuple[np.ndarray, Ends]:
-    """(R, channels) irradiance that rays bring by the table, and where the first of each of the R
-    owners' rays ended, with all that it met on its way."""
+    """(R, channels) irradiance that rays bring by the table, and where the first of each of the R owners' rays ended,
+    with all that it met on its way. Those that go on do so ``near_goes_onward``, as rays of the gather; the residual
+    is less noisy if they do not, and its mean is right either way."""
     arriving, patches, (rays, count) = 0.0, radiosity.patches, shot.directions.shape[:2]
     ends, onward = [], []
     for part in shot.met:
@@ -161,7 +162,9 @@ def _arrived(
             weight = np.ones((len(some), context.channels))
             parts.append(ends_of(part, shot.directions, some, number[some], weight))
     onward = join_ends(onward, context.channels)
-    light, first, after = follow_onward(context, radiosity, onward, rays * count, key)
+    light, first, after = follow_onward(
+        context, radiosity, onward, rays * count, key, near_goes_onward
+    )
     light += first + light_at(radiosity.reflected, after, rays * count)
     arriving = arriving + light.reshape(rays, count, -1).mean(axis=0)
     ends.append(after.take(np.flatnonzero(after.owner < count)))

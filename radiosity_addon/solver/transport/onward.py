@@ -24,6 +24,8 @@ from .rays import Met, own_directions, shoot, sky_of, sums_of
 
 MOST_BOUNCES = 64  # number [bounces] of a ray, at most: chance ends nearly all long before
 FULL_BOUNCES = 6  # number [bounces] after which Russian roulette ends rays, so that weights do not fall further
+# Number [bounces] of rays that go on from near patches, too, with neither chance nor means: of an even light all bring the same.
+NEAR_BOUNCES = 24
 BACK = 4 * OFFSET  # distance [unit box] before its end at which a ray goes on; of a short ray half of its length
 FOLLOWED_PER_CHUNK = 1 << 15  # number [rays] of a chunk
 PHASE = "transport"
@@ -124,13 +126,17 @@ class Onward:
 
 
 def go_on(
-    context: Context, patches: Patches, rays: Ends, count: int, key: tuple[int, ...]
+    context: Context, patches: Patches, rays: Ends, count: int, key: tuple[int, ...],
+    near_goes_onward: bool = False,
 ) -> Onward:
-    """Follow ``rays`` that ended on no patch; their owners are below ``count``."""
+    """Follow ``rays`` that ended on no patch; their owners are below ``count``. Where ``near_goes_onward``, they go on
+    from near patches, too, as often as they meet one: in a gap that is narrow beside its patches, light that is read
+    from these creeps in by a patch with each reflection, however fast it fades there."""
+    follow = partial(_go_on, context, patches, near_goes_onward)
     if len(rays.owner) <= FOLLOWED_PER_CHUNK:
-        return _go_on(context, patches, rays, count, key)
+        return follow(rays, count, key)
     sky, parts = np.zeros((count, context.channels)), []
-    for owners, part in follow_in_chunks(context, partial(_go_on, context, patches), rays, key, PHASE):
+    for owners, part in follow_in_chunks(context, follow, rays, key, PHASE):
         sky[owners] += part.sky
         parts.append(part.of(owners))
     first, later = zip(*(part.divided() for part in parts))
@@ -172,20 +178,23 @@ class _FollowChunk(Generic[Result_co]):
 
 
 def _go_on(
-    context: Context, patches: Patches, rays: Ends, count: int, key: tuple[int, ...]
+    context: Context, patches: Patches, near_goes_onward: bool, rays: Ends, count: int,
+    key: tuple[int, ...],
 ) -> Onward:
     """``go_on`` of one chunk: see there."""
     sky, passed, lit, ended, first = np.zeros((count, context.channels)), [], [], [], len(rays.owner)
+    full = NEAR_BOUNCES if near_goes_onward else FULL_BOUNCES
     for bounce in range(MOST_BOUNCES):
         if len(rays.owner) == 0:
             break
         passed.append(rays)
-        rays = _surviving(context, rays, bounce, (*key, bounce))
+        rays = _surviving(context, rays, bounce >= full, (*key, bounce))
         if len(rays.owner) == 0:
             break
         lit.append(rays)
         points = rays.points(context, uniform((len(rays.owner), 3), *key, bounce, 2))
-        shot = shoot(context, patches, points, own_directions(points, 1, *key, bounce, 4))
+        shot = shoot(context, patches, points, own_directions(points, 1, *key, bounce, 4),
+                     near_goes_onward and bounce + 1 < full)
         parts = []
         for part in shot.met:
             parts.append(ends_of(part, shot.directions, np.arange(len(part.entry)),
@@ -201,8 +210,8 @@ def _go_on(
     return Onward(passed, lit, ended, sky, first)
 
 
-def _surviving(context: Context, rays: Ends, bounce: int, key: tuple[int, ...]) -> Ends:
-    """The rays reflected, less those that Russian roulette ends."""
+def _surviving(context: Context, rays: Ends, by_chance: bool, key: tuple[int, ...]) -> Ends:
+    """The rays reflected, less those that Russian roulette ends where ``by_chance``."""
     places, before = rays.places, rays.weight.max(axis=1, initial=0)
     rays = replace(
         rays,
@@ -210,6 +219,6 @@ def _surviving(context: Context, rays: Ends, bounce: int, key: tuple[int, ...]) 
     )
     after = rays.weight.max(axis=1, initial=0)
     chance = (after > 0).astype(float)
-    if bounce >= FULL_BOUNCES:
+    if by_chance:
         chance = np.minimum(after / np.maximum(before, 1e-30), 1)
     return rays.surviving(chance, uniform((len(chance),), *key, 1))

@@ -115,6 +115,13 @@ class Patches:
         onward[: 2 * count] = np.tile(~left, 2)
         return Avoided(far, onward)
 
+    def with_all_counted(self) -> Patches:
+        """The same for rays that start where the avoided patches are not sampled: to these rays they bring light."""
+        if self.avoided is None:
+            return self
+        everywhere = np.full_like(self.avoided.distance, np.inf)
+        return replace(self, avoided=replace(self.avoided, distance=everywhere))
+
     def at(
         self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray
     ) -> np.ndarray:
