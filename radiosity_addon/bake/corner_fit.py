@@ -58,10 +58,7 @@ class CornerFit:
         """
         values = np.asarray(values, float)
         _check(self.name, values, self.weights)
-        bounds = color_bounds(
-            self.corners, self.light, values, self.weights, self.loop_vertex, self.group,
-            self.hidden,
-        )
+        bounds = self._bounds(values)
         weights = self.weights * importance(values, self.weights)
         corners = self.corners @ self.spread
         normal = normal_equations(self.sampling, corners, self.light, weights)
@@ -77,6 +74,18 @@ class CornerFit:
                 )
             )
         return (self.spread @ colors)[self.shown]
+
+    def _bounds(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """``color_bounds`` for light ``values`` (count, 3)."""
+        return color_bounds(
+            self.corners, self.light, values, self.weights, self.loop_vertex, self.group, self.hidden
+        )
+
+    def limits(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The lowest and the highest color, as many as ``colors`` gives back and (., 3) each, that it allows for the
+        light ``values`` (count, 3)."""
+        _, low, high = self._bounds(values)
+        return low[self.shown], high[self.shown]
 
     def areas(self) -> np.ndarray:
         """(n_loops,) or (n_vertices,) float64: the area that each color stands for. A third of each triangle goes to

@@ -57,12 +57,14 @@ class Receivers:
 class Projection:
     """Colors fitted to the light at receivers: where the error is judged instead of at the receivers.
 
-    ``apply`` maps values (count, c) at receivers to colors (m, c), linearly. ``show`` maps light (count, c), 1 or 3
-    channels, to the colors (m, 3) that users see, which are kept within bounds. ``area`` (m,), in any unit, is
-    what each color counts by: that of the faces it is fitted to.
+    ``apply`` maps values (count, c) at receivers to colors (m, c), linearly. ``limits`` maps light (count, c), 1 or 3
+    channels, to the lowest and the highest colors (m, c) that it may make, and ``show`` to the colors (m, 3) that users
+    see, which are kept within these. ``area`` (m,), in any unit, is what each color counts by: that of the faces it is
+    fitted to.
     """
 
     apply: Callable[[np.ndarray], np.ndarray]
+    limits: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
     show: Callable[[np.ndarray], np.ndarray]
     area: np.ndarray
 

@@ -95,8 +95,15 @@ def _where_judged(fits: list[JointFit]) -> Projection:
     def apply(light: np.ndarray) -> np.ndarray:
         return np.concatenate([each.fit.rough_colors(each.light(light)) for each in fits])
 
-    def show(light: np.ndarray) -> np.ndarray:
+    def of_light(light: np.ndarray) -> list[np.ndarray]:
         light = np.repeat(light, 3 // light.shape[1], axis=1)
-        return np.concatenate([each.fit.colors(each.light(light)) for each in fits])
+        return [each.light(light) for each in fits]
 
-    return Projection(apply, show, np.concatenate([each.fit.areas() for each in fits]))
+    def limits(light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        found = (each.fit.limits(mine) for each, mine in zip(fits, of_light(light)))
+        return tuple(np.concatenate(bound)[:, : light.shape[1]] for bound in zip(*found))
+
+    def show(light: np.ndarray) -> np.ndarray:
+        return np.concatenate([each.fit.colors(mine) for each, mine in zip(fits, of_light(light))])
+
+    return Projection(apply, limits, show, np.concatenate([each.fit.areas() for each in fits]))

@@ -22,7 +22,7 @@ from radiosity_addon.solver.gather.lighting import Lighting, no_light
 from radiosity_addon.solver.receivers import Projection
 
 
-def estimate(radiance: np.ndarray, apart: np.ndarray, area, project=None) -> Estimate:
+def estimate(radiance: np.ndarray, apart: np.ndarray, area, project=None, enough=np.inf) -> Estimate:
     """Of receivers without neighbors, white, from two halves whose radiances (n, c) are
     ``radiance`` ± ``difference`` (n, c): their mean is taken to be off by as much."""
 
@@ -33,8 +33,12 @@ def estimate(radiance: np.ndarray, apart: np.ndarray, area, project=None) -> Est
         return light
 
     surface = Surface(np.ones(radiance.shape), np.zeros(radiance.shape), np.asarray(area, float))
-    judge = ErrorEstimator(surface, [], ("direct", "color"), 1, None, project)
+    judge = ErrorEstimator(surface, [], ("direct", "color"), 1, None, project, enough=enough)
     return judge.weigh([half(1.0), half(-1.0)])
+
+
+def unlimited(light: np.ndarray) -> tuple[float, float]:
+    return -np.inf, np.inf
 
 
 def test_halves_far_apart_are_judged_against_either():
@@ -95,7 +99,7 @@ def test_colors_count_by_their_area():
     def mean(x):
         return x.reshape(2, 2, -1).mean(axis=1)
 
-    project = Projection(mean, mean, np.array([9.0, 1.0]))
+    project = Projection(mean, unlimited, mean, np.array([9.0, 1.0]))
     off = np.array([[0.0], [0.2], [0.5], [0.1]])
     found = estimate(np.ones((4, 1)), off, [1, 1, 1, 1], project)
     assert found.error == pytest.approx(np.sqrt(0.018), rel=1e-5)
@@ -105,11 +109,23 @@ def test_colors_count_by_their_area():
 def test_colors_are_judged_as_they_are_shown():
     """As above, but of each two receivers the first alone is shown: errors 0 and 0.5, ε² = 0.1 · 0.25."""
     project = Projection(
-        lambda x: x.reshape(2, 2, -1).mean(axis=1), lambda x: x[::2], np.array([9.0, 1.0])
+        lambda x: x.reshape(2, 2, -1).mean(axis=1), unlimited, lambda x: x[::2], np.array([9.0, 1.0])
     )
     off = np.array([[0.0], [0.2], [0.5], [0.1]])
     found = estimate(np.ones((4, 1)), off, [1, 1, 1, 1], project)
     assert found.error == pytest.approx(np.sqrt(0.025), rel=1e-5)
+
+
+def test_colors_beyond_their_limits_are_moved_there_before_they_are_judged():
+    """Receivers have 1 ± 0.1 and 1. The second color lies 100 times as far from the first receiver's light as the second
+    receiver's does: it comes to -8.9 and 10.9, and is moved to 1: ε² = (0.1² + 0²) / 2. It were 7² without limits."""
+    def beyond(x):
+        return np.stack([x[0], x[0] + 100 * (x[1] - x[0])])
+
+    project = Projection(beyond, lambda x: (x.min(axis=0), x.max(axis=0)), beyond, np.ones(2))
+    off = np.array([[0.1], [0.0]])
+    found = estimate(np.ones((2, 1)), off, [1, 1], project, enough=0.0)
+    assert found.error == pytest.approx(0.1 / np.sqrt(2), rel=1e-4)
 
 
 def test_blur_of_smoothing_shows_without_noise():

@@ -219,15 +219,18 @@ class ErrorEstimator:
     ) -> tuple[np.ndarray, np.ndarray]:
         """The error of fitted colors: shares (m,) of the surface, and a sample (m, channels) of the relative
         error of the colors made of the replicates' mean. The sample is half of the difference of the two
-        replicates' colors, times a factor that adds what smoothing blurs. Where the rough colors' error is
-        small enough, the sample is made again of the colors that users will see, which are kept within
-        bounds; noise moves these bounds."""
+        replicates' colors, times a factor that adds what smoothing blurs. These are rough colors, moved into
+        the limits that users' colors are kept within: where a few receivers determine a corner badly, a linear fit
+        goes a hundred times beyond. Blur, which needs colors that are linear in the light, is that of corners that
+        did not move. Where the error is small enough, the sample is made again of the colors that users will see."""
         share = area_shares(self.project.area)
         fields = self.project.apply(np.hstack([*radiance, *raw]).astype(float))
-        a, b, raw_a, raw_b = np.split(fields, 4, axis=1)
+        linear = np.split(fields, 4, axis=1)
+        a, b = (np.clip(each, *self.project.limits(light)) for each, light in zip(linear, radiance))
         scale = scale_of((a + b) / 2, share)
         sample = (a - b) / (2 * scale)
-        blur = mean_over(share, _blur(a, b, raw_a, raw_b) / scale**2)
+        still = share * (np.hstack([a, b]) == np.hstack(linear[:2])).all(axis=1)
+        blur = mean_over(still / max(still.sum(), LEAST), _blur(*linear) / scale**2)
         noise = mean_over(share, sample**2)
         if noise + blur <= self.enough**2:
             a, b = (self.project.show(each.astype(float)) for each in radiance)
