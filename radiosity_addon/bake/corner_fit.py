@@ -87,6 +87,17 @@ class CornerFit:
         _, low, high = self._bounds(values)
         return low[self.shown], high[self.shown]
 
+    def of_receivers(self, errors: np.ndarray, own: np.ndarray) -> np.ndarray:
+        """(count,) factors of the receivers' ``own`` (count,) squared errors by which these become the ``errors``
+        (n,) of the colors: around each color they add up to its own. Where a few receivers determine a corner badly, its
+        error is a hundred times theirs."""
+        colors = self.spread.T @ np.bincount(self.shown, errors, self.spread.shape[0])
+        shares = abs(self.sampling)
+        total = np.asarray(shares.sum(axis=1)).ravel()
+        total = np.where(total > 0, total, 1)
+        around = shares.T @ (own / total)
+        return (shares @ (colors / np.where(around > 0, around, np.inf))) / total
+
     def areas(self) -> np.ndarray:
         """(n_loops,) or (n_vertices,) float64: the area that each color stands for. A third of each triangle goes to
         each of its corners; loops that share a color share its area evenly."""

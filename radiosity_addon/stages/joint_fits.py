@@ -41,6 +41,12 @@ class JointFit:
         """Of all receivers' ``values`` (count, c) those of these targets' k receivers, (k, c)."""
         return np.concatenate([values[span] for span in self.spans])
 
+    def put(self, values: np.ndarray, everywhere: np.ndarray) -> None:
+        """The opposite of ``light``: ``values`` (k,) of these targets' receivers into those of all, (count,)."""
+        parts = np.split(values, np.cumsum([span.stop - span.start for span in self.spans])[:-1])
+        for span, part in zip(self.spans, parts):
+            everywhere[span] = part
+
     def colors(self, values: np.ndarray) -> list[np.ndarray]:
         """Colors (n, 3) float64 of each target, for light ``values`` (count, 3) at all receivers."""
         return np.split(self.fit.colors(self.light(values)), self.ends[1:-1])

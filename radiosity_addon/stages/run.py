@@ -106,4 +106,13 @@ def _where_judged(fits: list[JointFit]) -> Projection:
     def show(light: np.ndarray) -> np.ndarray:
         return np.concatenate([each.fit.colors(mine) for each, mine in zip(fits, of_light(light))])
 
-    return Projection(apply, limits, show, np.concatenate([each.fit.areas() for each in fits]))
+    areas = [each.fit.areas() for each in fits]
+    ends = np.cumsum([len(each) for each in areas])[:-1]
+
+    def of_receivers(errors: np.ndarray, own: np.ndarray) -> np.ndarray:
+        found = np.zeros(len(own))
+        for each, mine in zip(fits, np.split(errors, ends)):
+            each.put(each.fit.of_receivers(mine, each.light(own)), found)
+        return found
+
+    return Projection(apply, limits, show, of_receivers, np.concatenate(areas))

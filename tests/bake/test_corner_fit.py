@@ -54,6 +54,19 @@ def linear(points):
     return np.stack([1 + x, 2 + 3 * y - x, 0.5 + 0.25 * x + y], 1)
 
 
+def test_errors_of_colors_go_to_the_receivers_around_them():
+    """Alike everywhere in the receivers, all in one corner of the colors: the receivers of the quad at that corner get all
+    of it, those of other quads none; and what receivers have adds up to what colors have."""
+    plane = Plane(3, smooth=False)
+    fit = corner_fit(plane.target, plane.receivers, plane.area, "corner")
+    errors, own = np.zeros(36), np.ones(len(plane.area))
+    errors[0] = 5.0  # at (0, 0)
+    found = own * fit.of_receivers(errors, own)
+    assert found.sum() == pytest.approx(5)
+    beside = (plane.points[:, :2] < 1 / 3).all(axis=1)
+    assert found[~beside] == pytest.approx(0) and found[beside].min() >= 0
+
+
 @pytest.mark.parametrize("smooth", [True, False])
 @pytest.mark.parametrize("m", [1, 5])
 def test_linear_light_is_exact(m, smooth):

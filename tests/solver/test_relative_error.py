@@ -37,6 +37,10 @@ def estimate(radiance: np.ndarray, apart: np.ndarray, area, project=None, enough
     return judge.weigh([half(1.0), half(-1.0)])
 
 
+def alike(errors: np.ndarray, own: np.ndarray) -> np.ndarray:
+    return np.full(len(own), errors.sum() / own.sum())
+
+
 def unlimited(light: np.ndarray) -> tuple[float, float]:
     return -np.inf, np.inf
 
@@ -99,7 +103,7 @@ def test_colors_count_by_their_area():
     def mean(x):
         return x.reshape(2, 2, -1).mean(axis=1)
 
-    project = Projection(mean, unlimited, mean, np.array([9.0, 1.0]))
+    project = Projection(mean, unlimited, mean, alike, np.array([9.0, 1.0]))
     off = np.array([[0.0], [0.2], [0.5], [0.1]])
     found = estimate(np.ones((4, 1)), off, [1, 1, 1, 1], project)
     assert found.error == pytest.approx(np.sqrt(0.018), rel=1e-5)
@@ -109,7 +113,7 @@ def test_colors_count_by_their_area():
 def test_colors_are_judged_as_they_are_shown():
     """As above, but of each two receivers the first alone is shown: errors 0 and 0.5, ε² = 0.1 · 0.25."""
     project = Projection(
-        lambda x: x.reshape(2, 2, -1).mean(axis=1), unlimited, lambda x: x[::2], np.array([9.0, 1.0])
+        lambda x: x.reshape(2, 2, -1).mean(axis=1), unlimited, lambda x: x[::2], alike, np.array([9.0, 1.0])
     )
     off = np.array([[0.0], [0.2], [0.5], [0.1]])
     found = estimate(np.ones((4, 1)), off, [1, 1, 1, 1], project)
@@ -122,7 +126,7 @@ def test_colors_beyond_their_limits_are_moved_there_before_they_are_judged():
     def beyond(x):
         return np.stack([x[0], x[0] + 100 * (x[1] - x[0])])
 
-    project = Projection(beyond, lambda x: (x.min(axis=0), x.max(axis=0)), beyond, np.ones(2))
+    project = Projection(beyond, lambda x: (x.min(axis=0), x.max(axis=0)), beyond, alike, np.ones(2))
     off = np.array([[0.1], [0.0]])
     found = estimate(np.ones((2, 1)), off, [1, 1], project, enough=0.0)
     assert found.error == pytest.approx(0.1 / np.sqrt(2), rel=1e-4)

@@ -77,7 +77,7 @@ class ErrorEstimator:
         samples, found = zip(*(part.error(self.surface.share, scale) for part in parts))
         squares = tuple(map_chunks(lambda square: self._pooled(neighborhoods, square), found, self.threads))
         raw = self.project and [self._radiance(each[0] + each[2], each[1], unit) for each in (one, two)]
-        sampled, (error_95, *bounds) = self._judged(squares, samples, radiance, raw)
+        squares, sampled, (error_95, *bounds) = self._judged(squares, samples, radiance, raw)
         lacking = sum(mean_over(self.surface.share, each) for each in uncorrected if each is not None)
         direct, indirect = ((a + b) / 2 for a, b in zip(*light))
         return Estimate(
@@ -120,10 +120,11 @@ class ErrorEstimator:
     def _judged(
         self, squares: tuple[np.ndarray, np.ndarray], samples: tuple[np.ndarray, np.ndarray],
         radiance: list[np.ndarray], raw: list[np.ndarray] | None,
-    ) -> tuple[float, np.ndarray]:
+    ) -> tuple[tuple[np.ndarray, np.ndarray], float, np.ndarray]:
         """Where colors end: the mean squared error, of ``squares`` (count,) and ``samples`` (count,
         channels) of the errors of explicit and of gathered light, or of the replicates' ``radiance``,
-        smoothed from ``raw``, None where no colors are fitted; and the bounds for MOST of the surface and for PARTS."""
+        smoothed from ``raw``, None where no colors are fitted; and the bounds for MOST of the surface and for PARTS.
+        Before these the squares again, as colors have them."""
         share = self.surface.share
         if self.project is None:
             square = mean_over(share, squares[0]) + mean_over(share, squares[1])
@@ -131,7 +132,18 @@ class ErrorEstimator:
         else:
             share, sample = self._projected(radiance, raw)
             square = mean_over(share, sample**2)
-        return square, bounds_of(share, sample, np.append(MOST, PARTS))
+            squares = self._as_colors(squares, share * (sample**2).mean(axis=1))
+        return squares, square, bounds_of(share, sample, np.append(MOST, PARTS))
+
+    def _as_colors(
+        self, squares: tuple[np.ndarray, np.ndarray], errors: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Receivers' ``squares`` (count,) each, so that they add up to the squared ``errors`` (m,) of the colors made of them:
+        half of these all over the surface, half around each color, as replicates of one color may agree by chance."""
+        own = self.surface.share * (squares[0] + squares[1])
+        everywhere = errors.sum() / max(own.sum(), LEAST)
+        factor = (everywhere + self.project.of_receivers(errors, own)) / 2
+        return squares[0] * factor, squares[1] * factor
 
     def _neighbors(self, *light: np.ndarray) -> Sequence[Neighborhood]:
         """The neighborhoods, given all light (count, c) so far: receivers without any, as in a sealed room
