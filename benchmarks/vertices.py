@@ -4,8 +4,9 @@
                                   [--truth 0.005]
 
 Cycles bakes a vertex color at a point, so it is no reference for colors fitted to faces; two bakes
-of our own to ``--truth`` are, which tells nothing of an error that bakes of any fineness share. Half
-of the squared error may sit in few corners: ``most`` is without the worst hundredth. Needs bpy.
+of our own to ``--truth`` are, which tells nothing of an error that bakes of any fineness share. A corner counts by
+its part of the faces' area. Half of the squared error may sit in few corners: ``most`` is without the worst hundredth
+of them. Needs bpy.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 from radiosity_addon.settings import Settings
 from radiosity_addon.stages.prepare import prepare
 from radiosity_addon.stages.run import run
-from verification.error import Measured, relative_error
+from verification.error import Measured, local_squares, relative_error
 
 from .scenes import SCENES, build
 
@@ -45,20 +46,32 @@ def corner_colors(obj, error: float, seed: int) -> tuple[np.ndarray, float]:
     return np.asarray(result.colors[0], float)[:, :3], result.statistics.estimated_error
 
 
+def corner_areas(obj) -> np.ndarray:
+    """(n,) square meters of the corners: each triangle gives a third of its own to each of its."""
+    mesh = obj.data
+    area, loops = np.zeros(len(mesh.loops)), np.empty(3 * len(mesh.loop_triangles), np.int32)
+    own = np.empty(len(mesh.loop_triangles), np.float32)
+    mesh.loop_triangles.foreach_get("loops", loops)
+    mesh.loop_triangles.foreach_get("area", own)
+    np.add.at(area, loops, np.repeat(own / 3, 3))
+    return area
+
+
 def measure(obj, errors, seeds, truth: float, say=print) -> list[Row]:
     """Bake the object's vertex colors at each error and seed; print and return what was found."""
     a, b = (corner_colors(obj, truth, seed)[0] for seed in SEEDS)
-    say(f"two bakes to {100 * truth:g} % are {relative_error(a, b)} apart")
+    area = corner_areas(obj)
+    share = area / area.sum()
+    say(f"two bakes to {100 * truth:g} % are {relative_error(a, b, area=area)} apart")
     rows = []
     for error in errors:
         for seed in seeds:
             x, said = corner_colors(obj, error, seed)
-            off = x - (a + b) / 2
-            level = (a + b).mean(axis=1)
-            square = (off**2).mean(axis=1) / np.maximum(level, level.mean()) ** 2
-            most = np.sort(np.argsort(square)[: len(square) - len(square) // 100])
-            rows.append(Row(error, seed, said, relative_error(x, a, b),
-                            relative_error(x[most], a[most], b[most])))  # fmt: skip
+            light = (a + b).mean(axis=1) / 2
+            _, squares = local_squares(x, a, b, float(share @ light))
+            most = np.sort(np.argsort(share * squares)[: len(squares) - len(squares) // 100])
+            rows.append(Row(error, seed, said, relative_error(x, a, b, area),
+                            relative_error(x[most], a[most], b[most], area[most])))  # fmt: skip
             row = rows[-1]
             say(f"asked {100 * error:g} %, seed {seed}: says {100 * said:.2f} %, "
                 f"is {row.found}; most corners {row.most}")  # fmt: skip
