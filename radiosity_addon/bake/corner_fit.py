@@ -29,6 +29,9 @@ from .corner_equations import SurfaceLight, importance, normal_equations, surfac
 from .exported_object import ExportedObject
 from .hanging import NOTHING, Hanging, spread
 
+# Share [of the mean squared error around a color]: where the error is smaller, it is rounding, and no samples lower it.
+NOTICED = 1e-9
+
 
 @dataclass(frozen=True)
 class CornerFit:
@@ -96,7 +99,8 @@ class CornerFit:
         total = np.asarray(shares.sum(axis=1)).ravel()
         total = np.where(total > 0, total, 1)
         around = shares.T @ (own / total)
-        return (shares @ (colors / np.where(around > 0, around, np.inf))) / total
+        some = around > NOTICED * around.mean() if len(around) else around
+        return (shares @ (colors / np.where(some, around, np.inf))) / total
 
     def areas(self) -> np.ndarray:
         """(n_loops,) or (n_vertices,) float64: the area that each color stands for. A third of each triangle goes to
