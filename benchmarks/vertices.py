@@ -5,7 +5,7 @@
 
 Cycles bakes a vertex color at a point, so it is no reference for colors fitted to faces; two bakes
 of our own to ``--truth`` are, which tells nothing of an error that bakes of any fineness share. A corner counts by
-its part of the faces' area. Half of the squared error may sit in few corners: ``most`` is without the worst hundredth
+its part of the faces' area. Most of the squared error may sit in few corners: ``most`` is without the worst hundredth
 of them. Needs bpy.
 """
 
@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from radiosity_addon.bake.layers import bulk
 from radiosity_addon.settings import Settings
 from radiosity_addon.stages.prepare import prepare
 from radiosity_addon.stages.run import run
@@ -49,12 +50,10 @@ def corner_colors(obj, error: float, seed: int) -> tuple[np.ndarray, float]:
 def corner_areas(obj) -> np.ndarray:
     """(n,) square meters of the corners: each triangle gives a third of its own to each of its."""
     mesh = obj.data
-    area, loops = np.zeros(len(mesh.loops)), np.empty(3 * len(mesh.loop_triangles), np.int32)
-    own = np.empty(len(mesh.loop_triangles), np.float32)
-    mesh.loop_triangles.foreach_get("loops", loops)
-    mesh.loop_triangles.foreach_get("area", own)
-    np.add.at(area, loops, np.repeat(own / 3, 3))
-    return area
+    mesh.calc_loop_triangles()
+    loops = bulk(mesh.loop_triangles, "loops", np.int32, 3)
+    area = bulk(mesh.loop_triangles, "area", np.float32)
+    return np.bincount(loops.ravel(), np.repeat(area / 3, 3), len(mesh.loops))
 
 
 def measure(obj, errors, seeds, truth: float, say=print) -> list[Row]:

@@ -90,7 +90,7 @@ class CornerFit:
         _, low, high = self._bounds(values)
         return low[self.shown], high[self.shown]
 
-    def of_receivers(self, errors: np.ndarray, own: np.ndarray) -> np.ndarray:
+    def receiver_factors(self, errors: np.ndarray, own: np.ndarray) -> np.ndarray:
         """(count,) factors of the receivers' ``own`` (count,) squared errors by which these become the ``errors``
         (n,) of the colors: around each color they add up to its own. Where a few receivers determine a corner badly, its
         error is a hundred times theirs."""
@@ -99,7 +99,7 @@ class CornerFit:
         total = np.asarray(shares.sum(axis=1)).ravel()
         total = np.where(total > 0, total, 1)
         around = shares.T @ (own / total)
-        some = around > NOTICED * around.mean() if len(around) else around
+        some = around > NOTICED * around.sum() / max(len(around), 1)
         return (shares @ (colors / np.where(some, around, np.inf))) / total
 
     def areas(self) -> np.ndarray:

@@ -59,7 +59,7 @@ class Projection:
 
     ``apply`` maps values (count, c) at receivers to colors (m, c), linearly. ``limits`` maps light (count, c), 1 or 3
     channels, to the lowest and the highest colors (m, c) that it may make, and ``show`` to the colors (m, 3) that users
-    see, which are kept within these. ``of_receivers`` maps squared errors (m,) of colors and (count,) of receivers to the
+    see, which are kept within these. ``receiver_factors`` maps squared errors (m,) of colors and (count,) of receivers to the
     factors (count,) by which the second become the first. ``area`` (m,), in any unit, is what each color counts by:
     that of the faces it is fitted to.
     """
@@ -67,7 +67,7 @@ class Projection:
     apply: Callable[[np.ndarray], np.ndarray]
     limits: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
     show: Callable[[np.ndarray], np.ndarray]
-    of_receivers: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    receiver_factors: Callable[[np.ndarray, np.ndarray], np.ndarray]
     area: np.ndarray
 
 

@@ -109,10 +109,10 @@ def _where_judged(fits: list[JointFit]) -> Projection:
     areas = [each.fit.areas() for each in fits]
     ends = np.cumsum([len(each) for each in areas])[:-1]
 
-    def of_receivers(errors: np.ndarray, own: np.ndarray) -> np.ndarray:
+    def receiver_factors(errors: np.ndarray, own: np.ndarray) -> np.ndarray:
         found = np.zeros(len(own))
         for each, mine in zip(fits, np.split(errors, ends)):
-            each.put(each.fit.of_receivers(mine, each.light(own)), found)
+            each.put(each.fit.receiver_factors(mine, each.light(own)), found)
         return found
 
-    return Projection(apply, limits, show, of_receivers, np.concatenate(areas))
+    return Projection(apply, limits, show, receiver_factors, np.concatenate(areas))

@@ -61,7 +61,7 @@ def test_errors_of_colors_go_to_the_receivers_around_them():
     fit = corner_fit(plane.target, plane.receivers, plane.area, "corner")
     errors, own = np.zeros(36), np.ones(len(plane.area))
     errors[0] = 5.0  # at (0, 0)
-    found = own * fit.of_receivers(errors, own)
+    found = own * fit.receiver_factors(errors, own)
     assert found.sum() == pytest.approx(5)
     beside = (plane.points[:, :2] < 1 / 3).all(axis=1)
     assert found[~beside] == pytest.approx(0) and found[beside].min() >= 0

@@ -97,7 +97,7 @@ def test_an_error_that_falls_as_rays_leaves_nothing():
 @pytest.mark.parametrize(("risen", "expected"), [(1.0, 0.05), (1.1, 0.05), (1.8, 0.0)])
 def test_an_error_that_rises_is_none_that_stays(risen, expected):
     """Rare bright rays that a kitchen's third round found were taken for the elements' error, and all that
-    had been gathered was thrown away. What elements do not hold stays as it is, by chance a little more."""
+    had been gathered was thrown away. What elements get wrong stays as it is, by chance a little more."""
     past = [Past(4.0, 0.06, 0.05), Past(9.0, 0.0027, 0.05), Past(14.0, 0.0027 * risen, 0.05)]
     assert least_error_of(past, 0.0, 0.0255) == pytest.approx(expected, rel=0.25)
 

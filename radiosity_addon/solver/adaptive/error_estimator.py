@@ -142,7 +142,7 @@ class ErrorEstimator:
         half of these all over the surface, half around each color, as replicates of one color may agree by chance."""
         own = self.surface.share * (squares[0] + squares[1])
         everywhere = errors.sum() / max(own.sum(), LEAST)
-        factor = (everywhere + self.project.of_receivers(errors, own)) / 2
+        factor = (everywhere + self.project.receiver_factors(errors, own)) / 2
         return squares[0] * factor, squares[1] * factor
 
     def _neighbors(self, *light: np.ndarray) -> Sequence[Neighborhood]:

@@ -198,7 +198,9 @@ def follow_onward(
     """What owners' ``rays`` that ended on no patch bring in the end, (count, channels) each: light reflected on the
     way, without what the patches reflect that rays end on; first-hand light; and the Ends on those patches, near ones
     only where not ``near_goes_onward``."""
-    patches = radiosity.patches.with_all_counted()
+    patches = radiosity.patches
+    if near_goes_onward:  # others read avoided patches as they are
+        patches = patches.with_all_counted()
     onward = go_on(context, patches, rays, count, (*key, 1), near_goes_onward)
     light, first = onward.light(context, (*key, 2))
     light += onward.sky

@@ -24,7 +24,8 @@ from .rays import Met, own_directions, shoot, sky_of, sums_of
 
 MOST_BOUNCES = 64  # number [bounces] of a ray, at most: chance ends nearly all long before
 FULL_BOUNCES = 6  # number [bounces] after which Russian roulette ends rays, so that weights do not fall further
-# Number [bounces] of rays that go on from near patches, too, with neither chance nor means: of an even light all bring the same.
+# Number [bounces] of rays that go on from near patches, too: before, none ends by chance or reads a near patch's mean, so
+# that even light has no noise.
 NEAR_BOUNCES = 24
 BACK = 4 * OFFSET  # distance [unit box] before its end at which a ray goes on; of a short ray half of its length
 FOLLOWED_PER_CHUNK = 1 << 15  # number [rays] of a chunk
