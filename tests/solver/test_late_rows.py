@@ -8,7 +8,7 @@ import pytest
 from radiosity_addon.solver.gather.lighting import MOST_RAYS, batches_of
 from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.progress import silent
-from radiosity_addon.solver.transport.onward import Ends, ends_of, go_on
+from radiosity_addon.solver.transport.onward import Ends, _resampled, ends_of, go_on
 from radiosity_addon.solver.transport.places import Places
 from radiosity_addon.solver.transport.rays import Met, sums_of
 from verification import meshes
@@ -135,3 +135,27 @@ def test_rays_are_gathered_in_batches_of_bounded_size():
         assert sum(len(owners) * rays for owners, rays, *_ in batch) <= MOST_RAYS or len(batch) == 1
     assert [len(batches_of(parts[:1])), len(batches_of(parts[:1])[0][0])] == [1, 2]
     assert batches_of([]) == []
+
+
+@pytest.mark.parametrize("by_chance", [False, True])
+def test_fewer_rays_stand_for_all_of_an_owner(by_chance):
+    """Rays of three owners, one of which has a single ray, reflected by 0.1 to 0.9: each keeps its sum of weights, with as
+    many rays as make them about as large as before, and each ray's weight is right in the mean. By chance the
+    sums are right in the mean only."""
+    random = np.random.default_rng(3)
+    owner = np.array([4] * 40 + [1] * 25 + [7])[random.permutation(66)]
+    before = random.uniform(0.5, 1, (66, 1))
+    weight = before * random.uniform(0.1, 0.9, (66, 1)) * [1, 0.5, 0.25]
+    places = Places(np.zeros(66, int), np.arange(66), *np.zeros((2, 66)), np.ones(66, bool))
+    rays, came = (Ends(owner, places, each, np.zeros((66, 3))) for each in (weight, before))
+    expected, trials = sums_of(owner, weight, 8), 2000
+    means = np.zeros_like(weight)
+    for trial in range(trials):
+        found = _resampled(rays, came, by_chance, (trial,))
+        means += sums_of(found.places.triangle, found.weight, 66) / trials
+        sums = sums_of(found.owner, found.weight, 8)
+        assert by_chance or sums == pytest.approx(expected)
+        for each in (1, 4, 7):
+            fewer = expected[each, 0] / before[owner == each].mean()
+            assert (found.owner == each).sum() < fewer + 1
+    assert (np.abs(means - weight) <= 5 * np.sqrt(weight / trials)).all()

@@ -23,10 +23,9 @@ from .places import Places, no_places, places_at
 from .rays import Met, own_directions, shoot, sky_of, sums_of
 
 MOST_BOUNCES = 64  # number [bounces] of a ray, at most: chance ends nearly all long before
-FULL_BOUNCES = 6  # number [bounces] after which Russian roulette ends rays, so that weights do not fall further
-# Number [bounces] of rays that go on from near patches, too: before, none ends by chance or reads a near patch's mean, so
-# that even light has no noise.
-NEAR_BOUNCES = 24
+FULL_BOUNCES = 2  # number [bounces] after which as few rays of an owner go on as their lower weight asks for, one at least
+LAST_BOUNCES = 6  # number [bounces] after which Russian roulette ends the last one, too
+NEAR_BOUNCES = 24  # the same of rays that go on from near patches, too, and the bounces after which these read their means
 BACK = 4 * OFFSET  # distance [unit box] before its end at which a ray goes on; of a short ray half of its length
 FOLLOWED_PER_CHUNK = 1 << 15  # number [rays] of a chunk
 PHASE = "transport"
@@ -184,18 +183,20 @@ def _go_on(
 ) -> Onward:
     """``go_on`` of one chunk: see there."""
     sky, passed, lit, ended, first = np.zeros((count, context.channels)), [], [], [], len(rays.owner)
-    full = NEAR_BOUNCES if near_goes_onward else FULL_BOUNCES
+    last = NEAR_BOUNCES if near_goes_onward else LAST_BOUNCES
     for bounce in range(MOST_BOUNCES):
         if len(rays.owner) == 0:
             break
         passed.append(rays)
-        rays = _surviving(context, rays, bounce >= full, (*key, bounce))
+        rays = _reflected(context, rays)
+        if bounce >= FULL_BOUNCES:
+            rays = _resampled(rays, passed[-1], bounce >= last, (*key, bounce))
         if len(rays.owner) == 0:
             break
         lit.append(rays)
         points = rays.points(context, uniform((len(rays.owner), 3), *key, bounce, 2))
         shot = shoot(context, patches, points, own_directions(points, 1, *key, bounce, 4),
-                     near_goes_onward and bounce + 1 < full)
+                     near_goes_onward and bounce + 1 < last)
         parts = []
         for part in shot.met:
             parts.append(ends_of(part, shot.directions, np.arange(len(part.entry)),
@@ -211,15 +212,36 @@ def _go_on(
     return Onward(passed, lit, ended, sky, first)
 
 
-def _surviving(context: Context, rays: Ends, by_chance: bool, key: tuple[int, ...]) -> Ends:
-    """The rays reflected, less those that Russian roulette ends where ``by_chance``."""
-    places, before = rays.places, rays.weight.max(axis=1, initial=0)
-    rays = replace(
-        rays,
-        weight=rays.weight * context.reflectance(places.triangle, places.uv, places.front),
-    )
-    after = rays.weight.max(axis=1, initial=0)
-    chance = (after > 0).astype(float)
-    if by_chance:
-        chance = np.minimum(after / np.maximum(before, 1e-30), 1)
-    return rays.surviving(chance, uniform((len(chance),), *key, 1))
+def _reflected(context: Context, rays: Ends) -> Ends:
+    """The ``rays`` as they leave where they ended, without those of which nothing is left."""
+    places = rays.places
+    weight = rays.weight * context.reflectance(places.triangle, places.uv, places.front)
+    return replace(rays, weight=weight).take(np.flatnonzero(weight.max(axis=1, initial=0)))
+
+
+def _resampled(rays: Ends, before: Ends, by_chance: bool, key: tuple[int, ...]) -> Ends:
+    """A sample of the ``rays`` that stands for all of them, drawn at equal steps of their weights (systematic
+    resampling; Douc and Cappé 2005, section 2.4). Each owner keeps the sum of its weights, so that even light has no
+    noise; and as many rays as make these about as large as ``before`` they were reflected, rounded up, or
+    ``by_chance``: then there may be none."""
+    rays = rays.take(np.argsort(rays.owner, kind="stable"))
+    weight = rays.weight.max(axis=1, initial=0)
+    first = np.flatnonzero(np.diff(rays.owner, prepend=-1))
+    number = np.diff(np.append(first, len(weight)))
+    owner = np.repeat(np.arange(len(first)), number)
+    total = np.bincount(owner, weight)
+    sizes = before.weight.max(axis=1, initial=0)
+    before_total, before_number = (np.bincount(before.owner, each)[rays.owner[first]] for each in (sizes, None))
+    left = before_number * (total / before_total)
+    if not by_chance:
+        left = np.ceil(left)
+    until = np.cumsum(weight)
+    start = until[first] - weight[first]
+    steps = (until - start[owner]) * (left / total)[owner] + uniform((len(first),), *key, 1)[owner]
+    steps = np.floor(steps)
+    drawn = np.diff(steps, prepend=0)
+    drawn[first] = steps[first]
+    some = np.flatnonzero(drawn)
+    rays = rays.take(some)
+    drawn = drawn[some] * (total / left)[owner[some]] / weight[some]
+    return replace(rays, weight=rays.weight * drawn[:, None])
