@@ -24,8 +24,8 @@ from .rays import Met, own_directions, shoot, sky_of, sums_of
 
 MOST_BOUNCES = 64  # number [bounces] of a ray, at most: chance ends nearly all long before
 FULL_BOUNCES = 2  # number [bounces] after which as few rays of an owner go on as their lower weight asks for, one at least
-LAST_BOUNCES = 6  # number [bounces] after which Russian roulette ends the last one, too
-NEAR_BOUNCES = 24  # the same of rays that go on from near patches, too, and the bounces after which these read their means
+LAST_BOUNCES = 6  # number [bounces] after which Russian roulette ends the last one, too, and near patches' means are read
+NEAR_BOUNCES = 24  # number [bounces] of rays that go on from near patches, too, after which both hold for these
 BACK = 4 * OFFSET  # distance [unit box] before its end at which a ray goes on; of a short ray half of its length
 FOLLOWED_PER_CHUNK = 1 << 15  # number [rays] of a chunk
 PHASE = "transport"
