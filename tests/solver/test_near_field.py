@@ -5,7 +5,7 @@ import pytest
 
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.adaptive.plan import make_plan
-from radiosity_addon.solver.adaptive.replicate import build_replicate
+from radiosity_addon.solver.adaptive.requests import build_replicate
 from radiosity_addon.solver.fields import Constant, Texture
 from radiosity_addon.solver.scene import Material, Scene, SunLamp
 from verification import exact, meshes

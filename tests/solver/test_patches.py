@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from radiosity_addon.solver.adaptive.plan import make_plan
-from radiosity_addon.solver.adaptive.replicate import build_replicate
+from radiosity_addon.solver.adaptive.requests import build_replicate
 from radiosity_addon.solver.elements.elements import build_elements
 from radiosity_addon.solver.geometry.footprints import build_footprints
 from radiosity_addon.solver.lights.context import build_context

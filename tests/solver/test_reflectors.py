@@ -4,7 +4,7 @@
 import numpy as np
 
 from radiosity_addon.solver.adaptive.plan import make_plan
-from radiosity_addon.solver.adaptive.replicate import build_replicate
+from radiosity_addon.solver.adaptive.requests import build_replicate
 from radiosity_addon.solver.gather.lighting import Aim, add_gathered, no_light
 from radiosity_addon.solver.lights.far_polygons import FarPolygons
 from radiosity_addon.solver.lights.flat_shapes import RECTANGLE

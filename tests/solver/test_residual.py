@@ -7,7 +7,7 @@ import pytest
 
 from radiosity_addon.solver.adaptive.correction import find_correction, regions_of
 from radiosity_addon.solver.adaptive.plan import make_plan
-from radiosity_addon.solver.adaptive.replicate import build_replicate
+from radiosity_addon.solver.adaptive.requests import build_replicate
 from radiosity_addon.solver.gather.residual import Paths, Residuals, Visits, follow_residual
 from radiosity_addon.solver.geometry.footprints import build_footprints
 from radiosity_addon.solver.lights.context import build_context

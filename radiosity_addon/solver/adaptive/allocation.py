@@ -19,6 +19,9 @@ from .estimate import Estimate
 # error is larger gets more samples even if the mean over the surface is good, as it would show as a dash or a stain.
 # And errors [relative] that nobody sees: a place gets no samples to go below them.
 WORST, SEEN = (0.8, 1.3), (0.018, 0.029)
+# Difference [relative] of the replicates' gathered light from their mean, and number [rays] of a receiver: where both are
+# as large, what its rays read is wrong in one of them.
+DISPUTED, ENOUGH_RAYS = 0.5, 32
 LEAST_MORE = 1.25  # factor [samples of a receiver]: one that needs fewer than so many times as many gets none
 
 Lacking = tuple[np.ndarray, np.ndarray]  # numbers of points and of rays, (count,) float64 each
@@ -51,6 +54,15 @@ def lacking_at_worst(estimate: Estimate, goal: float, light: Lighting) -> Lackin
         for (local, number), worst, least in zip(_parts(estimate, light), WORST, SEEN)
     )
     return points, rays
+
+
+def disputed_receivers(estimate: Estimate, light: Lighting, settled: np.ndarray) -> np.ndarray:
+    """(k,) int: receivers of many rays about whose gathered light the replicates differ, but those that are ``settled`` (count,)
+    bool. So it is in a pocket that few rays leave: one of its rows' rays found the way out in one replicate, and
+    brought light that was reflected in there until all of the pocket was bright. Receivers that read one another
+    correct that by no more than a reflection a round."""
+    difference = np.abs(estimate.difference).mean(axis=1)
+    return np.flatnonzero(~settled & (difference > DISPUTED) & (light.rays[:, 0] >= ENOUGH_RAYS))
 
 
 def _parts(

@@ -11,7 +11,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from ..direct.beams import Split, split_beams
+from ..direct.beams import Split
 from ..gather.lighting import (
     Aim,
     Lighting,
@@ -23,15 +23,13 @@ from ..gather.lighting import (
 )
 from ..gather.reflectors import Reflectors, find_reflectors
 from ..gather.residual import Residuals, follow_residual, join_residuals
-from ..lights.context import Context, build_context
-from ..progress import silent
+from ..lights.context import Context
 from ..receivers import Receivers
 from ..sampling.guide import Guide, Learning, Lesson, start_learning
 from ..sampling.streams import Stream
-from ..scene import Scene
 from ..transport.radiosity import Radiosity
+from ..transport.receiver_patches import ReceiverPatches
 from ..transport.solve_patches import divided, solve_radiosity, without_reflection
-from ..workers.parallel import Helpers
 from .correction import (
     Correction,
     biased_elements,
@@ -42,7 +40,7 @@ from .correction import (
 from .placed_receivers import PlacedReceivers, placed
 from .plan import Plan
 from .relative_error import area_shares
-from .requirements import Requirements, SolverSettings, requirements_of
+from .requirements import Requirements
 from .round_result import RoundResult, SolveFigures
 
 # Shares [of the plan's elements] of the two replicates: edges differ by half, so that few coincide, and
@@ -238,11 +236,19 @@ class Replicate:
             self._correct()
         return self.now()
 
+    def leave_out(self, disputed: np.ndarray) -> None:
+        """Let no ray read what is known of the receivers ``disputed`` (k,) int, and forget what these gathered."""
+        if self._own_patches is None:
+            return
+        patches = self.radiosity.patches.without(disputed)
+        self.radiosity = replace(self.radiosity, patches=patches)
+        self.reflectors = self.reflectors and self.reflectors.with_patches(patches)
+        self.light.forget_gathered(disputed)
+
     def _use_gathered(self) -> None:
         """Let rays read, where they end on receivers, the mean of what the rows' rays brought and of what
         has been gathered there: more rays, one reflection later."""
-        own = self.radiosity.patches.receivers
-        if own is None or not self.requirements.everything or not own.are_of(self.placed.footprints):
+        if self._own_patches is None or not self.requirements.everything:
             return
         light, turned = self.light, self.placed.footprints.turned()
         known = light.rays[:, 0] > 0
@@ -254,6 +260,12 @@ class Replicate:
         self.radiosity = self.radiosity.with_gathered(
             self.row_radiosity, some, self.placed.reflectance[some] * arriving, light.rays[some, 0]
         )
+
+    @property
+    def _own_patches(self) -> ReceiverPatches | None:
+        """Those of the receivers; None where there are none, or of others only."""
+        own = self.radiosity.patches.receivers
+        return own if own is not None and own.are_of(self.placed.footprints) else None
 
     @property
     def paths(self) -> int:
@@ -279,17 +291,3 @@ class Replicate:
     def _figures(self) -> SolveFigures:
         found = self.radiosity
         return SolveFigures(len(found.solution), found.iterations, found.residual, found.seconds)
-
-
-def build_replicate(
-    scene: Scene, receivers: Receivers, settings: SolverSettings, threads: int,
-    helpers: Helpers | None = None,
-) -> Replicate:
-    """The second replicate, from what ``sequence.solve`` is given."""
-    context = build_context(scene, settings.seed, threads, silent, helpers=helpers)
-    requirements = requirements_of(context, settings.passes)
-    if requirements.reflected:
-        context.scene_crossings.get()  # now: the first replicate counts the rays for both
-    split = split_beams(context)
-    mine = placed(context, receivers)
-    return Replicate(1, context, split, mine, requirements, settings.target_error)

@@ -8,15 +8,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
+import numpy as np
+
+from ..direct.beams import split_beams
 from ..gather.lighting import Samples
+from ..lights.context import build_context
+from ..progress import silent
 from ..receivers import Receivers
 from ..sampling.guide import Guide, Learning
 from ..scene import Scene
 from ..transport.radiosity import Radiosity
+from ..workers.parallel import Helpers
+from .placed_receivers import placed
 from .plan import Plan
 from .processes import OpenHelpers
-from .replicate import Replicate, build_replicate
-from .requirements import SolverSettings
+from .replicate import Replicate
+from .requirements import SolverSettings, requirements_of
 from .round_result import RoundResult, SolveFigures
 
 Answer_co = TypeVar("Answer_co", covariant=True)
@@ -100,9 +107,12 @@ class AddLight:
     step: int
     guide: Guide | None
     learns: bool
+    disputed: np.ndarray  # (k,) int: receivers whose gathered light is found anew, see ``disputed_receivers``
 
     def answer(self, replicate: Replicate) -> RoundResult:
         """See ``Replicate.add``."""
+        if len(self.disputed):
+            replicate.leave_out(self.disputed)
         return replicate.add(self.direct, self.gathered, self.step, self.guide, self.learns)
 
 
@@ -124,3 +134,17 @@ class Learn:
     def answer(self, replicate: Replicate) -> Learning:
         """See ``Replicate.learn``."""
         return replicate.learn()
+
+
+def build_replicate(
+    scene: Scene, receivers: Receivers, settings: SolverSettings, threads: int,
+    helpers: Helpers | None = None,
+) -> Replicate:
+    """The second replicate, from what ``sequence.solve`` is given."""
+    context = build_context(scene, settings.seed, threads, silent, helpers=helpers)
+    requirements = requirements_of(context, settings.passes)
+    if requirements.reflected:
+        context.scene_crossings.get()  # now: the first replicate counts the rays for both
+    split = split_beams(context)
+    mine = placed(context, receivers)
+    return Replicate(1, context, split, mine, requirements, settings.target_error)

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..gather.lighting import Lighting, Samples
 from ..sampling.guide import USEFUL, Guide, joined, make_guide
-from .allocation import Lacking, lacking_at_worst, lacking_in_mean
+from .allocation import Lacking, disputed_receivers, lacking_at_worst, lacking_in_mean
 from .error_estimator import ErrorEstimator
 from .estimate import Estimate
 from .plan import MOST_ELEMENTS, Plan, round_up
@@ -103,12 +103,12 @@ class Rounds:
         if not self.radiosity_given:
             plan = self._solve(plan)
         direct, gathered = [(everyone, plan.points)], [(everyone, plan.rays)]
-        learning = guide = None
-        learns = True
+        learning, guide, learns = None, None, True
         history: list[Past] = []
+        settled, disputed = np.zeros(len(everyone), bool), everyone[:0]
         for step in range(MAX_ROUNDS):
             began, work = time.perf_counter(), _samples(direct, gathered)
-            request = AddLight(direct, gathered, step, guide, learns)
+            request = AddLight(direct, gathered, step, guide, learns, disputed)
             replicates, light, estimate = self._gathered(request, plan.enough)
             pace = (time.perf_counter() - began) / max(work, 1)
             if estimate.error <= plan.enough:
@@ -123,17 +123,18 @@ class Rounds:
             floor = _least_error(history, estimate, light, plan)
             excess = max(_of_elements(replicates, estimate), floor) / (ELEMENTS_SHARE * plan.goal)
             if excess > 1 and self._may_restart(step, plan):
-                plan, history = plan.refined(excess), []
+                plan, history, disputed = plan.refined(excess), [], everyone[:0]
                 if not self._time_for(self._seconds_of_restart()):
                     break
-                rays = round_up(np.median(light.rays), 4, MAX_SAMPLES)  # before they are forgotten
-                plan = self._solve(plan)
+                rays, plan = round_up(np.median(light.rays), 4, MAX_SAMPLES), self._solve(plan)  # which forgets rays
                 direct, gathered = [], [(everyone, rays)]
                 continue
             followed = self._followed_more_paths(estimate, plan)
             if not followed and (estimate.error < NEAR * floor or estimate.sampled <= plan.enough):
                 break
-            direct, gathered = _bundled(self._lacking(estimate, plan, light), light, guide)
+            disputed = disputed_receivers(estimate, light, settled)
+            settled[disputed] = True
+            direct, gathered = _bundled(self._lacking(estimate, plan, light), light, guide, disputed)
             if not self._pays(_samples(direct, gathered), pace, followed):
                 break
         return estimate, [replicate.figures for replicate in replicates]
@@ -167,7 +168,7 @@ class Rounds:
         few = estimate.share[(points > 0) | (rays > 0)].sum() <= UNEVEN
         if few or self.estimator.project is not None:
             return [], []
-        return _bundled((points, rays), light, None)
+        return _bundled((points, rays), light, None, np.zeros(0, int))
 
     def _pays(self, samples: int, pace: float, followed: bool = False) -> bool:
         """There is something to add, at a ``pace`` [s] of each sample, and time for it."""
@@ -225,11 +226,15 @@ class Rounds:
         return True
 
 
-def _bundled(lacking: Lacking, light: Lighting, guide: Guide | None) -> tuple[Samples, Samples]:
-    """[(owners, samples of each)] to add to ``light``, of points for direct light and of rays."""
+def _bundled(
+    lacking: Lacking, light: Lighting, guide: Guide | None, disputed: np.ndarray
+) -> tuple[Samples, Samples]:
+    """[(owners, samples of each)] to add to ``light``, of points for direct light and of rays; the rays of the
+    ``disputed`` (k,) int are forgotten."""
     points = _bounded(lacking[0], light.points[:, 0], GROWTH)
     large = GROWTH * light.rays.sum() > LARGE_ROUND
     rays = _bounded(lacking[1], light.rays[:, 0], LARGE_GROWTH if large else GROWTH)
+    rays[disputed] += light.rays[disputed, 0]
     if guide is not None:
         rays = rays / guide.worth[guide.cluster]
     return _alike(points, 4), _alike(rays, 8)

@@ -58,10 +58,10 @@ class Lighting:
         gathered = float(self.bounced.sum() + self.first.sum()) / rays
         return (float(self.direct.sum()) / points + gathered) / channels
 
-    def forget_gathered(self) -> None:
-        """Start the sums over rays anew: the radiosities they read have changed."""
+    def forget_gathered(self, receivers: np.ndarray | slice = slice(None)) -> None:
+        """Start the sums over rays anew, of ``receivers`` (k,) int: the radiosities they read have changed."""
         for sums in (self.bounced, self.first, self.rays, self.correction):
-            sums[:] = 0
+            sums[receivers] = 0
 
 
 def no_light(count: int, channels: int) -> Lighting:

@@ -20,7 +20,7 @@ from ..lights.light_sampler import FEW
 from ..lights.polygons import lamp_polygons
 from ..ragged import ragged_ranges
 from ..transport.lit_patches import mean_light
-from ..transport.patches import Avoided
+from ..transport.patches import Avoided, Patches
 from ..transport.radiosity import Radiosity
 
 BRIGHT = 10.0  # radiosity [of the mean over the surface]: brighter patches are reflectors
@@ -44,6 +44,11 @@ class Reflectors:
         receivers = radiosity.patches.receivers.with_left_out()
         patches = replace(radiosity.patches, receivers=receivers, avoided=self.avoid)
         return replace(split, spots=spots), replace(radiosity, patches=patches)
+
+    def with_patches(self, patches: Patches) -> Reflectors:
+        """The same where other ``patches`` of the receivers are left out."""
+        count = patches.receivers.footprints.count
+        return replace(self, avoid=patches.avoided_at(self.avoid.distance[:count]))
 
 
 def find_reflectors(

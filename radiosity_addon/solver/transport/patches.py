@@ -102,6 +102,10 @@ class Patches:
             entry[np.take(self.length, entry) > NEAR * hits.distance] = self.onward
         return entry
 
+    def without(self, receivers: np.ndarray) -> Patches:
+        """The same, where no ray ends on patches that have a part of ``receivers`` (k,) int: rays go on from there."""
+        return replace(self, receivers=self.receivers.without(self.receivers.with_parts_of(receivers)))
+
     def avoided_at(self, distance: np.ndarray) -> Avoided:
         """The patches of receivers whose fronts have a ``distance`` (P,) float32 that is not inf; and those that were left out,
         which rays go onward from."""

@@ -62,9 +62,15 @@ class ReceiverPatches:
         found = (np.bincount(each[each >= 0], minlength=self.footprints.count) for each in (self.patch, self.patch[receiver]))
         return np.equal(*found)
 
+    def with_parts_of(self, receiver: np.ndarray) -> np.ndarray:
+        """(P,) bool: the patch has a part of ``receiver`` (k,) int."""
+        several = self.values[np.isin(self.keys // len(self.baked), receiver)]
+        found = np.concatenate([self.patch[receiver], several])
+        return np.bincount(found[found >= 0], minlength=self.footprints.count) > 0
+
     def without(self, varied: np.ndarray) -> ReceiverPatches:
         """The same, where no ray ends on the patches ``varied`` (P,) bool: light varies inside, and what
-        is seen of them may be a part of it, as at a gap's rim."""
+        is seen of them may be a part of it, as at a gap's rim; or replicates differ in it."""
         omitted = np.append(varied, False)  # the last for what is no patch, which is below 0
         patch, values = (
             np.where(omitted[np.maximum(found, -1)], np.int32(ONWARD), found)
