@@ -15,6 +15,7 @@ from ..bake.exported_object import CornerMap, ExportedObject
 from ..bake.faces import receiver_areas
 from ..bake.hanging import Hanging
 from ..bake.pieces import joined_unknowns
+from ..bake.shared_colors import shared_warning
 from ..components import connected_components
 from ..settings import Domain
 from ..solver.direct.line_of_sight import are_free
@@ -56,6 +57,17 @@ def joint_fits(job: Job, layout: Layout, context: Context) -> list[JointFit]:
     """The fits of all targets."""
     unknowns = _unknowns(job, context)
     return [_fit(job, layout, members.tolist(), unknowns) for members in _clusters(unknowns)]
+
+
+def shared_color_warnings(job: Job, layout: Layout, light: np.ndarray) -> list[str]:
+    """Warnings of colors that modifiers repeat where the ``light`` (count, 3) at all receivers is another."""
+    scene, warnings = job.scene, []
+    for index, target in enumerate(job.targets):
+        own = slice(*layout.spans[index : index + 2])
+        points = scene.vertices[scene.triangles[target.start : target.stop]]
+        unknown = unknowns_of(target, job.settings.domain)
+        warnings.append(shared_warning(target, unknown, layout.part(index), light[own], points))
+    return list(filter(None, warnings))
 
 
 @dataclass(frozen=True)

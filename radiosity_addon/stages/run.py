@@ -15,7 +15,7 @@ from .bury import open_layout
 from .darkness import brightest, warn_of_darkness
 from .draw_sheets import draw_sheets
 from .job import Job, Result
-from .joint_fits import JointFit, joint_fits
+from .joint_fits import JointFit, joint_fits, shared_color_warnings
 from .layout import lay_out, shaded_layout
 from .run_tiles import run_tiles
 from .tiling import Tiling, tiles_of
@@ -53,7 +53,7 @@ def run(
     if fits is None:
         colors, warnings = draw_sheets(job, layout, light, solution, context)
     else:
-        colors, warnings = _mesh_colors(fits, light, progress), []
+        colors, warnings = _mesh_colors(fits, light, progress), shared_color_warnings(job, layout, light)
     progress("Write", 1.0)
     figures = solution.statistics
     return Result(
