@@ -11,8 +11,9 @@ each square over that of max(L, L̄/4), L the light there and L̄ its mean, as e
 between a dark island and a bright one is seen by both, and would else have the bright one's light. P shows x at the middles of texels' covered parts, a texels each, of which L are the means: exact for
 light that is linear. A and B show both sides of seams at places that stand for l texels each. A jump
 of j counts three times the least error that it makes on the surface: j/2 at the seam that falls to 0
-within a texel to both sides, whose square is 2 (j/2)² ∫₀¹ (1 − t)² dt = j²/6. x₀ are the means, and
-in the margin those of the nearest texels.
+within a texel to both sides, whose square is 2 (j/2)² ∫₀¹ (1 − t)² dt = j²/6. x₀ are the means; in
+the margin they are what is known of the light that the seams see, and L is that of these seams: the nearest texel may be
+another island's.
 """
 
 from __future__ import annotations
@@ -68,9 +69,13 @@ def fit_texels(
     counts = _Importance(light, known)
     rows.add(known.middle.take(touched), known.share[touched] * counts.known[touched], known.mean[touched])
     both = _difference(seams.one, seams.other)
-    rows.add(both, EQUAL * seams.weight * counts.at(both))
+    seen = counts.at(both)
+    rows.add(both, EQUAL * seams.weight * seen)
     alone = Stencils(chosen[:, None], np.ones((len(chosen), 1)))
-    rows.add(alone, STAY * counts.at(alone), guess)
+    stay, margin = counts.at(alone), light.of(chosen) < 0
+    stay[margin] = _of_seams(unknown, both, seen[:, None])[margin, 0]
+    guess[margin] = _of_seams(unknown, both, _light_seen(both, light, known.mean, pixels))[margin]
+    rows.add(alone, STAY * stay, guess)
     matrix, right = rows.normal_equations()
     low, high = _bounds(sheets, light, known.mean, chosen, guess)
     low, high = _widened(low, high, unknown, seams)
@@ -149,6 +154,25 @@ class _Rows:
         rows.eliminate_zeros()
         weighted = rows.T @ diags(weight)
         return (weighted @ rows).tocsr(), weighted @ np.concatenate(self.targets)
+
+
+def _of_seams(unknown: _Numbers, seams: Stencils, values: np.ndarray) -> np.ndarray:
+    """(m, c) mean of ``values`` (k, c) of the ``seams`` (k,) that see each unknown texel, by how much they see of it."""
+    number = unknown.of(seams.texel)
+    row, column = np.nonzero((number >= 0) & (np.abs(seams.weight) > SEEN))
+    number, share = number[row, column], np.abs(seams.weight[row, column])
+    total = np.maximum(np.bincount(number, share, unknown.count), 1e-300)
+    return np.stack([np.bincount(number, share * v[row], unknown.count) / total for v in values.T], 1)
+
+
+def _light_seen(seams: Stencils, light: _Numbers, mean: np.ndarray, pixels: np.ndarray) -> np.ndarray:
+    """(k, 3) mean of the light that is known of what each of ``seams`` (k,) sees; of the ``pixels`` (n, 3) where none
+    is."""
+    number = light.of(seams.texel)
+    known = number >= 0
+    share = np.abs(seams.weight) * (known | ~known.any(1, keepdims=True))
+    values = np.where(known[..., None], mean[number], pixels[seams.texel])
+    return np.einsum("ij,ijc->ic", share, values) / share.sum(1)[:, None]
 
 
 def _difference(one: Stencils, other: Stencils) -> Stencils:

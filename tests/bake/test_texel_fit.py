@@ -147,6 +147,19 @@ def test_margins_between_a_dark_and_a_bright_island_go_with_the_dark_one():
     assert (judged[mine] < 0.25 * judged[~mine].min()).all()
 
 
+def test_margins_beside_a_bright_island_that_has_no_seam():
+    """A slab of light 1 and its neighbor in an image of its own; beside its border, 1.5 texels away, one of light 30, from
+    which the column between is filled. Most of the surface is dark, so that both are far above the mean."""
+    bright, strip, beside = (((x, 0, 0), (along, 0, 0), (0, 0.25, 0)) for x, along in ((9, 0.25), (0, 1), (-1, 1)))
+    charted = slabs(bright, strip, beside, *(((x, 0, 0), (2, 0, 0), (0, 2, 0)) for x in (20, 30, 40)), corner=(3.7, 4.7))
+    charted.sheet[:] = np.repeat([0, 0, 1, 2, 3, 4], 2)
+    charted.uv[2:4] += 2 + 1.5, 0
+    light = lambda place: np.select([place[:, :1] < 5, place[:, :1] < 15], [1.0, 30.0], 0.001) * np.ones(3)
+    before, after, _ = fit(charted, light)
+    assert np.array(before).max() > 3
+    assert np.abs(np.array(after) - 1).max() < 0.01
+
+
 def test_borders_continue_where_one_ends_in_the_other():
     """A slab beside two of half its length: its border is cut at their common corner."""
     half = [((1, y, 0), (1, 0, 0), (0, 0.5, 0)) for y in (0.0, 0.5)]
