@@ -29,7 +29,9 @@ from .bounded import solve_bounded
 from .shown import SEEN, Sheets, Stencils
 
 EQUAL = 3 / 6  # weight λ [texels per texel of length]: what a jump over a seam costs; eyes see steps first
-STAY = 1e-4  # weight ε [texels]: how much texels stay what they are without the fit
+# Weights ε [texels]: how much texels stay what they are without the fit, on the surface and in the margin. With less, texels
+# of the margin that seams hardly see swing far beyond the light, and may show a hue of their own beside the seam.
+STAY, STAY_MARGIN = 1e-4, 4e-4
 TOLERANCE = 1e-4  # residual [relative]: far below what anybody sees
 LEEWAY = 0.5  # excess [of the light's span nearby] of a value over the light, at most
 NEARBY = 2  # distance [texels] up to which the light's span is taken
@@ -72,10 +74,11 @@ def fit_texels(
     seen = counts.at(both)
     rows.add(both, EQUAL * seams.weight * seen)
     alone = Stencils(chosen[:, None], np.ones((len(chosen), 1)))
-    stay, margin = counts.at(alone), light.of(chosen) < 0
-    stay[margin] = _of_seams(unknown, both, seen[:, None])[margin, 0]
-    guess[margin] = _of_seams(unknown, both, _light_seen(both, light, known.mean, pixels))[margin]
-    rows.add(alone, STAY * stay, guess)
+    stay, margin = STAY * counts.at(alone), light.of(chosen) < 0
+    stay[margin] = STAY_MARGIN * _of_seams(unknown, both, seen[:, None])[margin, 0]
+    bright = seen[:, None] * _light_seen(both, light, known.mean, pixels)
+    guess[margin] = (_of_seams(unknown, both, bright) / _of_seams(unknown, both, seen[:, None]))[margin]
+    rows.add(alone, stay, guess)
     matrix, right = rows.normal_equations()
     low, high = _bounds(sheets, light, known.mean, chosen, guess)
     low, high = _widened(low, high, unknown, seams)
