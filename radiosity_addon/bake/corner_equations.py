@@ -15,8 +15,8 @@ from ..solver.receivers import Receivers
 
 # Stiffnesses ε [of 1] of triangles with fewer than, and at least, three receivers.
 STIFFNESS = (0.03, 1e-10)
-# Light [of the mean]: what is darker counts as this. At a quarter, to which errors are judged, dark places that
-# nobody sees, such as under a pillar, would make the vertices around them dark.
+# Light [of the mean, or of that around]: what is darker counts as this. At a quarter, to which errors are judged, dark places
+# that nobody sees, such as under a pillar, would make the vertices around them dark.
 DARKEST = 0.46
 
 
@@ -52,15 +52,27 @@ def surface_light(
     return SurfaceLight(sampling, triangle, np.bincount(triangle, weights, triangles), np.sqrt(known))
 
 
-def importance(values: np.ndarray, areas: np.ndarray) -> np.ndarray:
-    """(count,) (L̄ / max(L, DARKEST · L̄))² of light ``values`` (count, 3), L their mean over channels, L̄ that
-    over ``areas`` (count,); 1 where all is dark."""
+def importance(values: np.ndarray, areas: np.ndarray, sampling: csr_matrix) -> np.ndarray:
+    """(count,) (L̄ / max(L, DARKEST · max(L̄, l)))² of light ``values`` (count, 3), L their mean over channels, L̄ that
+    over ``areas`` (count,), l that around the colors which ``sampling`` (count, colors) shows at the place; 1 where all is dark."""
     level = values.mean(axis=1)
     total = areas.sum()
     mean = float(level @ areas / total) if total > 0 else 0.0
     if not mean > 0:
         return np.ones(len(level))
-    return 1 / np.maximum(level / mean, DARKEST) ** 2
+    level = level / mean
+    return 1 / np.maximum(level, DARKEST * np.maximum(_around(level, areas, sampling), 1)) ** 2
+
+
+def _around(level: np.ndarray, areas: np.ndarray, sampling: csr_matrix) -> np.ndarray:
+    """(count,) means of the colors that ``sampling`` (count, colors) shows at each place, each the mean of the ``level`` (count,)
+    over the ``areas`` (count,) where it is shown."""
+    shares = abs(sampling)
+    total = np.asarray(shares.sum(axis=1)).ravel()
+    total = np.where(total > 0, total, 1)
+    shown = shares.T @ (areas / total)
+    means = (shares.T @ (areas / total * level)) / np.where(shown > 0, shown, 1)
+    return (shares @ means) / total
 
 
 def normal_equations(

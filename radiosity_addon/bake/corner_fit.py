@@ -6,7 +6,7 @@ is a weighted sum of the unknown colors x, ``A x``. We seek the x that minimizes
     Σ_r w_r |(A x)_r − L_r|² + ε Σ_t w_t Σ_c |(x_t,c − mean_c x_t,c)|²
 
 over the surface: w are areas over max(L, 0.46 L̄)², L a receiver's light, a mean over the channels, and L̄
-its mean over the surface. By areas alone a vertex between sun and shadow would fit the sun, and the
+its mean over the surface or, where that is more, around the colors shown there. By areas alone a vertex between sun and shadow would fit the sun, and the
 shadow would be many times too bright; by areas over max(L, L̄/4)², as errors are judged, what is
 hidden under things would make the vertices around it black. Light that is constant or linear over flat faces comes back
 exactly, because the mean of a linear function over a cell is its value at the centroid. The second
@@ -62,7 +62,7 @@ class CornerFit:
         values = np.asarray(values, float)
         _check(self.name, values, self.weights)
         bounds = self._bounds(values)
-        weights = self.weights * importance(values, self.weights)
+        weights = self.weights * importance(values, self.weights, self.sampling)
         corners = self.corners @ self.spread
         normal = normal_equations(self.sampling, corners, self.light, weights)
         right = self.sampling.T @ (weights[:, None] * values)

@@ -79,7 +79,7 @@ def sort_out(items, parts: list[Part], seen: set[str], settings):
     """Split the chosen objects into receivers (list) and skipped [(name, reason)].
 
     ``seen`` names the objects that renders show; others are left out silently when the settings
-    do not name them. Raises Refused when an object lacks the UV map to bake to.
+    do not name them and there are receivers. Raises Refused when an object lacks the UV map to bake to.
     """
     own, users = own_parts(parts), {}
     receivers, skipped = [], []
@@ -97,6 +97,8 @@ def sort_out(items, parts: list[Part], seen: set[str], settings):
             receivers.append(item)
         else:
             skipped.append((item.name, reason))
+    if not receivers and not skipped:
+        skipped = [(item.name, NOT_RENDERED) for item in items]
     return receivers, skipped
 
 

@@ -8,7 +8,10 @@ from ..settings import Target
 from .job import Job, Result
 from .sheets import sheets_of
 
-NO_TEXEL = "its UV map covers no texel: its UVs lie outside the tile from 0 to 1, or have no area there"
+NO_TEXEL = (
+    "its UV map covers no texel: its UVs lie outside the tile from 0 to 1, or have no area there, or too little for so "
+    "few texels"
+)
 
 
 def leave_out(job: Job, result: Result, reasons: dict[int, str]) -> tuple[Job, Result]:

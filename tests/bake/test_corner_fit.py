@@ -137,7 +137,7 @@ def test_a_vertex_between_sun_and_shadow_does_not_light_the_shadow():
     colors all are that one color x (one smooth vertex group): Σ w (x − L)² with w = 1 / max(L, 0.46 L̄)²,
     L̄ = 0.505, weighs the shadow 1 / 0.2323² = 18.5 to the sun's 1: x = (1 + 0.01 · 18.5) / 19.5 = 0.061,
     where by areas it is 0.505."""
-    weight = importance(np.array([[1.0] * 3, [0.01] * 3]), np.ones(2))
+    weight = importance(np.array([[1.0] * 3, [0.01] * 3]), np.ones(2), csr_matrix(np.ones((2, 1))))
     x = weight @ [1.0, 0.01] / weight.sum()
     assert x == pytest.approx((1 + 0.01 / 0.2323**2) / (1 + 1 / 0.2323**2))
     plane = Plane(1, cuts=16)
@@ -145,6 +145,16 @@ def test_a_vertex_between_sun_and_shadow_does_not_light_the_shadow():
     light = np.repeat(np.where(left, 1.0, 0.01)[:, None], 3, 1)
     fit = corner_fit(plane.target, plane.receivers, plane.area, joined=np.zeros(99, int))
     assert fit.colors(light) == pytest.approx(x, rel=0.02)
+
+
+def test_dark_ground_elsewhere_makes_no_vertex_of_a_lit_room_black():
+    """Half of what a color of the room shows is lit with 1, half of it, as under a cupboard, with 0.01; ground of a thousand times the
+    area outside is dark, so that the mean light is 0.002. The dark half counts 18.5 times as much as the lit one, as without the ground."""
+    light = np.array([[1.0] * 3, [0.01] * 3, [0.001] * 3])
+    room_and_ground = csr_matrix([[1.0, 0], [1, 0], [0, 1]])
+    weight = importance(light, np.array([1.0, 1, 1000]), room_and_ground)
+    assert weight[1] / weight[0] == pytest.approx(1 / 0.2323**2)
+    assert weight[2] > weight[1]
 
 
 def test_a_vertex_inside_other_geometry_does_not_go_black():

@@ -177,8 +177,8 @@ def test_mesh_in_edit_mode_is_up_to_date(blender, export):
 def test_no_mesh(blender, export):
     with pytest.raises(ValueError, match="no mesh to bake"):
         export()
-    add_plane(blender).hide_render = True
-    with pytest.raises(ValueError, match="no mesh to bake"):
+    add_plane(blender, "Floor").hide_render = True
+    with pytest.raises(ValueError, match="no mesh to bake.*'Floor' is left out: is not visible in renders"):
         export()
 
 
