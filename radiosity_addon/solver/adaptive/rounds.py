@@ -108,7 +108,7 @@ class Rounds:
         settled, disputed = np.zeros(len(everyone), bool), everyone[:0]
         for step in range(MAX_ROUNDS):
             began, work = time.perf_counter(), _samples(direct, gathered)
-            request = AddLight(direct, gathered, step, guide, learns, disputed)
+            request, disputed = AddLight(direct, gathered, step, guide, learns, disputed), everyone[:0]
             replicates, light, estimate = self._gathered(request, plan.enough)
             pace = (time.perf_counter() - began) / max(work, 1)
             if estimate.error <= plan.enough:
@@ -123,7 +123,7 @@ class Rounds:
             floor = _least_error(history, estimate, light, plan)
             excess = max(_of_elements(replicates, estimate), floor) / (ELEMENTS_SHARE * plan.goal)
             if excess > 1 and self._may_restart(step, plan):
-                plan, history, disputed = plan.refined(excess), [], everyone[:0]
+                plan, history, settled = plan.refined(excess), [], np.zeros_like(settled)
                 if not self._time_for(self._seconds_of_restart()):
                     break
                 rays, plan = round_up(np.median(light.rays), 4, MAX_SAMPLES), self._solve(plan)  # which forgets rays
