@@ -52,6 +52,13 @@ def surface_light(
     return SurfaceLight(sampling, triangle, np.bincount(triangle, weights, triangles), np.sqrt(known))
 
 
+def shares_of(sampling: csr_matrix) -> tuple[csr_matrix, np.ndarray]:
+    """How much of each color a place shows, (count, colors) >= 0, and (count,) the sums of that; 1 where it shows none."""
+    shares = abs(sampling)
+    total = np.asarray(shares.sum(axis=1)).ravel()
+    return shares, np.where(total > 0, total, 1)
+
+
 def importance(values: np.ndarray, areas: np.ndarray, sampling: csr_matrix) -> np.ndarray:
     """(count,) (L̄ / max(L, DARKEST · max(L̄, l)))² of light ``values`` (count, 3), L their mean over channels, L̄ that
     over ``areas`` (count,), l that around the colors which ``sampling`` (count, colors) shows at the place; 1 where all is dark."""
@@ -67,9 +74,7 @@ def importance(values: np.ndarray, areas: np.ndarray, sampling: csr_matrix) -> n
 def _around(level: np.ndarray, areas: np.ndarray, sampling: csr_matrix) -> np.ndarray:
     """(count,) means of the colors that ``sampling`` (count, colors) shows at each place, each the mean of the ``level`` (count,)
     over the ``areas`` (count,) where it is shown."""
-    shares = abs(sampling)
-    total = np.asarray(shares.sum(axis=1)).ravel()
-    total = np.where(total > 0, total, 1)
+    shares, total = shares_of(sampling)
     shown = shares.T @ (areas / total)
     means = (shares.T @ (areas / total * level)) / np.where(shown > 0, shown, 1)
     return (shares @ means) / total

@@ -25,7 +25,7 @@ from ..solver.expected import Refused
 from ..solver.receivers import Receivers
 from .bounded import solve_bounded, solve_roughly
 from .corner_bounds import color_bounds
-from .corner_equations import SurfaceLight, importance, normal_equations, surface_light
+from .corner_equations import SurfaceLight, importance, normal_equations, shares_of, surface_light
 from .exported_object import ExportedObject
 from .hanging import NOTHING, Hanging, spread
 
@@ -95,9 +95,7 @@ class CornerFit:
         (n,) of the colors: around each color they add up to its own. Where a few receivers determine a corner badly, its
         error is a hundred times theirs."""
         colors = self.spread.T @ np.bincount(self.shown, errors, self.spread.shape[0])
-        shares = abs(self.sampling)
-        total = np.asarray(shares.sum(axis=1)).ravel()
-        total = np.where(total > 0, total, 1)
+        shares, total = shares_of(self.sampling)
         around = shares.T @ (own / total)
         some = around > NOTICED * around.sum() / max(len(around), 1)
         return (shares @ (colors / np.where(some, around, np.inf))) / total

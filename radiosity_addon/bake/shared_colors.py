@@ -54,13 +54,11 @@ def shared_share(
 def shared_warning(
     target: ExportedObject, unknown: np.ndarray, receivers: Receivers, light: np.ndarray, points: np.ndarray
 ) -> str:
-    """One sentence on the colors of ``target`` that show differing lights; "" for next to none, and without modifiers.
+    """One sentence on the colors that the modifiers of ``target`` show in differing lights; "" for next to none.
 
     ``unknown`` (n_loops,) numbers the loops' colors, ``light`` (count, 3) is that at its ``receivers``, and ``points``
     (n, 3, 3) are the corners of its triangles.
     """
-    if not target.modifiers:
-        return ""
     count = len(points)
     area = triangle_areas(points.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
     triangle = receivers.triangle - target.start

@@ -75,9 +75,9 @@ def fit_texels(
     rows.add(both, EQUAL * seams.weight * seen)
     alone = Stencils(chosen[:, None], np.ones((len(chosen), 1)))
     stay, margin = STAY * counts.at(alone), light.of(chosen) < 0
-    stay[margin] = STAY_MARGIN * _of_seams(unknown, both, seen[:, None])[margin, 0]
     bright = seen[:, None] * _light_seen(both, light, known.mean, pixels)
-    guess[margin] = (_of_seams(unknown, both, bright) / _of_seams(unknown, both, seen[:, None]))[margin]
+    around = _of_seams(unknown, both, np.column_stack([seen, bright]))[margin]
+    stay[margin], guess[margin] = STAY_MARGIN * around[:, 0], around[:, 1:] / around[:, :1]
     rows.add(alone, stay, guess)
     matrix, right = rows.normal_equations()
     low, high = _bounds(sheets, light, known.mean, chosen, guess)

@@ -63,6 +63,8 @@ def shared_color_warnings(job: Job, layout: Layout, light: np.ndarray) -> list[s
     """Warnings of colors that modifiers repeat where the ``light`` (count, 3) at all receivers is another."""
     scene, warnings = job.scene, []
     for index, target in enumerate(job.targets):
+        if not target.modifiers:
+            continue
         own = slice(*layout.spans[index : index + 2])
         points = scene.vertices[scene.triangles[target.start : target.stop]]
         unknown = unknowns_of(target, job.settings.domain)
