@@ -29,6 +29,7 @@ from . import (
     parity_shading,
     parity_worlds,
 )
+from .buried_texels import buried_texels
 from .cycles import cycles_bake
 from .machine import machine
 from .our_bake import our_bake, warm_up
@@ -76,7 +77,7 @@ def measure(group: str, case: Case, error=ERROR, size=SIZE, samples=SAMPLES, **o
     """Build the case in an empty file, bake it with both, ours with further ``options``, and compare."""
     obj = prepared(case.build, size)
     ours = our_bake(obj, size, error, passes=case.passes, time_limit=TIME_LIMIT, **options)
-    whole = comparable_texels(triangle_uvs(obj), size)
+    whole = comparable_texels(triangle_uvs(obj), size) & ~buried_texels(obj, size, passes=case.passes)
     a, b, mask = references(group, case, size, samples * case.effort)
     both = whole & mask & ours.mask
     x, a, b = ours.pixels[both], a[both], b[both]
@@ -184,8 +185,9 @@ solving at most; Cycles bakes it twice in the same Blender, with independent see
 bake against the two, and *uncertainty* its standard error from their noise. *Mean* is how much
 brighter or darker our whole bake is than theirs; *noise* the error of one of the two references;
 *seconds* those of our whole bake, with whatever else the machine had to do. A case agrees when its
-error, less two standard errors, is within 2 %. Only texels that lie within one triangle are compared. Lines of cases measured by name replace
-those of the run before, so that not all need be of one run.
+error, less two standard errors, is within 2 %. Only texels that lie within one triangle are compared, and
+none of which a part is buried in other geometry, which ours leaves out and Cycles counts as black. Lines of cases measured by name
+replace those of the run before, so that not all need be of one run.
 
 | group | case | error | uncertainty | mean | noise | seconds | verdict |
 |---|---|---|---|---|---|---|---|

@@ -15,14 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
-from radiosity_addon.settings import Settings
-from radiosity_addon.solver.lights.context import build_context
-from radiosity_addon.solver.progress import silent
-from radiosity_addon.stages.bury import open_layout
-from radiosity_addon.stages.layout import lay_out
-from radiosity_addon.stages.prepare import prepare
 from verification.error import relative_error
 
+from .buried_texels import buried_texels
 from .ladder import Rung, cycles_ladder, judged, seconds_for
 from .machine import commit, machine
 from .our_bake import our_bake, warm_up
@@ -33,22 +28,6 @@ PASSES = ("direct", "indirect", "color")
 OPTIONS = {"uv_map": UV_MAP, "margin": 0, "passes": PASSES}
 NEVER = 1000.0  # factor [our seconds]: a rival that would take longer does not get there
 SAMPLES = (4, 16, 64, 256, 1024)  # of Cycles
-
-
-def buried_texels(obj, size: int) -> np.ndarray:
-    """(size, size) bool: texels of which a part, or all, lies inside other geometry."""
-    import bpy
-
-    settings = Settings(objects=(obj.name,), target="image", resolution=size, **OPTIONS)
-    job = prepare(bpy.context, settings)
-    context = build_context(job.scene, 0, 2, silent)
-    opened = open_layout(lay_out(job, silent), context)
-    found = np.zeros((size, size), bool)
-    if opened.cut is None:
-        return found
-    for grid in (opened.buried.grid, opened.receivers.grid[opened.cut]):
-        found[grid[:, 1], grid[:, 2]] = True
-    return found
 
 
 def measure(path: Path, errors: list[float], seeds: int, say=print) -> None:
@@ -62,7 +41,7 @@ def measure(path: Path, errors: list[float], seeds: int, say=print) -> None:
     bpy.ops.wm.open_mainfile(filepath=str(path))
     obj = max((o for o in bpy.data.objects if UV_MAP in getattr(o.data, "uv_layers", ())),
               key=lambda o: len(o.data.polygons))  # fmt: skip
-    buried = buried_texels(obj, size)
+    buried = buried_texels(obj, size, **OPTIONS)
     say(f"\n## {path.stem}, {size}²: {clean.sum():,} texels, of which {(clean & buried).sum():,} are buried in part\n")
     say("| method | effort | seconds | measured, % | open texels, % | estimated, % | 95 % within, % |")
     say("|---|---|---|---|---|---|---|")

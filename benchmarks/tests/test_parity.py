@@ -11,7 +11,6 @@ picture is measured at 64². Edges of shadows do the same, and much more relativ
 to Blender 5.0 texels may differ by NARROW_BOUND, while the means must agree.
 """
 
-import sys
 
 import pytest
 
@@ -34,14 +33,7 @@ def own_references(tmp_path, monkeypatch):
     monkeypatch.setenv("RADIOSITY_REFERENCES", str(tmp_path / "references"))
 
 
-# Above the bound, and not for what we do: measured, and named.
-BLACK_TEXEL = "Cycles leaves one of 205 texels black amid lit ones, 6.5 %; 2.1 % over the others"
-OPEN = {"smooth ball": pytest.mark.xfail(sys.version_info >= (3, 13), reason=BLACK_TEXEL, strict=True)}
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[OPEN[name]] if name in OPEN else []) for name in FAST]
-)
+@pytest.mark.parametrize("name", FAST)
 def test_we_agree_with_cycles(blender, name):
     [(group, case)] = chosen([name])
     row = measure(group, case, error=0.03, **({"size": SIZE, "samples": SAMPLES} | FAST[name]))
