@@ -172,7 +172,7 @@ CASES = (
     Case("smooth column of six sides", hexagon, effort=16),
     Case("smooth column of six sides, direct", hexagon, DIRECT, effort=16),
     Case("weighted normals", weighted),
-    Case("custom normals", custom),
+    Case("custom normals", custom, design=ELEMENTS),
     Case("custom normals, direct", custom, DIRECT),
     Case("flat and smooth quads that are not plane", bent_quads),
     Case("normal map", partial(plate, mapped, "Picture")),

@@ -13,7 +13,7 @@ from radiosity_addon.solver.filtering.lattice_weights import build_lattices
 from radiosity_addon.solver.geometry.footprints import build_footprints
 from radiosity_addon.solver.geometry.triangles import build_geometry
 from radiosity_addon.solver.receivers import Receivers, Shading, concatenate, slice_receivers
-from radiosity_addon.solver.sampling.shade import fading
+from radiosity_addon.solver.sampling.shade import Shade, fading
 from radiosity_addon.solver.scene import Material, PointLamp, Scene, Sky, SunLamp
 from radiosity_addon.solver.sequence import solve
 
@@ -134,6 +134,18 @@ def test_the_rounded_surface_is_as_high_as_touching_planes_are():
     found = shading_of(cell, vertices, triangles, 0, normals)
     np.testing.assert_allclose(found.height, np.sqrt(3) / 8, rtol=1e-6)
     np.testing.assert_allclose(found.normal, [[np.cos(np.pi / 6), 0.5, 0]], atol=1e-6)
+
+
+def test_light_that_grazes_the_face_or_the_rounded_surface_starts_above():
+    """As in Cycles: a cosine of 0.05 to the face lifts by half of the height; where that to the shading normal is below
+    0.1, too, both count, so that 0.08 and 0.09 lift by 0.3 of it; steeper light starts where it is."""
+    steep, both = np.sqrt(1 - 0.05**2), 0.09
+    true = np.tile(np.float32([0, 0, 1]), (1, 3, 1))
+    normal = np.float32([[[1, 0, 0], [0, 1, 0], [0, 0, 1]]])
+    shade = Shade(true, normal, np.ones((1, 3), np.float32), None, np.full((1, 3), 2, np.float32)).together()
+    way = np.array([[steep, 0, 0.05], [np.sqrt(1 - 0.08**2 - both**2), both, 0.08], [0.6, 0, 0.8]], np.float32)
+    found = shade.lifted(np.zeros((3, 3), np.float32), 7 * way)
+    np.testing.assert_allclose(found, [[1, 0, 0], [0, 0.6, 0], [0, 0, 0]], atol=1e-5)
 
 
 def test_hollow_faces_are_not_raised():

@@ -70,9 +70,10 @@ class Shade:
         surface, places above them on the rounded one."""
         if not self.height.any():
             return origins
-        length = np.sqrt(np.maximum(_dot(segments, segments), 1e-30))
-        part = np.clip(1 - _dot(self.true, segments) / (GRAZING * length), 0, 1)
         up = self.normal if self.smooth is None else self.smooth
+        length = GRAZING * np.sqrt(np.maximum(_dot(segments, segments), 1e-30))
+        true, rounded = (_dot(normal, segments) / length for normal in (self.true, up))
+        part = np.clip(np.where(rounded < 1, 2 - true - rounded, 1 - true), 0, 1)
         return origins + (part * self.height)[:, None] * up
 
     def _each(self, change: Callable[[np.ndarray], np.ndarray]) -> Shade:
