@@ -203,7 +203,7 @@ KNOWN = """
 * **Translucency**: a translucent surface reflects its color diffusely on both sides and lets nothing
   through; a warning names it. Light that passes diffusely would tie the two sides of a surface
   together: the radiosity of each would depend on the light on both, so would each baked point, and
-  every such point would need its rays twice. The 5 % here are those of a large slab close to the floor.
+  every such point would need its rays twice. The 10 % here are those of a large slab close to the floor.
 * **Light linked to objects**: lamps are linked as in Cycles; the links of an object that emits are not
   looked at, with a warning.
 * **Shading normals** count where light arrives to be baked; what a surface reflects onto others follows its
