@@ -10,7 +10,7 @@ from radiosity_addon.solver.adaptive.allocation import (
     lacking_at_worst,
     lacking_in_mean,
 )  # fmt: skip
-from radiosity_addon.solver.adaptive.error_estimator import ErrorEstimator, _blur
+from radiosity_addon.solver.adaptive.error_estimator import KEPT, ErrorEstimator
 from radiosity_addon.solver.adaptive.estimate import BALANCE, Estimate, SmoothedLight, Surface
 from radiosity_addon.solver.adaptive.relative_error import (
     area_shares,
@@ -132,15 +132,26 @@ def test_colors_beyond_their_limits_are_moved_there_before_they_are_judged():
     assert found.error == pytest.approx(0.1 / np.sqrt(2), rel=1e-4)
 
 
-def test_blur_of_smoothing_shows_without_noise():
-    """Light 1 and 2 by turns, smoothed by the mean of three neighbors, 1 + 2/3 and 1 + 1/3 around: what
-    that adds is 2/3 everywhere, its square 4/9, whatever the noise of 0.3. The mean of a million
-    terms of that noise has a standard error of about 1e-3."""
-    random = np.random.default_rng(1)
-    light = 1.0 + np.arange(1_000_000) % 2
-    raw = [light + random.normal(0, 0.3, len(light)) for _ in range(2)]
-    smooth = [(np.roll(each, 1) + each + np.roll(each, -1)) / 3 for each in raw]
-    assert _blur(*smooth, *raw).mean() == pytest.approx(4 / 9, abs=5e-3)
+@pytest.mark.parametrize(("enough", "error"), [(0.1, 0.05), (0.08, 0.05), (0.07, 0.15)])
+def test_rough_colors_may_overstate_the_error_by_two(enough, error):
+    """Rough colors are 1 ± 0.15, those that are shown 1 ± 0.05: up to twice of what is enough the second count."""
+    def rough(x):
+        mean = x.mean(axis=1, keepdims=True)
+        return mean + 3 * (x - mean)
+
+    project = Projection(rough, unlimited, lambda x: x, alike, np.ones(1))
+    found = estimate(np.ones((1, 1)), np.array([[0.05]]), [1], project, enough=enough)
+    assert found.error == pytest.approx(error, rel=1e-4)
+
+
+def test_a_part_of_the_noise_that_smoothing_removes_is_told():
+    """Colors are the receivers' own: before smoothing 1 ± 0.2, after it 1 ± 0.1: ε² = 0.01 + KEPT (0.04 − 0.01)."""
+    smoothed, raw = ([np.full((1, 1), 1 + sign * off) for sign in (1, -1)] for off in (0.1, 0.2))
+    surface = Surface(np.ones((1, 1)), np.zeros((1, 1)), np.ones(1))
+    project = Projection(lambda x: x, unlimited, lambda x: x, alike, np.ones(1))
+    judge = ErrorEstimator(surface, [], ("direct", "color"), 1, None, project)
+    share, sample = judge._projected(smoothed, raw)
+    assert mean_over(share, sample**2) == pytest.approx(0.01 + KEPT * 0.03, rel=1e-6)
 
 
 @pytest.mark.parametrize(("channels", "times"), [(1, 1.960), (3, 2.388)])

@@ -28,6 +28,11 @@ from .relative_error import MOST, area_shares, bounds_of, mean_over, scale_of
 DOUBTFUL = 4.0  # ratio [of the replicates' brightness at a place]: above it, one of them may be all wrong
 LEAST = 1e-20  # irradiance [of the brightest emission] that is taken as typical, at least
 SIGN_DRAWS = 4  # number [draws of signs] by which noise is told from what neighborhoods have in common
+# Factor [error that is enough]: rough colors may overstate the error so much, as where dark faces meet bright ones.
+OVERSTATED = 2.0
+# Share [of the noise of colors that smoothing seems to remove] that is left: kernels are chosen by what brings the replicates
+# together, and both are smoothed by the same ones.
+KEPT = 0.6
 PARTS = (np.arange(64) + 0.5) / 64  # shares [of the surface] whose bounds of the error are reported
 
 Means = tuple[np.ndarray, np.ndarray, np.ndarray]  # see ``Lighting.means``
@@ -122,7 +127,7 @@ class ErrorEstimator:
         radiance: list[np.ndarray], raw: list[np.ndarray] | None,
     ) -> tuple[tuple[np.ndarray, np.ndarray], float, np.ndarray]:
         """Where colors end: the mean squared error, of ``squares`` (count,) and ``samples`` (count,
-        channels) of the errors of explicit and of gathered light, or of the replicates' ``radiance``,
+        channels) of the errors of explicit and of gathered light, or of colors fitted to the replicates' ``radiance``,
         smoothed from ``raw``, None where no colors are fitted; and the bounds for MOST of the surface and for PARTS.
         Before these the squares again, as colors have them."""
         share = self.surface.share
@@ -231,31 +236,24 @@ class ErrorEstimator:
     ) -> tuple[np.ndarray, np.ndarray]:
         """The error of fitted colors: shares (m,) of the surface, and a sample (m, channels) of the relative
         error of the colors made of the replicates' mean. The sample is half of the difference of the two
-        replicates' colors, times a factor that adds what smoothing blurs. These are rough colors, moved into
-        the limits that users' colors are kept within: where a few receivers determine a corner badly, a linear fit
-        goes a hundred times beyond. Blur, which needs colors that are linear in the light, is that of corners that
-        did not move. Where the error is small enough, the sample is made again of the colors that users will see."""
+        replicates' colors, times a factor for what both have in common: KEPT of the noise of ``raw`` light that
+        smoothing seems to remove. These are rough colors, moved into the limits that users' colors are kept within:
+        where a few receivers determine a corner badly, a linear fit goes a hundred times beyond. Where the error may be small enough, they are the colors that users will see."""
         share = area_shares(self.project.area)
-        fields = self.project.apply(np.hstack([*radiance, *raw]).astype(float))
-        linear = np.split(fields, 4, axis=1)
-        a, b = (np.clip(each, *self.project.limits(light)) for each, light in zip(linear, radiance))
-        scale = scale_of((a + b) / 2, share)
-        sample = (a - b) / (2 * scale)
-        still = share * (np.hstack([a, b]) == np.hstack(linear[:2])).all(axis=1)
-        blur = mean_over(still / max(still.sum(), LEAST), _blur(*linear) / scale**2)
-        noise = mean_over(share, sample**2)
-        if noise + blur <= self.enough**2:
-            a, b = (self.project.show(each.astype(float)) for each in radiance)
-            sample = (a - b) / (2 * scale_of((a + b) / 2, share))
-            noise = mean_over(share, sample**2)
-        return share, sample * np.sqrt(1 + max(blur, 0.0) / noise) if noise > 0 else sample
+        light = [*radiance, *raw]
+        fields = np.split(self.project.apply(np.hstack(light).astype(float)), 4, axis=1)
+        a, b, *before = (np.clip(each, *self.project.limits(mine)) for each, mine in zip(fields, light))
+        sample, noise = _noise_of(share, a, b)
+        removed = max(_noise_of(share, *before)[1] - noise, 0.0)
+        if noise + KEPT * removed <= (OVERSTATED * self.enough) ** 2:
+            sample, noise = _noise_of(share, *(self.project.show(each.astype(float)) for each in radiance))
+        return share, sample * np.sqrt(1 + KEPT * removed / noise) if noise > 0 else sample
 
 
-def _blur(a: np.ndarray, b: np.ndarray, raw_a: np.ndarray, raw_b: np.ndarray) -> np.ndarray:
-    """(m, channels) squares of what smoothing adds to the mean, noise taken off: E[(a − b′)²] =
-    MSE(a) + var(b′) where a is smoothed, b′ another replicate as gathered, and var(b′) half of what
-    two of these differ by, squared; MSE(a) less var(a) is what is left."""
-    return ((a - raw_b) ** 2 + (b - raw_a) ** 2 - (raw_a - raw_b) ** 2 - (a - b) ** 2) / 2
+def _noise_of(share: np.ndarray, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, float]:
+    """A sample (m, c) of the relative error of the mean of two replicates' colors (m, c), and its mean square."""
+    sample = (a - b) / (2 * scale_of((a + b) / 2, share))
+    return sample, mean_over(share, sample**2)
 
 
 def _signs(count: int, draw: int) -> np.ndarray:
