@@ -97,7 +97,7 @@ class CornerFit:
         colors = self.spread.T @ np.bincount(self.shown, errors, self.spread.shape[0])
         shares, total = shares_of(self.sampling)
         around = shares.T @ (own / total)
-        some = around > NOTICED * around.sum() / max(len(around), 1)
+        some = around > NOTICED * max(around.sum(), 0.0) / max(len(around), 1)
         return (shares @ (colors / np.where(some, around, np.inf))) / total
 
     def areas(self) -> np.ndarray:

@@ -91,6 +91,15 @@ def test_rough_colors_tell_what_becomes_of_errors():
     assert np.linalg.norm(0.1 * colors - exact) < 0.03 * np.linalg.norm(exact)
 
 
+def test_no_factor_where_receivers_have_no_error():
+    """Squared errors whose noise was taken off may be below 0 in sum, and 0 around some colors: no division by that."""
+    plane = Plane(6)
+    fit = corner_fit(plane.target, plane.receivers, plane.area)
+    own = np.where(plane.points[:, 0] < 0.5, -1.0, 0.0)
+    factors = fit.receiver_factors(np.ones(len(fit.shown)), own)
+    assert (factors == 0).all()
+
+
 @pytest.mark.parametrize("cuts", [1, 2, 7])
 @pytest.mark.parametrize("smooth", [True, False])
 @pytest.mark.parametrize("level", [0.0, 1e-12, 0.7, 1e9])
