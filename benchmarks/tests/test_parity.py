@@ -11,7 +11,6 @@ picture is measured at 64². Edges of shadows do the same, and much more relativ
 to Blender 5.0 texels may differ by NARROW_BOUND, while the means must agree.
 """
 
-
 import pytest
 
 from benchmarks import parity

@@ -238,7 +238,8 @@ class ErrorEstimator:
         error of the colors made of the replicates' mean. The sample is half of the difference of the two
         replicates' colors, times a factor for what both have in common: KEPT of the noise of ``raw`` light that
         smoothing seems to remove. These are rough colors, moved into the limits that users' colors are kept within:
-        where a few receivers determine a corner badly, a linear fit goes a hundred times beyond. Where the error may be small enough, they are the colors that users will see."""
+        where a few receivers determine a corner badly, a linear fit goes a hundred times beyond. Where the error may
+        be small enough, they are the colors that users will see."""
         share = area_shares(self.project.area)
         light = [*radiance, *raw]
         fields = np.split(self.project.apply(np.hstack(light).astype(float)), 4, axis=1)
