@@ -14,7 +14,8 @@ def run() -> None:
     """Run the command line of this process and leave with its exit status."""
     try:
         status = _main()(_arguments(sys.argv), opened=_in_blender(), alone=True)
-    except KeyboardInterrupt:
+    except KeyboardInterrupt:  # before ``main`` listens
+        print("radiosity: interrupted; nothing was written", file=sys.stderr)
         status = 130
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # only Blender's farewell is left
     sys.exit(status)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 import time
@@ -170,7 +171,8 @@ def _bake(bpy, request, progress, publication, second) -> str:
     added = work.apply(bpy.context, job, result, progress.part("apply"), publication, encoding)
     result = replace(result, warnings=(*request.warnings, *result.warnings, *added))
     if request.export:
-        added = _export(job, publication.stage(request.export))
+        with files.naming(request.export, "--export"):
+            added = _export(job, publication.stage(request.export))
         result = replace(result, warnings=(*result.warnings, *added))
     def report() -> dict:
         now = time.perf_counter()
@@ -185,7 +187,8 @@ def _bake(bpy, request, progress, publication, second) -> str:
         _save(bpy, publication.stage(output))
     final = report()
     if request.report:
-        write_report(final, publication.stage(request.report))
+        with files.naming(request.report, "--report"):
+            write_report(final, publication.stage(request.report))
     return summarize(final, str(output))
 
 
@@ -260,7 +263,10 @@ def _save(bpy, path: Path) -> None:
         bpy.ops.wm.save_as_mainfile(filepath=str(path.resolve()), copy=True, check_existing=False)
         complete = _is_complete(path)
     except RuntimeError as error:
-        raise OSError(_unsaved(str(error).strip())) from error
+        reason = str(error).strip()
+        if os.strerror(errno.ENOENT) in reason and path.parent.is_dir():  # Blender removed its own, as the disk was full
+            reason = "Blender could not write it"
+        raise OSError(_unsaved(reason)) from error
     if not complete:
         raise OSError(_unsaved("its end is missing"))
 

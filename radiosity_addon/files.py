@@ -5,6 +5,7 @@ from __future__ import annotations
 import glob
 import os
 import stat
+from contextlib import contextmanager
 from pathlib import Path
 
 from .cleanup_process import CleanupProcess
@@ -48,8 +49,9 @@ class Publication:
         for temporary, final in self._staged:
             if not temporary.is_file() or temporary.stat().st_size == 0:
                 raise OSError(f"{final} was not written; is the disk full?")
-        for temporary, _ in self._staged:
-            _flush(temporary)
+        for temporary, final in self._staged:
+            with naming(final, "the file"):
+                _flush(temporary)
         while self._staged:
             temporary, final = self._staged[0]
             os.replace(temporary, final)
@@ -62,6 +64,16 @@ class Publication:
             for path in temporary.parent.glob(_traces(temporary)):
                 path.unlink(missing_ok=True)
         self._staged.clear()
+
+
+@contextmanager
+def naming(path: str | Path, what: str):
+    """An OSError inside, such as of a full disk, becomes one that says which file it is about, and what to do."""
+    try:
+        yield
+    except OSError as error:
+        raise OSError(f"{what} {path} cannot be written: {error.strerror or error}; free some space on its "
+                      "disk, or choose another") from error  # fmt: skip
 
 
 def check_writable(path: str | Path, what: str, remedy: str = "choose another") -> None:

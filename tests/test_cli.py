@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import subprocess
@@ -13,7 +14,7 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from radiosity_addon import command  # noqa: E402
+from radiosity_addon import command, report  # noqa: E402
 from tests.one_core import FAST, main  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -172,17 +173,25 @@ def test_same_seed_same_colors_whatever_the_threads(room, blender):
     assert not np.array_equal(colors[0], colors[2])
 
 
-def test_failure_while_saving_leaves_the_earlier_output(room, monkeypatch, capfd):
+@pytest.mark.parametrize("where, name, words", [
+    (command, "_save", []),
+    (command, "_export", ["--export", "scene.glb"]),
+    (report, "write_report", ["--report", "report.json"]),
+])  # fmt: skip
+def test_failure_while_writing_leaves_the_earlier_output(where, name, words, room, monkeypatch, capfd):
     output = room.with_name("room_baked.blend")
     output.write_bytes(b"earlier")
 
-    def disk_full(bpy, path):
+    def disk_full(_, path):
         path.write_bytes(b"half")
-        raise OSError("No space left on device")
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(command, "_save", disk_full)
-    assert main([str(room), *FAST]) == 1
-    assert "No space left" in capfd.readouterr().err
+    monkeypatch.setattr(where, name, disk_full)
+    words = [*words[:1], *(str(room.with_name(file)) for file in words[1:])]
+    assert main([str(room), *FAST, *words]) == 1
+    said = capfd.readouterr().err
+    assert "No space left" in said
+    assert not words or f"{' '.join(words)} cannot be written" in said and "free some space" in said
     assert output.read_bytes() == b"earlier"
     assert sorted(path.name for path in room.parent.iterdir()) == [
         "room.blend",

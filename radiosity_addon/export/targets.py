@@ -9,6 +9,10 @@ from .parts import Part
 
 NOT_RENDERED = "is not visible in renders"
 NOT_MESH = "its type is {type}; meshes alone are baked"
+MISSING = (
+    "its data is missing: it is linked from {path}, a file that is not there or no longer contains it; "
+    "find it by File > External Data > Find Missing Files"
+)
 CONVERTIBLE = ("CURVE", "SURFACE", "META", "FONT")  # types of objects that Blender makes meshes of
 LINKED = (
     "its mesh is linked from a library and cannot get a color attribute; make it local "
@@ -43,7 +47,8 @@ def choose_objects(view_layer, names: tuple[str, ...]) -> list:
     if not names:
         chosen = [item for item in view_layer.objects if item.type == "MESH"]
         if not chosen:
-            raise Refused("there is no mesh to bake; " + why_none(()))
+            lost = [(item.name, reason) for item in view_layer.objects if (reason := _missing(item))]
+            raise Refused("there is no mesh to bake; " + why_none(lost))
         return sorted(chosen, key=lambda item: item.name)
     missing = [name for name in names if name not in view_layer.objects]
     if missing:
@@ -104,6 +109,8 @@ def sort_out(items, parts: list[Part], seen: set[str], settings):
 
 def _refusal(item, own, seen, settings) -> str | None:
     """Why an object gets no colors; None where it does."""
+    if (reason := _missing(item)) is not None:
+        return reason
     if item.type != "MESH":
         convert = ": convert it to one" if item.type in CONVERTIBLE else ""
         return NOT_MESH.format(type=item.type.lower().replace("_", " ")) + convert
@@ -112,6 +119,12 @@ def _refusal(item, own, seen, settings) -> str | None:
     if settings.target == Target.VERTEX and (item.data.library or item.data.override_library):
         return LINKED
     return None
+
+
+def _missing(item) -> str | None:
+    """That an object, or its mesh, is linked from where it no longer is; None where it is there."""
+    lost = next((each for each in (item, item.data) if each and each.is_missing and each.library), None)
+    return None if lost is None else MISSING.format(path=lost.library.filepath)
 
 
 def uv_map_name(item, settings) -> str:

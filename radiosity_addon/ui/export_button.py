@@ -21,7 +21,7 @@ class RADIOSITY_OT_export_gltf(CarriesBake, bpy.types.Operator, ExportHelper):
 
     def execute(self, context):
         # Here, as enabling the add-on must be quick.
-        from ..files import Publication, check_writable
+        from ..files import Publication, check_writable, naming
         from ..gltf.export_bake import baked_with, export_bake
 
         names = tuple(item.name for item in baked_objects(context))
@@ -29,7 +29,8 @@ class RADIOSITY_OT_export_gltf(CarriesBake, bpy.types.Operator, ExportHelper):
             check_writable(self.filepath, "the export")
             with Publication() as files:
                 baked = baked_with(settings_of(context.scene.radiosity), names)
-                warnings = export_bake(baked, files.stage(self.filepath))
+                with naming(self.filepath, "the export"):
+                    warnings = export_bake(baked, files.stage(self.filepath))
                 files.commit()
         except EXPECTED as error:
             self.report({"ERROR"}, str(error))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from radiosity_addon.solver.expected import Refused
 from tests.export.scene_building import add_object, add_plane, diffuse, linked
 
 
@@ -231,6 +232,11 @@ def test_what_a_missing_library_held_is_named(blender, export, tmp_path):
     blender.ops.wm.open_mainfile(filepath=str(scene))
     (text,) = [each for each in export().warnings if "library.blend" in each]
     assert '"Lost"' in text and "missing" in text
+    (*_, (name, reason)) = export(objects=("Lost", "Plane")).skipped
+    assert name == "Lost" and "library.blend" in reason
+    blender.data.objects.remove(blender.data.objects["Plane"])
+    with pytest.raises(Refused, match="no mesh to bake; 'Lost' is left out: .*library.blend"):
+        export()
 
 
 def test_ray_visibility(blender, export):
