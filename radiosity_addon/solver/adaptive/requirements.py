@@ -58,8 +58,10 @@ class Requirements:
 def requirements_of(context: Context, passes: tuple[Pass, ...]) -> Requirements:
     """What the ``passes`` ask for and the scene can give."""
     reflects = not all(is_black(side.reflectance) for side in used_sides(context.scene))
+    found_by_rays = context.glows or context.sky is not None
+    lit = found_by_rays or context.sources.count > 0
     return Requirements(
         explicit=Pass.DIRECT in passes,
-        first=Pass.DIRECT in passes and (context.glows or context.sky is not None),
-        reflected=Pass.INDIRECT in passes and reflects,
+        first=Pass.DIRECT in passes and found_by_rays,
+        reflected=Pass.INDIRECT in passes and reflects and lit,
     )
