@@ -13,6 +13,7 @@ import numpy as np
 
 from .adaptive.error_estimator import ErrorEstimator
 from .adaptive.estimate import Estimate, Surface
+from .adaptive.held_out import held_out_receivers
 from .adaptive.placed_receivers import placed
 from .adaptive.plan import Plan, make_plan
 from .adaptive.replicate import Replicate
@@ -144,6 +145,8 @@ def begin(
     corners = options.project is not None
     plan = make_plan(settings.target_error, receivers.count, bool(estimator.neighborhoods), corners)
     estimator = replace(estimator, enough=plan.enough)
+    if corners:
+        estimator = replace(estimator, held_out=held_out_receivers(estimator.surface.share))
     if cache is not None:
         cache.begin(scene_key(scene, receivers, settings.seed))
     clock.lap("elements")

@@ -10,7 +10,7 @@ from radiosity_addon.solver.adaptive.allocation import (
     lacking_at_worst,
     lacking_in_mean,
 )  # fmt: skip
-from radiosity_addon.solver.adaptive.error_estimator import KEPT, ErrorEstimator
+from radiosity_addon.solver.adaptive.error_estimator import ErrorEstimator
 from radiosity_addon.solver.adaptive.estimate import BALANCE, Estimate, SmoothedLight, Surface
 from radiosity_addon.solver.adaptive.relative_error import (
     area_shares,
@@ -142,16 +142,6 @@ def test_rough_colors_may_overstate_the_error_by_two(enough, error):
     project = Projection(rough, unlimited, lambda x: x, alike, np.ones(1))
     found = estimate(np.ones((1, 1)), np.array([[0.05]]), [1], project, enough=enough)
     assert found.error == pytest.approx(error, rel=1e-4)
-
-
-def test_a_part_of_the_noise_that_smoothing_removes_is_told():
-    """Colors are the receivers' own: before smoothing 1 ± 0.2, after it 1 ± 0.1: ε² = 0.01 + KEPT (0.04 − 0.01)."""
-    smoothed, raw = ([np.full((1, 1), 1 + sign * off) for sign in (1, -1)] for off in (0.1, 0.2))
-    surface = Surface(np.ones((1, 1)), np.zeros((1, 1)), np.ones(1))
-    project = Projection(lambda x: x, unlimited, lambda x: x, alike, np.ones(1))
-    judge = ErrorEstimator(surface, [], ("direct", "color"), 1, None, project)
-    share, sample = judge._projected(smoothed, raw)
-    assert mean_over(share, sample**2) == pytest.approx(0.01 + KEPT * 0.03, rel=1e-6)
 
 
 @pytest.mark.parametrize(("channels", "times"), [(1, 1.960), (3, 2.388)])

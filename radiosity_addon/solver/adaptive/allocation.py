@@ -12,7 +12,7 @@ import numpy as np
 
 from ..filtering.neighborhood import Neighborhood
 from ..filtering.smooth import dilate
-from ..gather.lighting import Lighting
+from ..gather.lighting import Lighting, Samples
 from .estimate import Estimate
 
 # Errors [of the goal] of explicit and of gathered light that are allowed at single places: a place where the expected
@@ -23,6 +23,7 @@ WORST, SEEN = (0.8, 1.3), (0.018, 0.029)
 # as large, what its rays read is wrong in one of them.
 DISPUTED, ENOUGH_RAYS = 0.5, 32
 LEAST_MORE = 1.25  # factor [samples of a receiver]: one that needs fewer than so many times as many gets none
+MAX_SAMPLES = 1 << 14  # number [rays or points of a receiver] in one round, at most
 
 Lacking = tuple[np.ndarray, np.ndarray]  # numbers of points and of rays, (count,) float64 each
 
@@ -63,6 +64,14 @@ def disputed_receivers(estimate: Estimate, light: Lighting, settled: np.ndarray)
     correct that by no more than a reflection a round."""
     difference = np.abs(estimate.difference).mean(axis=1)
     return np.flatnonzero(~settled & (difference > DISPUTED) & (light.rays[:, 0] >= ENOUGH_RAYS))
+
+
+def alike_samples(samples: np.ndarray, least: int) -> Samples:
+    """[(owners, samples)] of about ``samples`` (count,) for each: powers of two, as Sobol sets
+    want."""
+    some = np.flatnonzero(samples >= least / 2)
+    exponent = np.rint(np.log2(np.clip(samples[some], least, MAX_SAMPLES))).astype(int)
+    return [(some[exponent == e], 1 << int(e)) for e in np.unique(exponent)]
 
 
 def _parts(

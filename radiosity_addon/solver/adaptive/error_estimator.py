@@ -23,6 +23,7 @@ from ..sampling.sobol import uniform
 from ..sampling.streams import Stream
 from ..workers.parallel import map_chunks
 from .estimate import Estimate, SmoothedLight, Surface, uncertainty_of
+from .held_out import common_square, with_common
 from .relative_error import MOST, area_shares, bounds_of, mean_over, scale_of
 
 DOUBTFUL = 4.0  # ratio [of the replicates' brightness at a place]: above it, one of them may be all wrong
@@ -30,9 +31,6 @@ LEAST = 1e-20  # irradiance [of the brightest emission] that is taken as typical
 SIGN_DRAWS = 4  # number [draws of signs] by which noise is told from what neighborhoods have in common
 # Factor [error that is enough]: rough colors may overstate the error so much, as where dark faces meet bright ones.
 OVERSTATED = 2.0
-# Share [of the noise of colors that smoothing seems to remove] that is left: kernels are chosen by what brings the replicates
-# together, and both are smoothed by the same ones.
-KEPT = 0.6
 PARTS = (np.arange(64) + 0.5) / 64  # shares [of the surface] whose bounds of the error are reported
 
 Means = tuple[np.ndarray, np.ndarray, np.ndarray]  # see ``Lighting.means``
@@ -58,10 +56,12 @@ class ErrorEstimator:
     sees: Sees  # whether one receiver sees all of the other
     project: Projection | None = None
     brightness: float | None = None  # mean radiance of all, where these are a part; None: all
+    held_out: np.ndarray | None = None  # (k,) int: receivers of which light is held out
     enough: float = np.inf  # relative error: below it colors are judged as they will be shown
 
     def weigh(
-        self, replicates: list[Lighting], uncorrected: Sequence[np.ndarray | None] = (None, None)
+        self, replicates: list[Lighting], uncorrected: Sequence[np.ndarray | None] = (None, None),
+        held_out: list[Lighting] | None = None,
     ) -> Estimate:
         """Combine the replicates. ``uncorrected`` are the squared relative biases (count,) that each replicate
         knows of and could not correct; None: of none."""
@@ -81,8 +81,9 @@ class ErrorEstimator:
         scale /= self._scale(radiance, brightness)
         samples, found = zip(*(part.error(self.surface.share, scale) for part in parts))
         squares = tuple(map_chunks(lambda square: self._pooled(neighborhoods, square), found, self.threads))
-        raw = self.project and [self._radiance(each[0] + each[2], each[1], unit) for each in (one, two)]
-        squares, sampled, (error_95, *bounds) = self._judged(squares, samples, radiance, raw)
+        factor = self._factor(radiance, held_out, unit)
+        squares = with_common(squares, self.surface.share, replicates[0], factor)
+        squares, sampled, (error_95, *bounds) = self._judged(squares, samples, radiance, factor)
         lacking = sum(mean_over(self.surface.share, each) for each in uncorrected if each is not None)
         direct, indirect = ((a + b) / 2 for a, b in zip(*light))
         return Estimate(
@@ -124,18 +125,18 @@ class ErrorEstimator:
 
     def _judged(
         self, squares: tuple[np.ndarray, np.ndarray], samples: tuple[np.ndarray, np.ndarray],
-        radiance: list[np.ndarray], raw: list[np.ndarray] | None,
+        radiance: list[np.ndarray], factor: float,
     ) -> tuple[tuple[np.ndarray, np.ndarray], float, np.ndarray]:
         """Where colors end: the mean squared error, of ``squares`` (count,) and ``samples`` (count,
         channels) of the errors of explicit and of gathered light, or of colors fitted to the replicates' ``radiance``,
-        smoothed from ``raw``, None where no colors are fitted; and the bounds for MOST of the surface and for PARTS.
+        times ``factor``; and the bounds for MOST of the surface and for PARTS.
         Before these the squares again, as colors have them."""
         share = self.surface.share
         if self.project is None:
             square = mean_over(share, squares[0]) + mean_over(share, squares[1])
             sample = sum(samples)
         else:
-            share, sample = self._projected(radiance, raw)
+            share, sample = self._projected(radiance, factor)
             square = mean_over(share, sample**2)
             squares = self._as_colors(squares, share * (sample**2).mean(axis=1))
         return squares, square, bounds_of(share, sample, np.append(MOST, PARTS))
@@ -149,6 +150,22 @@ class ErrorEstimator:
         everywhere = errors.sum() / max(own.sum(), LEAST)
         factor = (everywhere + self.project.receiver_factors(errors, own)) / 2
         return squares[0] * factor, squares[1] * factor
+
+    def _factor(self, radiance: list[np.ndarray], held_out: list[Lighting] | None, unit: float) -> float:
+        """By how much the error of the mean of the replicates' ``radiance`` (count, channels) is larger than half of
+        their difference: see ``held_out``; 1 where nothing is held out."""
+        if held_out is None:
+            return 1.0
+        share, chosen, scale = self.surface.share, self.held_out, self._scale(radiance, None)
+        shown = mean_over(share, ((radiance[0] - radiance[1]) / (2 * scale)) ** 2)
+        found = [
+            self._radiance(direct + first, bounced, unit, chosen)
+            for direct, bounced, first in (each.means(unit) for each in held_out)
+        ]
+        scale = np.maximum(scale[chosen], sum(found).mean(axis=1, keepdims=True) / 2)
+        weight = np.maximum(share[chosen], 1 / len(chosen))  # over the chance to be chosen
+        common = common_square([each[chosen] for each in radiance], found, weight, scale)
+        return float(np.sqrt(1 + max(common, 0.0) / shown)) if shown > 0 else 1.0
 
     def _neighbors(self, *light: np.ndarray) -> Sequence[Neighborhood]:
         """The neighborhoods, given all light (count, c) so far: receivers without any, as in a sealed room
@@ -216,13 +233,15 @@ class ErrorEstimator:
         color = color if Pass.COLOR in self.passes else np.ones_like(color)
         return (color / np.pi).astype(np.float32)
 
-    def _radiance(self, direct: np.ndarray, indirect: np.ndarray, unit: float) -> np.ndarray:
-        """(count, channels) float32 what is baked, in ``unit``."""
+    def _radiance(
+        self, direct: np.ndarray, indirect: np.ndarray, unit: float, chosen: np.ndarray | slice = slice(None)
+    ) -> np.ndarray:
+        """(k, channels) float32 what is baked, in ``unit``, at the receivers ``chosen`` (k,) int."""
         light = direct * np.float32(Pass.DIRECT in self.passes)
         light += indirect * np.float32(Pass.INDIRECT in self.passes)
-        light *= self._gain
+        light *= self._gain[chosen]
         if Pass.EMIT in self.passes and self.surface.emission.any():
-            light += (self.surface.emission / unit).astype(np.float32)
+            light += (self.surface.emission[chosen] / unit).astype(np.float32)
         return light
 
     def _typical(self, replicates: list[Lighting]) -> float:
@@ -231,24 +250,19 @@ class ErrorEstimator:
         least = LEAST * float(self.surface.emission.max(initial=0))
         return max(irradiance, least) or 1.0
 
-    def _projected(
-        self, radiance: list[np.ndarray], raw: list[np.ndarray]
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def _projected(self, radiance: list[np.ndarray], factor: float) -> tuple[np.ndarray, np.ndarray]:
         """The error of fitted colors: shares (m,) of the surface, and a sample (m, channels) of the relative
         error of the colors made of the replicates' mean. The sample is half of the difference of the two
-        replicates' colors, times a factor for what both have in common: KEPT of the noise of ``raw`` light that
-        smoothing seems to remove. These are rough colors, moved into the limits that users' colors are kept within:
-        where a few receivers determine a corner badly, a linear fit goes a hundred times beyond. Where the error may
-        be small enough, they are the colors that users will see."""
+        replicates' colors, times ``factor`` for what both have in common. These are rough colors, moved into the
+        limits that users' colors are kept within: where a few receivers determine a corner badly, a linear fit goes a
+        hundred times beyond. Where the error may be small enough, they are the colors that users will see."""
         share = area_shares(self.project.area)
-        light = [*radiance, *raw]
-        fields = np.split(self.project.apply(np.hstack(light).astype(float)), 4, axis=1)
-        a, b, *before = (np.clip(each, *self.project.limits(mine)) for each, mine in zip(fields, light))
-        sample, noise = _noise_of(share, a, b)
-        removed = max(_noise_of(share, *before)[1] - noise, 0.0)
-        if noise + KEPT * removed <= (OVERSTATED * self.enough) ** 2:
-            sample, noise = _noise_of(share, *(self.project.show(each.astype(float)) for each in radiance))
-        return share, sample * np.sqrt(1 + KEPT * removed / noise) if noise > 0 else sample
+        fields = np.split(self.project.apply(np.hstack(radiance).astype(float)), 2, axis=1)
+        colors = [np.clip(each, *self.project.limits(mine)) for each, mine in zip(fields, radiance)]
+        sample, noise = _noise_of(share, *colors)
+        if factor**2 * noise <= (OVERSTATED * self.enough) ** 2:
+            sample, _ = _noise_of(share, *(self.project.show(each.astype(float)) for each in radiance))
+        return share, factor * sample
 
 
 def _noise_of(share: np.ndarray, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, float]:

@@ -12,6 +12,9 @@ MANY_RECEIVERS = 400_000  # number [receivers]: more get half the rays in the fi
 # Numbers [rays, points of all receivers] of the first round, at least. Measured with fewer: 10 % less time, and 1.5 times
 # the error. A draft takes half of them.
 FIRST_RAYS, FIRST_POINTS = 720_000, 360_000
+# Numbers [rays, points of all receivers] of the first round for vertex colors, at least: of a face that a shadow crosses, and
+# that has few points, the replicates agree by chance.
+CORNER_RAYS, CORNER_POINTS = 1_440_000, 1_000_000
 DRAFT = 0.06  # error [relative] asked for: from it on, half of the first rays and points will do
 # Number [receivers] above which gathering again costs more than elements do; and how many of them an
 # element may serve.
@@ -76,8 +79,9 @@ def make_plan(error: float, receivers: int, smoothing: bool, corners: bool = Fal
         rays = max(rays // 2, RAYS)
     points = round_up(POINTS * (USUAL / error) ** MORE_POINTS, FEWEST_POINTS, MOST_FIRST_POINTS)
     each = (1.0 if error < DRAFT else 0.5) / max(receivers, 1)
-    rays = max(rays, _first(each, RAYS, (FIRST_RAYS, MOST_FIRST_RAYS), (FEW_RAYS, MOST_OF_FEW)))
-    points = max(points, _first(each, FEWEST_POINTS, (FIRST_POINTS, MOST_FIRST_POINTS), (FEW_POINTS, MOST_OF_FEW)))
+    first = (CORNER_RAYS, CORNER_POINTS) if corners else (FIRST_RAYS, FIRST_POINTS)
+    rays = max(rays, _first(each, RAYS, (first[0], MOST_FIRST_RAYS), (FEW_RAYS, MOST_OF_FEW)))
+    points = max(points, _first(each, FEWEST_POINTS, (first[1], MOST_FIRST_POINTS), (FEW_POINTS, MOST_OF_FEW)))
     patch_rays = ROW_RAYS * elements / max(receivers, 1)
     return Plan(
         goal=GOAL * error,

@@ -30,13 +30,8 @@ from ..sampling.streams import Stream
 from ..transport.radiosity import Radiosity
 from ..transport.receiver_patches import ReceiverPatches
 from ..transport.solve_patches import divided, solve_radiosity, without_reflection
-from .correction import (
-    Correction,
-    biased_elements,
-    find_correction,
-    irradiance_scale,
-    regions_of,
-)
+from .correction import Correction, biased_elements, find_correction, irradiance_scale, regions_of
+from .held_out import HeldOut, HeldOutLight, no_held_out_light
 from .placed_receivers import PlacedReceivers, placed
 from .plan import Plan
 from .relative_error import area_shares
@@ -79,6 +74,7 @@ class Replicate:
     row_radiosity: np.ndarray | None = None  # (n, channels) of receivers' patches, by their rows
     reflectors: Reflectors | None = None  # with these radiosities
     light: Lighting = field(init=False)
+    held_out: HeldOutLight | None = None
     residuals: Residuals | None = None  # of paths with these radiosities
     correction: Correction | None = None
     found_on_elements: float = 0.0  # relative bias, see ``RoundResult``
@@ -163,7 +159,7 @@ class Replicate:
         self.radiosity = radiosity
         self.row_radiosity = radiosity.reflected[: radiosity.patches.first].copy()
         self.light.forget_gathered()
-        self.residuals = self.correction = None
+        self.residuals = self.correction = self.held_out = None
         self.found_on_elements = self.share_of_elements = 0.0
         if radiosity.transport is not None:
             self.share_of_elements = radiosity.share_of_elements()
@@ -206,10 +202,6 @@ class Replicate:
         gathered = self.light.bounced / np.maximum(self.light.rays, 1)
         return gathered, area_shares(self.placed.footprints.area)
 
-    def give(self) -> Radiosity:
-        """The radiosities of now."""
-        return self.radiosity
-
     def add(
         self, direct: Samples, gathered: Samples, step: int, guide: Guide | None, learn: bool
     ) -> RoundResult:
@@ -222,9 +214,7 @@ class Replicate:
             for part in direct:
                 add_direct(self.split, self.placed.footprints, self.light, *part, *self._key(step))
         if self.requirements.rays:
-            split, radiosity = self.split, self.radiosity
-            if self.reflectors is not None:
-                split, radiosity = self.reflectors.applied(split, radiosity)
+            split, radiosity = self._for_rays()
             radiosity, self.lessons = add_gathered(
                 split, self.placed.footprints, self.light, radiosity, gathered,
                 *self._key(step), aim=Aim(guide, learn),
@@ -236,6 +226,20 @@ class Replicate:
             self._correct()
         return self.now()
 
+    def _for_rays(self) -> tuple[Split, Radiosity]:
+        """What rays look up, reflectors sampled as lights."""
+        if self.reflectors is None:
+            return self.split, self.radiosity
+        return self.reflectors.applied(self.split, self.radiosity)
+
+    def add_held_out(self, more: HeldOut, step: int) -> Lighting:
+        """Add held-out light in the round ``step``, and give all there is."""
+        if self.held_out is None:
+            self.held_out = no_held_out_light(self.placed.footprints, more.chosen, self.context.channels)
+        radiosity = self.held_out.add(*self._for_rays(), more, *self._key(step))
+        self.radiosity = replace(radiosity, patches=self.radiosity.patches)
+        return self.held_out.corrected(self.light)
+
     def leave_out(self, disputed: np.ndarray) -> None:
         """Let no ray read what is known of the receivers ``disputed`` (k,) int, and forget what these gathered."""
         if self._own_patches is None:
@@ -244,6 +248,8 @@ class Replicate:
         self.radiosity = replace(self.radiosity, patches=patches)
         self.reflectors = self.reflectors and self.reflectors.with_patches(patches)
         self.light.forget_gathered(disputed)
+        if self.held_out is not None:
+            self.held_out.forget_gathered(disputed)
 
     def _use_gathered(self) -> None:
         """Let rays read, where they end on receivers, the mean of what the rows' rays brought and of what

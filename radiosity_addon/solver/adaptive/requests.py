@@ -11,7 +11,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from ..direct.beams import split_beams
-from ..gather.lighting import Samples
+from ..gather.lighting import Lighting, Samples
 from ..lights.context import build_context
 from ..progress import silent
 from ..receivers import Receivers
@@ -19,6 +19,7 @@ from ..sampling.guide import Guide, Learning
 from ..scene import Scene
 from ..transport.radiosity import Radiosity
 from ..workers.parallel import Helpers
+from .held_out import HeldOut
 from .placed_receivers import placed
 from .plan import Plan
 from .processes import OpenHelpers
@@ -82,8 +83,8 @@ class GiveRadiosity:
     """The radiosities of now."""
 
     def answer(self, replicate: Replicate) -> Radiosity:
-        """See ``Replicate.give``."""
-        return replicate.give()
+        """The replicate's."""
+        return replicate.radiosity
 
 
 @dataclass(frozen=True)
@@ -114,6 +115,18 @@ class AddLight:
         if len(self.disputed):
             replicate.leave_out(self.disputed)
         return replicate.add(self.direct, self.gathered, self.step, self.guide, self.learns)
+
+
+@dataclass(frozen=True)
+class AddHeldOut:
+    """Light that is ``held_out``, in the round ``step``."""
+
+    held_out: HeldOut
+    step: int
+
+    def answer(self, replicate: Replicate) -> Lighting:
+        """See ``Replicate.add_held_out``."""
+        return replicate.add_held_out(self.held_out, self.step)
 
 
 @dataclass(frozen=True)

@@ -13,12 +13,21 @@ import numpy as np
 
 from ..gather.lighting import Lighting, Samples
 from ..sampling.guide import USEFUL, Guide, joined, make_guide
-from .allocation import Lacking, disputed_receivers, lacking_at_worst, lacking_in_mean
+from .allocation import (
+    MAX_SAMPLES,
+    Lacking,
+    alike_samples,
+    disputed_receivers,
+    lacking_at_worst,
+    lacking_in_mean,
+)
 from .error_estimator import ErrorEstimator
 from .estimate import Estimate
+from .held_out import lacking_held_out
 from .plan import MOST_ELEMENTS, Plan, round_up
 from .replicate import FEW_ON_ELEMENTS, MOST_PATHS, Replicate
 from .requests import (
+    AddHeldOut,
     AddLight,
     Answer_co,
     FollowMorePaths,
@@ -33,7 +42,6 @@ from .second_replicate import SecondReplicate
 from .solve_cache import Solve, SolveCache, cached_solve
 
 MAX_ROUNDS = 20  # number [rounds] of a bake, at most
-MAX_SAMPLES = 1 << 14  # number [rays or points of a receiver] in one round, at most
 ELEMENTS_SHARE = 0.8  # error [of the goal] that finer elements would lower: above it elements get finer
 LAST_RESTART = 6  # number [rounds] after which nothing is solved anew: too many samples would be thrown away
 GROWTH = 8  # factor [samples of a receiver so far] by which they grow in one round, at most
@@ -146,13 +154,22 @@ class Rounds:
         common is left out where it is not asked for: no elements, and the error is ``enough``."""
         replicates = self._both(request)
         light = [replicate.light for replicate in replicates]
-        estimate = self.estimator.weigh(light, [replicate.uncorrected for replicate in replicates])
+        held_out = self._held_out(light[0], request.step)
+        estimate = self.estimator.weigh(light, [replicate.uncorrected for replicate in replicates], held_out)
         estimate = estimate.allowing_for_chance()
         share = np.mean([replicate.share_of_elements for replicate in replicates])
         if estimate.error > enough or share > FEW_ON_ELEMENTS:
             estimate = estimate.with_common(self.estimator.common(estimate), share)
         self.clock.lap("gather")
         return replicates, light[0], estimate
+
+    def _held_out(self, light: Lighting, step: int) -> list[Lighting] | None:
+        """The held-out light of both replicates after the round ``step``; None where none is."""
+        chosen = self.estimator.held_out
+        if chosen is None:
+            return None
+        more = lacking_held_out(chosen, light, self.first.held_out and self.first.held_out.light)
+        return list(self._both(AddHeldOut(more, step)))
 
     def _lacking(self, estimate: Estimate, plan: Plan, light: Lighting) -> Lacking:
         """What receivers lack. Colors that are fitted to many are good where single ones are not."""
@@ -237,20 +254,12 @@ def _bundled(
     rays[disputed] += light.rays[disputed, 0]
     if guide is not None:
         rays = rays / guide.worth[guide.cluster]
-    return _alike(points, 4), _alike(rays, 8)
+    return alike_samples(points, 4), alike_samples(rays, 8)
 
 
 def _bounded(more: np.ndarray, number: np.ndarray, growth: float) -> np.ndarray:
     """(count,) samples to add to ``number`` (count,), to ``growth`` times as many at most."""
     return np.minimum(more, (growth - 1) * number)
-
-
-def _alike(samples: np.ndarray, least: int) -> list[tuple[np.ndarray, int]]:
-    """[(owners, samples)] of about ``samples`` (count,) for each: powers of two, as Sobol sets
-    want."""
-    some = np.flatnonzero(samples >= least / 2)
-    exponent = np.rint(np.log2(np.clip(samples[some], least, MAX_SAMPLES))).astype(int)
-    return [(some[exponent == e], 1 << int(e)) for e in np.unique(exponent)]
 
 
 def _of_elements(replicates: tuple[RoundResult, RoundResult], estimate: Estimate) -> float:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..array_struct import ArrayStruct
 from ..receivers import Receivers
 from ..workers.parallel import ranges
 from .triangles import Geometry
@@ -15,7 +16,7 @@ SAME = 1e-6  # difference [of 1] between coordinates of unit normals: below it t
 
 
 @dataclass(frozen=True)
-class CellShading:
+class CellShading(ArrayStruct):
     """Of n cells; light on those that are not ``turned`` counts by their triangle's normal."""
 
     normal: np.ndarray  # (n, 3) float32 unit

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -67,11 +67,20 @@ class Footprints:
         cells = np.argsort(group, kind="stable")
         cells = cells[np.searchsorted(group[cells], 0) :]
         start = np.searchsorted(group[cells], np.arange(int(group.max(initial=-1)) + 2))
+        return replace(self, shading=None)._of(cells, start)
+
+    def take(self, chosen: np.ndarray) -> Footprints:
+        """The footprints ``chosen`` (k,) int, in that order."""
+        start = np.concatenate([[0], np.cumsum(np.diff(self.start)[chosen])])
+        return self._of(self.cells_of(chosen)[1], start)
+
+    def _of(self, cells: np.ndarray, start: np.ndarray) -> Footprints:
+        """Footprints of these ``cells`` (m,) int, of which ``start[i]:start[i+1]`` belong to footprint i."""
         area = np.diff(self.cumulative)[cells]
         return Footprints(
             self.origin[cells], self.u[cells], self.v[cells], self.normal[cells],
             self.triangle[cells], self.corners[cells], self.square[cells], start,
-            np.concatenate([[0.0], np.cumsum(area)]),
+            np.concatenate([[0.0], np.cumsum(area)]), self.shading and self.shading.take(cells),
         )  # fmt: skip
 
     def middle(self) -> tuple[np.ndarray, np.ndarray]:
