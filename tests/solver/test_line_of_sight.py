@@ -12,7 +12,7 @@ from radiosity_addon.solver.progress import silent
 from verification import meshes
 from verification.stability_scenes import plane
 
-SIZE = 40  # texels along an edge of a square, the plane x < 0.4 of which is dark
+SIZE = 48  # texels along an edge of a square, the plane x < 0.4 of which is dark
 GRID = np.stack([np.zeros(SIZE**2), *np.divmod(np.arange(SIZE**2), SIZE)], 1).astype(np.int32)
 PLACE = np.stack([GRID[:, 2], GRID[:, 1], GRID[:, 0]], 1) / SIZE
 UP = np.tile([0.0, 0, 1], (SIZE**2, 1))

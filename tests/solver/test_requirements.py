@@ -106,7 +106,7 @@ def test_one_channel_gives_what_three_give_in_less_time(monkeypatch):
     """Rays cost the same; the sums over neighbors, a third as wide, are timed alone, by turns."""
     weigh, seconds = ErrorEstimator.weigh, ([], [])
 
-    def timed(self, halves, left):
+    def timed(self, halves, left, held_out):
         gray = Surface(
             self.surface.diffuse[:, :1], self.surface.emission[:, :1], self.surface.area
         )
