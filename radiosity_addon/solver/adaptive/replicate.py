@@ -48,7 +48,7 @@ MORE_PATHS = 1.5  # factor [paths so far]: fewer more are not worth following
 MEAN_ERROR = 0.25  # error [of that asked for] of the mean over paths: sets their number
 MANY_ELEMENTS = 5_000  # number [elements at the start]: with more, none is divided, as it does not pay
 FEW_ON_ELEMENTS = 0.01  # share [of rows' rays] on elements: with fewer, none is divided
-MAX_DIVISIONS = 5  # number [rounds] of dividing elements that bring a bias
+MAX_DIVISIONS = 15  # number [rounds] of dividing elements that bring a bias
 MOST_DIVIDED = 30  # factor [elements at the start]: with more, no further one is divided
 SMALL_BIAS = 0.2  # bias [of the error asked for] of all elements: less is left to the correction
 
@@ -130,19 +130,20 @@ class Replicate:
         return regions_of(self.placed.footprints, len(residuals.paths.owner))
 
     def _followed(self, radiosity: Radiosity, purpose: PathsFor, most: int) -> Residuals:
-        """As many paths along the residual as the error asked for wants, at ``most``."""
+        """As many paths along the residual as the error asked for wants, at ``most``. Few tell too small a deviation
+        where rare ones have most of it: it is measured again with each further lot."""
         residuals = self._more_paths(radiosity, purpose, FEWEST_PATHS, 0)
-        scale = irradiance_scale(residuals, self._regions(residuals))
-        deviation = float((residuals.paths.lack.mean(axis=1) / scale).std())
-        wanted = int(min((deviation / (MEAN_ERROR * self.error)) ** 2, most))
-        if wanted < MORE_PATHS * FEWEST_PATHS:
-            return residuals
-        more = self._more_paths(radiosity, purpose, wanted - FEWEST_PATHS, FEWEST_PATHS)
-        return join_residuals([residuals, more])
+        while True:
+            scale = irradiance_scale(residuals, self._regions(residuals))
+            deviation = float((residuals.paths.lack.mean(axis=1) / scale).std())
+            wanted = int(min((deviation / (MEAN_ERROR * self.error)) ** 2, most))
+            paths = len(residuals.paths.owner)
+            if wanted < MORE_PATHS * paths:
+                return residuals
+            more = self._more_paths(radiosity, purpose, wanted - paths, paths)
+            residuals = join_residuals([residuals, more])
 
-    def _more_paths(
-        self, radiosity: Radiosity, purpose: PathsFor, paths: int, before: int
-    ) -> Residuals:
+    def _more_paths(self, radiosity: Radiosity, purpose: PathsFor, paths: int, before: int) -> Residuals:
         """Further ``paths`` after those ``before``. Every purpose and every division of the surface has
         random numbers of its own: noise that chose elements is not measured again with them."""
         elements = radiosity.patches.elements.count
