@@ -14,13 +14,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..direct.beams import Split
+from ..filtering.graph import LEAST
 from ..gather.lighting import Aim, Lighting, Samples, add_direct, add_gathered, no_light
 from ..geometry.footprints import Footprints
 from ..transport.radiosity import Radiosity
 from .allocation import alike_samples
 from .relative_error import mean_over
 
-FEWEST = 256  # number [receivers] that are held out, at least: fewer do not tell
 SHARE, MOST = 1 / 8, 4096  # share and number [of receivers] that are held out, at most
 SAMPLES = 1.5  # factor [samples that such a receiver has]: its held-out samples
 LEAST_MORE = 4  # number [samples of a receiver]: fewer are not added
@@ -71,9 +71,9 @@ def no_held_out_light(footprints: Footprints, chosen: np.ndarray, channels: int)
 
 def held_out_receivers(share: np.ndarray) -> np.ndarray | None:
     """(k,) int: some of the receivers, at equal steps of their ``share`` (count,) of the surface; None where they are few."""
-    count = int(min(SHARE * len(share), MOST))
-    if count < FEWEST:
+    if len(share) < LEAST:  # they are not smoothed either
         return None
+    count = int(min(SHARE * len(share), MOST))
     places = (np.arange(count) + 0.5) / count
     return np.unique(np.minimum(np.searchsorted(np.cumsum(share), places), len(share) - 1))
 
@@ -101,6 +101,8 @@ def with_common(
     """Squared errors (count,) of explicit and of gathered ``light``, with what both replicates have in common, so that
     their means by ``share`` (count,) grow by the square of ``factor``: as much for each sample, as nothing tells where
     it is. Receivers that agree by chance get more samples for it."""
+    if factor == 1:
+        return squares
     result = []
     for square, number in zip(squares, (light.points[:, 0], light.rays[:, 0])):
         each = 1 / np.maximum(number, 1)

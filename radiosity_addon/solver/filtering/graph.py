@@ -17,7 +17,9 @@ from .walls import Walls
 
 LEVELS = 5  # number [levels]: kernels are applied 1, 2, 4, 8, 16 times
 NEAREST = 9  # number [neighbors], the receiver itself among them
-LEAST = 2048  # number [receivers], at least, that are smoothed: fewer agree by chance, and have rays enough of their own
+# Number [receivers], at least, that are smoothed: fewer agree by chance, have rays enough of their own, and are too few for
+# some to be held out, which tell what smoothing leaves.
+LEAST = 2048
 FACING = 0.8  # cosine [of an angle] between the normals of neighbors, at least
 SLOPE = 0.4  # height [of its distance] of a neighbor over the receiver's plane, at most
 
