@@ -16,7 +16,7 @@ def emission_to_find(
 ) -> tuple[np.ndarray | None, np.ndarray | None]:
     """(n_entries, channels) float32 exitance that rays must find, the exact mean over each cell or
     patch; and (n_entries,) float32 the lengths of those in which it varies, else 0. None where there
-    is nothing such."""
+    is nothing such; where a picture is dark it does not vary, whatever rounding makes of it."""
     if not context.glows:
         return None, None
     emission = np.zeros((patches.entries, context.channels), np.float32)
@@ -37,6 +37,7 @@ def emission_to_find(
     length[first + 2 * cells[some] + 1] = (deviation > 0) * size[some]
     if patches.receivers is not None:
         _add_receivers_emission(context, patches.receivers.footprints, emission, length)
+    length *= emission.any(axis=1)
     return emission if emission.any() else None, length if length.any() else None
 
 
