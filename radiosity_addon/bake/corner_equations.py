@@ -15,9 +15,9 @@ from ..solver.receivers import Receivers
 
 # Stiffnesses ε [of 1] of triangles with fewer than, and at least, three receivers.
 STIFFNESS = (0.03, 1e-10)
-# Light [of the mean, or of that around]: what is darker counts as this. At a quarter, to which errors are judged, dark places
-# that nobody sees, such as under a pillar, would make the vertices around them dark.
-DARKEST = 0.46
+# Light [of the mean, or of that around]: what is darker counts as this. At a quarter, to which errors are judged, what lies
+# under things would make the vertices around it dark, little as it is seen.
+DARKEST = 0.35
 
 
 @dataclass(frozen=True)

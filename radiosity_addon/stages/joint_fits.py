@@ -23,6 +23,7 @@ from ..solver.fields import Constant
 from ..solver.lights.context import Context
 from ..solver.receivers import concatenate
 from ..solver.scene import Material, Scene
+from ..solver.transport.free_paths import mean_free_paths
 from .job import Job
 from .layout import Layout
 
@@ -56,7 +57,8 @@ class JointFit:
 def joint_fits(job: Job, layout: Layout, context: Context) -> list[JointFit]:
     """The fits of all targets."""
     unknowns = _unknowns(job, context)
-    return [_fit(job, layout, members.tolist(), unknowns) for members in _clusters(unknowns)]
+    seen = mean_free_paths(context, layout.receivers)
+    return [_fit(job, layout, seen, members.tolist(), unknowns) for members in _clusters(unknowns)]
 
 
 def shared_color_warnings(job: Job, layout: Layout, light: np.ndarray) -> list[str]:
@@ -144,8 +146,11 @@ def _clusters(unknowns: _Unknowns) -> list[np.ndarray]:
     return np.split(order, np.flatnonzero(np.diff(cluster[order])) + 1)
 
 
-def _fit(job: Job, layout: Layout, members: list[int], unknowns: _Unknowns) -> JointFit:
-    """The fit of the targets ``members``, as if they were one mesh."""
+def _fit(
+    job: Job, layout: Layout, seen: np.ndarray, members: list[int], unknowns: _Unknowns
+) -> JointFit:
+    """The fit of the targets ``members``, as if they were one mesh, to receivers that count by their areas as far as they
+    are ``seen`` (count,)."""
     own, parts = [job.targets[i] for i in members], [layout.part(i) for i in members]
     first = np.cumsum([0] + [target.stop - target.start for target in own])
     areas = [receiver_areas(job.scene.vertices, job.scene.triangles, part) for part in parts]
@@ -155,13 +160,14 @@ def _fit(job: Job, layout: Layout, members: list[int], unknowns: _Unknowns) -> J
     ]
     joined, hanging = _of_members(unknowns, members)
     hidden = np.concatenate([_hidden_faces(layout, each.start, each.stop) for each in own])
+    spans = tuple(slice(*layout.spans[i : i + 2]) for i in members)
+    weights = np.concatenate([area * seen[span] for area, span in zip(areas, spans)])
     fit = corner_fit(
-        _as_one(own), concatenate(moved), np.concatenate(areas), job.settings.domain, hidden,
+        _as_one(own), concatenate(moved), weights, job.settings.domain, hidden,
         joined, hanging,
     )  # fmt: skip
     point = job.settings.domain == Domain.POINT
     sizes = [_vertices(each) if point else len(each.loop_vertex) for each in own]
-    spans = tuple(slice(*layout.spans[i : i + 2]) for i in members)
     return JointFit(fit, tuple(members), spans, tuple(np.cumsum([0, *sizes]).tolist()))
 
 

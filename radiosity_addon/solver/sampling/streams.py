@@ -26,4 +26,5 @@ class Stream(IntEnum):
     BEAM_TRIALS = 64  # particles that find which spots are beams; alike for all seeds
     BEAMS = 65  # particles of a beam
     REFLECTORS = 66  # points of bright patches
+    FREE_PATHS = 67  # rays that find how much is seen of receivers; alike for all seeds
     SIGNS = 70  # of differences, by which the error estimator tests what replicates share; alike for all seeds

@@ -1,0 +1,62 @@
+"""Free paths: how far rays travel from receivers before they meet something, which says how much of them is seen.
+
+In the picture of somebody at the distance r, a piece dA of a surface covers the solid angle cosθ dA / r². Summed over all
+places in the air that see it, of which there are r² dr dω, that is dA ∫ cosθ d(ω) dω = π d̄ dA: d(ω) is the free path in
+the direction ω, and d̄ the mean free path of cosine-distributed rays. So a piece counts in pictures taken from anywhere by
+its area times its mean free path.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..geometry.footprints import Footprints, build_footprints
+from ..lights.context import Context
+from ..receivers import Receivers
+from ..sampling.points import footprint_points, grouped_chunks
+from ..sampling.sobol import uniform
+from ..sampling.streams import Stream
+from .rays import RAYS_PER_CHUNK, shared_directions
+
+POINTS, RAYS = 4, 32  # numbers [points, rays of all of them] of a receiver
+LEAST = 1e-3  # share [of the longest free path that counts]: shorter ones count as this
+
+
+def mean_free_paths(context: Context, receivers: Receivers) -> np.ndarray:
+    """(count,) float64 > 0: the mean free path over each receiver, as a share of the mean over the surface of those rays
+    that meet something: longer ones, and rays that meet nothing, count as 1."""
+    footprints = build_footprints(context.geometry, replace(receivers, shading=None))
+    count = footprints.count
+    lengths = np.empty((RAYS, count), np.float32)
+    work = _FreePaths(context, footprints, uniform((count, 3), Stream.FREE_PATHS, 1))
+    chunks = grouped_chunks(count, RAYS_PER_CHUNK // RAYS)
+    for chosen, found in context.map_chunks(work, chunks, "elements"):
+        lengths[:, chosen] = found
+    met = np.isfinite(lengths)
+    weight = met * footprints.area
+    total = weight.sum()
+    longest = (weight * np.where(met, lengths, 0)).sum() / total if total > 0 else 1.0
+    return np.maximum(np.minimum(lengths / longest, 1).mean(axis=0), LEAST)
+
+
+@dataclass(frozen=True)
+class _FreePaths:
+    """Traces the rays of a (group, slice) of the ``footprints``, each with its ``shift`` (3,)."""
+
+    context: Context
+    footprints: Footprints
+    shift: np.ndarray
+
+    def __call__(self, chunk: tuple[int, slice]) -> tuple[slice, np.ndarray]:
+        group, chosen = chunk
+        key = (Stream.FREE_PATHS, 0, group)
+        owners = np.arange(self.footprints.count)[chosen]
+        points = footprint_points(self.footprints, owners, self.shift[chosen], POINTS, *key)
+        directions = shared_directions(points, RAYS, *key, 1)
+        origins = np.empty_like(directions)
+        origins[:] = points.position[:, None]
+        hits = self.context.tracer.intersect(origins.reshape(-1, 3), directions.reshape(-1, 3))
+        lengths = np.where(hits.triangle >= 0, hits.distance, np.float32(np.inf))
+        return chosen, lengths.reshape(RAYS, len(owners))
