@@ -54,6 +54,16 @@ def test_vertex_colors_of_a_floor_do_not_see_what_a_wall_covers(domain, wall):
     assert colors == pytest.approx(RHO / 2, rel=0.06)
 
 
+def test_a_floor_that_goes_on_below_tiles_is_as_bright_as_what_shows_of_it():
+    """Three quarters of the floor lie 1 mm below a flat black slab, which takes none of the rest's sky: that shows ρ. By areas alone
+    the corners of the rest would have 0.008: a dark place counts eight times as much as a lit one, and the slab's are three quarters."""
+    parts = [FLOOR, block((0.75, 2.0, 1e-4), (0.251, -0.5, 1e-3))]
+    job = job_of(parts, 0, target="vertex", domain="point")
+    colors, scene = run(job).colors[0], job.scene
+    rest = scene.vertices[np.unique(scene.triangles[scene.object == 0]), 0] < 0.25
+    assert rest.sum() == 2 and colors[rest] == pytest.approx(RHO, rel=0.1)
+
+
 def test_the_underside_of_a_box_on_a_sheet_is_black():
     """From just below the sheet the whole sky could be seen."""
     floor = SQUARE * 20 - 10, FLOOR[1]

@@ -11,7 +11,7 @@ from scipy.sparse.linalg import cg
 # Residuals [relative, the diagonal scaled to 1]: at the end, and in between.
 TOLERANCE, ROUGH = 1e-8, 1e-2
 ITERATIONS = 1000  # number [iterations] of a solve, at most
-ROUNDS = 4  # number [rounds] of solving, fixing what left its bounds, and solving for the rest
+ROUNDS = 12  # number [rounds] of solving for what is free, and of choosing that anew, at most
 
 log = logging.getLogger(__name__)
 
@@ -23,22 +23,31 @@ def solve_bounded(
     """x (n,) float64 that about minimizes ½ xᵀMx − bᵀx for ``low`` <= x <= ``high`` (n,). M is the symmetric,
     semi-definite ``matrix`` (n, n), b is ``right`` (n,).
 
-    Unknowns that leave their bounds are fixed there and the others are solved for again, a few times. The result
-    always lies within the bounds, and is the exact minimum where no bound acts. What M does not determine stays at
-    ``guess`` (n,).
+    Unknowns that leave their bounds are fixed there, those that M x − b draws inward are set free again, and the free ones are
+    solved for, a few times (primal-dual active sets; Hintermüller, Ito and Kunisch 2003, "The primal-dual active set
+    strategy as a semismooth Newton method"). Of these results, moved into the bounds, the one of the least value is taken: the exact
+    minimum where the sets come to rest. What M does not determine stays at ``guess`` (n,).
     """
-    x = np.clip(guess, low, high)
-    free = (low < high) & (matrix.diagonal() > 0)
+    best = x = np.clip(guess, low, high)
+    least, free = np.inf, np.ones(len(x), bool)
+    undetermined = (low >= high) | (matrix.diagonal() <= 0)
     for _ in range(rounds):
-        if not free.any():
+        free &= ~undetermined
+        if free.any():
+            x = x.copy()
+            x[free] = _solve(matrix, right, x, free, tolerance)
+        inside = np.clip(x, low, high)
+        slope = matrix @ inside
+        value = inside @ (slope / 2 - right)
+        if value < least:
+            best, least = inside, value
+        slope = matrix @ x - right
+        kept = np.where(x <= low, slope > 0, (x >= high) & (slope < 0))
+        held = (x < low) | (x > high) | (~free & kept)
+        if np.array_equal(held, ~free | undetermined):
             break
-        x[free] = _solve(matrix, right, x, free, tolerance)
-        left = free & ((x < low) | (x > high))
-        if not left.any():
-            break
-        x = np.clip(x, low, high)
-        free &= ~left
-    return np.clip(x, low, high)
+        x, free = inside, ~held
+    return best
 
 
 def solve_roughly(matrix: csr_matrix, right: np.ndarray) -> np.ndarray:

@@ -5,10 +5,10 @@ is a weighted sum of the unknown colors x, ``A x``. We seek the x that minimizes
 
     Σ_r w_r |(A x)_r − L_r|² + ε Σ_t w_t Σ_c |(x_t,c − mean_c x_t,c)|²
 
-over the surface: w are areas over max(L, 0.46 L̄)², L a receiver's light, a mean over the channels, and L̄
-its mean over the surface or, where that is more, around the colors shown there. By areas alone a vertex between sun and shadow would fit the sun, and the
-shadow would be many times too bright; by areas over max(L, L̄/4)², as errors are judged, what is
-hidden under things would make the vertices around it black. Light that is constant or linear over flat faces comes back
+over the surface: w are areas, as far as they are seen (``free_paths``), over max(L, 0.35 L̄)², L a receiver's light, a
+mean over the channels, and L̄ its mean over the surface or, where that is more, around the colors shown there. By areas alone
+a vertex between sun and shadow would fit the sun, and the shadow would be many times too bright; and what lies under things,
+dark and hardly seen, would make the vertices around it dark. Light that is constant or linear over flat faces comes back
 exactly, because the mean of a linear function over a cell is its value at the centroid. The second
 term matters only where one receiver a triangle cannot tell its three corners apart.
 """
@@ -37,7 +37,8 @@ NOTICED = 1e-9
 class CornerFit:
     """What the fit of a target's colors needs but the light: made once, used for any light."""
 
-    weights: np.ndarray  # (count,) area of each receiver
+    weights: np.ndarray  # (count,) what each receiver counts by
+    area: np.ndarray  # (n,) of triangles, where light is known on them
     loop_vertex: np.ndarray  # (n_loops,)
     group: np.ndarray  # (n_loops,) the unknown of each loop
     corners: csr_matrix  # (3 n, unknowns)
@@ -104,7 +105,7 @@ class CornerFit:
     def areas(self) -> np.ndarray:
         """(n_loops,) or (n_vertices,) float64: the area that each color stands for. A third of each triangle goes to
         each of its corners; loops that share a color share its area evenly."""
-        area = self.corners.T @ np.repeat(self.light.area / 3, 3)
+        area = self.corners.T @ np.repeat(self.area / 3, 3)
         return (area / np.maximum(np.bincount(self.shown, minlength=len(area)), 1))[self.shown]
 
     def rough_colors(self, values: np.ndarray) -> np.ndarray:
@@ -116,25 +117,26 @@ class CornerFit:
 
 
 def corner_fit(
-    target: ExportedObject, receivers: Receivers, weights: np.ndarray, domain: str = Domain.CORNER.value,
+    target: ExportedObject, receivers: Receivers, areas: np.ndarray, domain: str = Domain.CORNER.value,
     hidden: np.ndarray | None = None, joined: np.ndarray | None = None,
-    hanging: Hanging | None = None,
+    hanging: Hanging | None = None, seen: np.ndarray | None = None,
 ) -> CornerFit:
     """The fit for a target's colors on ``domain``, corner or point.
 
     ``joined`` (m,) says which of the m unknowns of the object's own are one, from 0 on, and ``hanging``
     which of the joined ones lie on lines between others.
 
-    ``receivers`` lie on the target's triangles (scene numbers) and stand for the areas ``weights``
-    (count,); weight 0 leaves a receiver out (a part of the face that nobody can see, inside
-    another object). Corners of triangles that are all ``hidden`` (n,) bool take the colors of
+    ``receivers`` lie on the target's triangles (scene numbers) and stand for the ``areas`` (count,); 0 leaves a receiver out (a
+    part of the face that is inside another object). They count by that times how much is ``seen`` (count,) of them, in any
+    unit; None: alike. Corners of triangles that are all ``hidden`` (n,) bool take the colors of
     those that they are joined to by faces; where there are none they are black. ``point`` gives a
     color for each vertex up to the last one that a loop uses. Raises ValueError for a target that
     was exported without its loops.
     """
     if target.corner_map is None or target.loop_vertex is None:
         raise ValueError(f"{target.name!r} was exported without its loops; export for vertices")
-    weights = np.asarray(weights, float)
+    areas = np.asarray(areas, float)
+    weights = areas if seen is None else areas * seen
     _check(target.name, np.zeros((receivers.count, 3)), weights)
     group = unknowns_of(target, domain)
     number = np.arange(int(group.max(initial=-1)) + 1) if joined is None else joined
@@ -142,11 +144,12 @@ def corner_fit(
     unknowns = int(number.max(initial=-1)) + 1
     corners = _corner_map(target, group, unknowns)
     light = surface_light(receivers, weights, target.start, target.stop - target.start)
+    known = np.bincount(light.triangle, areas, len(light.area))
     free, matrix = spread(NOTHING if hanging is None else hanging, unknowns)
     sampling = (light.sampling @ corners @ matrix).tocsr()
     normal = normal_equations(sampling, corners @ matrix, light, weights)
     return CornerFit(
-        weights, target.loop_vertex, group, corners, light, free, matrix, sampling, normal, shown,
+        weights, known, target.loop_vertex, group, corners, light, free, matrix, sampling, normal, shown,
         target.name, _nowhere_seen(corners, light, hidden),
     )
 

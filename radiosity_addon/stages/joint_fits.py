@@ -149,8 +149,8 @@ def _clusters(unknowns: _Unknowns) -> list[np.ndarray]:
 def _fit(
     job: Job, layout: Layout, seen: np.ndarray, members: list[int], unknowns: _Unknowns
 ) -> JointFit:
-    """The fit of the targets ``members``, as if they were one mesh, to receivers that count by their areas as far as they
-    are ``seen`` (count,)."""
+    """The fit of the targets ``members``, as if they were one mesh. ``seen`` (count,): how much of receivers is seen for
+    their area."""
     own, parts = [job.targets[i] for i in members], [layout.part(i) for i in members]
     first = np.cumsum([0] + [target.stop - target.start for target in own])
     areas = [receiver_areas(job.scene.vertices, job.scene.triangles, part) for part in parts]
@@ -161,10 +161,9 @@ def _fit(
     joined, hanging = _of_members(unknowns, members)
     hidden = np.concatenate([_hidden_faces(layout, each.start, each.stop) for each in own])
     spans = tuple(slice(*layout.spans[i : i + 2]) for i in members)
-    weights = np.concatenate([area * seen[span] for area, span in zip(areas, spans)])
     fit = corner_fit(
-        _as_one(own), concatenate(moved), weights, job.settings.domain, hidden,
-        joined, hanging,
+        _as_one(own), concatenate(moved), np.concatenate(areas), job.settings.domain, hidden,
+        joined, hanging, np.concatenate([seen[span] for span in spans]),
     )  # fmt: skip
     point = job.settings.domain == Domain.POINT
     sizes = [_vertices(each) if point else len(each.loop_vertex) for each in own]

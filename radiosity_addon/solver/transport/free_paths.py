@@ -21,24 +21,25 @@ from ..sampling.streams import Stream
 from .rays import RAYS_PER_CHUNK, shared_directions
 
 POINTS, RAYS = 4, 32  # numbers [points, rays of all of them] of a receiver
-LEAST = 1e-3  # share [of the longest free path that counts]: shorter ones count as this
+LONGEST = 1.0  # length [unit box] of rays that meet nothing: about the size of the scene
+LEAST = 1e-6  # mean free path [unit box] of a receiver, at least
 
 
 def mean_free_paths(context: Context, receivers: Receivers) -> np.ndarray:
-    """(count,) float64 > 0: the mean free path over each receiver, as a share of the mean over the surface of those rays
-    that meet something: longer ones, and rays that meet nothing, count as 1."""
+    """(count,) float64 [unit box] >= LEAST: the mean free path over each receiver."""
     footprints = build_footprints(context.geometry, replace(receivers, shading=None))
-    count = footprints.count
-    lengths = np.empty((RAYS, count), np.float32)
-    work = _FreePaths(context, footprints, uniform((count, 3), Stream.FREE_PATHS, 1))
-    chunks = grouped_chunks(count, RAYS_PER_CHUNK // RAYS)
+    return np.maximum(free_paths(context, footprints).mean(axis=0, dtype=float), LEAST)
+
+
+def free_paths(context: Context, footprints: Footprints) -> np.ndarray:
+    """(RAYS, count) float32 lengths [unit box] of cosine-distributed rays from each footprint, LONGEST where one meets
+    nothing."""
+    lengths = np.empty((RAYS, footprints.count), np.float32)
+    work = _FreePaths(context, footprints, uniform((footprints.count, 3), Stream.FREE_PATHS, 1))
+    chunks = grouped_chunks(footprints.count, RAYS_PER_CHUNK // RAYS)
     for chosen, found in context.map_chunks(work, chunks, "elements"):
         lengths[:, chosen] = found
-    met = np.isfinite(lengths)
-    weight = met * footprints.area
-    total = weight.sum()
-    longest = (weight * np.where(met, lengths, 0)).sum() / total if total > 0 else 1.0
-    return np.maximum(np.minimum(lengths / longest, 1).mean(axis=0), LEAST)
+    return lengths
 
 
 @dataclass(frozen=True)
@@ -58,5 +59,5 @@ class _FreePaths:
         origins = np.empty_like(directions)
         origins[:] = points.position[:, None]
         hits = self.context.tracer.intersect(origins.reshape(-1, 3), directions.reshape(-1, 3))
-        lengths = np.where(hits.triangle >= 0, hits.distance, np.float32(np.inf))
+        lengths = np.where(hits.triangle >= 0, hits.distance, np.float32(LONGEST))
         return chosen, lengths.reshape(RAYS, len(owners))

@@ -1,0 +1,48 @@
+"""Free paths: against Cauchy's mean chord, and what is seen of surfaces in gaps."""
+
+import numpy as np
+import pytest
+
+from radiosity_addon.solver.geometry.footprints import build_footprints
+from radiosity_addon.solver.lights.context import build_context
+from radiosity_addon.solver.progress import silent
+from radiosity_addon.solver.transport.free_paths import LONGEST, free_paths, mean_free_paths
+from verification import meshes
+
+
+def opened(parts):
+    """The context of a scene of ``parts``, and a receiver on each of its triangles."""
+    scene = meshes.scene(parts, 0.5)
+    return build_context(scene, 0, 1, silent), meshes.triangle_receivers(scene)
+
+
+@pytest.mark.parametrize("size", [(1, 1, 1), (1, 2, 3), (1, 4, 0.5)])
+def test_the_mean_free_path_in_a_box_is_its_mean_chord(size):
+    """Cauchy: the mean chord of a convex body, from its surface by the cosine law, is 4 V / S. 8 · 8 · 6 · 2 receivers of
+    32 rays: lengths scatter by about themselves, which is 0.6 % of the mean."""
+    corners, _ = meshes.box_polygons(size)
+    context, receivers = opened([meshes.grid(each, 8) for each in corners])
+    footprints = build_footprints(context.geometry, receivers)
+    mean = (free_paths(context, footprints).mean(axis=0) * footprints.area).sum() / footprints.area.sum()
+    a, b, c = size
+    chord = 4 * a * b * c / (2 * (a * b + b * c + c * a))
+    assert mean * context.geometry.scale == pytest.approx(chord, rel=0.02)
+
+
+def test_what_lies_in_a_gap_is_seen_as_much_less_as_the_gap_is_narrow():
+    """Two plates of 20 × 20 at a distance of 0.01: all but their edges see 2 h: ∫ cosθ · h / cosθ dω / π = 2 h. A ceiling
+    of 20 × 20, 2 above them, meets its floor at twice 2, where it does."""
+    square = np.array([(0.0, 0, 0), (20, 0, 0), (20, 20, 0), (0, 20, 0)])
+    parts = [meshes.grid(square, 8), meshes.grid(square[::-1] + (0, 0, 0.01), 8),
+             meshes.grid(square + (0, 0, 0.02), 8), meshes.grid(square[::-1] + (0, 0, 2.02), 8)]  # fmt: skip
+    context, receivers = opened(parts)
+    shares = np.split(mean_free_paths(context, receivers), 4)
+    gap, room = np.median(shares[0]), np.median(shares[2])
+    assert gap == pytest.approx(np.median(shares[1]), rel=0.1)
+    assert gap * context.geometry.scale == pytest.approx(0.02, rel=0.2)
+    assert gap < 0.03 * room
+
+
+def test_rays_that_meet_nothing_are_as_long_as_the_scene():
+    plane = meshes.grid(np.array([(0.0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]), 3)
+    assert (mean_free_paths(*opened([plane])) == LONGEST).all()
