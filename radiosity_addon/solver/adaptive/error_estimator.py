@@ -165,7 +165,7 @@ class ErrorEstimator:
         scale = np.maximum(scale[chosen], sum(found).mean(axis=1, keepdims=True) / 2)
         weight = np.maximum(share[chosen], 1 / len(chosen))  # over the chance to be chosen
         common = common_square([each[chosen] for each in radiance], found, weight, scale)
-        return float(np.sqrt(1 + max(common, 0.0) / shown)) if shown > 0 else 1.0
+        return float(np.sqrt(1 + common / shown)) if shown > 0 else 1.0
 
     def _neighbors(self, *light: np.ndarray) -> Sequence[Neighborhood]:
         """The neighborhoods, given all light (count, c) so far: receivers without any, as in a sealed room
