@@ -34,6 +34,15 @@ NOTICED = 1e-9
 
 
 @dataclass(frozen=True)
+class JoinedUnknowns:
+    """``number`` (m,) says which of the m unknowns of the object's own are one, from 0 on; and which of these are ``hanging``: they
+    lie on lines between others."""
+
+    number: np.ndarray
+    hanging: Hanging = NOTHING
+
+
+@dataclass(frozen=True)
 class CornerFit:
     """What the fit of a target's colors needs but the light: made once, used for any light."""
 
@@ -118,13 +127,9 @@ class CornerFit:
 
 def corner_fit(
     target: ExportedObject, receivers: Receivers, areas: np.ndarray, domain: str = Domain.CORNER.value,
-    hidden: np.ndarray | None = None, joined: np.ndarray | None = None,
-    hanging: Hanging | None = None, seen: np.ndarray | None = None,
+    hidden: np.ndarray | None = None, joined: JoinedUnknowns | None = None, seen: np.ndarray | None = None,
 ) -> CornerFit:
     """The fit for a target's colors on ``domain``, corner or point.
-
-    ``joined`` (m,) says which of the m unknowns of the object's own are one, from 0 on, and ``hanging``
-    which of the joined ones lie on lines between others.
 
     ``receivers`` lie on the target's triangles (scene numbers) and stand for the ``areas`` (count,); 0 leaves a receiver out (a
     part of the face that is inside another object). They count by that times how much is ``seen`` (count,) of them, in any
@@ -139,13 +144,14 @@ def corner_fit(
     weights = areas if seen is None else areas * seen
     _check(target.name, np.zeros((receivers.count, 3)), weights)
     group = unknowns_of(target, domain)
-    number = np.arange(int(group.max(initial=-1)) + 1) if joined is None else joined
+    joined = joined or JoinedUnknowns(np.arange(int(group.max(initial=-1)) + 1))
+    number = joined.number
     shown, group = (number if domain == Domain.POINT else number[group]), number[group]
     unknowns = int(number.max(initial=-1)) + 1
     corners = _corner_map(target, group, unknowns)
     light = surface_light(receivers, weights, target.start, target.stop - target.start)
     known = np.bincount(light.triangle, areas, len(light.area))
-    free, matrix = spread(NOTHING if hanging is None else hanging, unknowns)
+    free, matrix = spread(joined.hanging, unknowns)
     sampling = (light.sampling @ corners @ matrix).tocsr()
     normal = normal_equations(sampling, corners @ matrix, light, weights)
     return CornerFit(

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..bake.corner_fit import CornerFit, corner_fit, unknowns_of
+from ..bake.corner_fit import CornerFit, JoinedUnknowns, corner_fit, unknowns_of
 from ..bake.exported_object import CornerMap, ExportedObject
 from ..bake.faces import receiver_areas
 from ..bake.hanging import Hanging
@@ -158,26 +158,25 @@ def _fit(
         replace(part, triangle=part.triangle - np.int32(target.start - at), shading=None)
         for target, part, at in zip(own, parts, first)
     ]
-    joined, hanging = _of_members(unknowns, members)
     hidden = np.concatenate([_hidden_faces(layout, each.start, each.stop) for each in own])
     spans = tuple(slice(*layout.spans[i : i + 2]) for i in members)
     fit = corner_fit(
         _as_one(own), concatenate(moved), np.concatenate(areas), job.settings.domain, hidden,
-        joined, hanging, np.concatenate([seen[span] for span in spans]),
+        _of_members(unknowns, members), np.concatenate([seen[span] for span in spans]),
     )  # fmt: skip
     point = job.settings.domain == Domain.POINT
     sizes = [_vertices(each) if point else len(each.loop_vertex) for each in own]
     return JointFit(fit, tuple(members), spans, tuple(np.cumsum([0, *sizes]).tolist()))
 
 
-def _of_members(unknowns: _Unknowns, members: list[int]) -> tuple[np.ndarray, Hanging]:
-    """(m,) which of the members' unknowns are one, from 0 on, and which of these hang."""
+def _of_members(unknowns: _Unknowns, members: list[int]) -> JoinedUnknowns:
+    """Those of the ``members``."""
     start, number = unknowns.start, np.full(len(unknowns.label), -1)
     own = np.concatenate([unknowns.label[start[i] : start[i + 1]] for i in members])
     used, joined = np.unique(own, return_inverse=True)
     number[used] = np.arange(len(used))
     hanging = unknowns.hanging.take(number[unknowns.hanging.corner] >= 0)
-    return joined.reshape(-1), hanging.renamed(number)
+    return JoinedUnknowns(joined.reshape(-1), hanging.renamed(number))
 
 
 def _as_one(targets: list[ExportedObject]) -> ExportedObject:

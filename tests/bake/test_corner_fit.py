@@ -7,7 +7,7 @@ import pytest
 from scipy.sparse import csr_matrix
 
 from radiosity_addon.bake.corner_equations import importance
-from radiosity_addon.bake.corner_fit import corner_fit
+from radiosity_addon.bake.corner_fit import JoinedUnknowns, corner_fit
 from radiosity_addon.bake.exported_object import CornerMap, ExportedObject
 from radiosity_addon.bake.faces import face_receivers, receiver_areas
 
@@ -155,7 +155,7 @@ def test_a_vertex_between_sun_and_shadow_does_not_light_the_shadow():
     plane = Plane(1, cuts=16)
     left = plane.points[:, 0] < 0.5
     light = np.repeat(np.where(left, 1.0, 0.01)[:, None], 3, 1)
-    fit = corner_fit(plane.target, plane.receivers, plane.area, joined=np.zeros(99, int))
+    fit = corner_fit(plane.target, plane.receivers, plane.area, joined=JoinedUnknowns(np.zeros(99, int)))
     assert fit.colors(light) == pytest.approx(x, rel=0.02)
 
 

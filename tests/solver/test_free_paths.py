@@ -6,7 +6,7 @@ import pytest
 from radiosity_addon.solver.geometry.footprints import build_footprints
 from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.progress import silent
-from radiosity_addon.solver.transport.free_paths import LONGEST, free_paths, mean_free_paths
+from radiosity_addon.solver.transport.free_paths import LONGEST, mean_free_paths
 from verification import meshes
 
 
@@ -22,8 +22,8 @@ def test_the_mean_free_path_in_a_box_is_its_mean_chord(size):
     32 rays: lengths scatter by about themselves, which is 0.6 % of the mean."""
     corners, _ = meshes.box_polygons(size)
     context, receivers = opened([meshes.grid(each, 8) for each in corners])
-    footprints = build_footprints(context.geometry, receivers)
-    mean = (free_paths(context, footprints).mean(axis=0) * footprints.area).sum() / footprints.area.sum()
+    area = build_footprints(context.geometry, receivers).area
+    mean = (mean_free_paths(context, receivers) * area).sum() / area.sum()
     a, b, c = size
     chord = 4 * a * b * c / (2 * (a * b + b * c + c * a))
     assert mean * context.geometry.scale == pytest.approx(chord, rel=0.02)
@@ -36,9 +36,9 @@ def test_what_lies_in_a_gap_is_seen_as_much_less_as_the_gap_is_narrow():
     parts = [meshes.grid(square, 8), meshes.grid(square[::-1] + (0, 0, 0.01), 8),
              meshes.grid(square + (0, 0, 0.02), 8), meshes.grid(square[::-1] + (0, 0, 2.02), 8)]  # fmt: skip
     context, receivers = opened(parts)
-    shares = np.split(mean_free_paths(context, receivers), 4)
-    gap, room = np.median(shares[0]), np.median(shares[2])
-    assert gap == pytest.approx(np.median(shares[1]), rel=0.1)
+    lengths = np.split(mean_free_paths(context, receivers), 4)
+    gap, room = np.median(lengths[0]), np.median(lengths[2])
+    assert gap == pytest.approx(np.median(lengths[1]), rel=0.1)
     assert gap * context.geometry.scale == pytest.approx(0.02, rel=0.2)
     assert gap < 0.03 * room
 

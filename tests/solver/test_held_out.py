@@ -58,11 +58,16 @@ def test_what_replicates_have_in_common_is_told():
 
 
 def test_equal_errors_of_two_replicates_are_their_covariance():
-    """Off by 0.2 and -0.1, and by 0.3 in both: (-0.02 + 3 · 0.09) / 4 where the second has three times the area."""
+    """Off by 0.2 and -0.1, and by 0.3 in both: the mean m is (-0.02 + 3 · 0.09) / 4 where the second has three times the area, and
+    its variance by the shares ¼ and ¾ (1 · (-0.02 - m)² + 9 · (0.09 - m)²) / 16."""
     replicates = [np.array([[1.2], [1.3]]), np.array([[0.9], [1.3]])]
     held = [np.ones((2, 1))] * 2
     found = common_square(replicates, held, np.array([1.0, 3.0]), np.ones((2, 1)))
-    assert found == pytest.approx((-0.02 + 3 * 0.09) / 4)
+    mean = (-0.02 + 3 * 0.09) / 4
+    deviation = np.sqrt((-0.02 - mean) ** 2 + 9 * (0.09 - mean) ** 2) / 4
+    assert found == pytest.approx(mean + deviation)
+    opposite = [np.full((2, 1), 0.5), np.full((2, 1), 1.5)]
+    assert common_square([np.ones((2, 1))] * 2, opposite, np.ones(2), np.ones((2, 1))) == 0
 
 
 def test_receivers_are_held_out_by_their_area():

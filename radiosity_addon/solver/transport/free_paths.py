@@ -28,18 +28,12 @@ LEAST = 1e-6  # mean free path [unit box] of a receiver, at least
 def mean_free_paths(context: Context, receivers: Receivers) -> np.ndarray:
     """(count,) float64 [unit box] >= LEAST: the mean free path over each receiver."""
     footprints = build_footprints(context.geometry, replace(receivers, shading=None))
-    return np.maximum(free_paths(context, footprints).mean(axis=0, dtype=float), LEAST)
-
-
-def free_paths(context: Context, footprints: Footprints) -> np.ndarray:
-    """(RAYS, count) float32 lengths [unit box] of cosine-distributed rays from each footprint, LONGEST where one meets
-    nothing."""
-    lengths = np.empty((RAYS, footprints.count), np.float32)
+    lengths = np.empty(footprints.count)
     work = _FreePaths(context, footprints, uniform((footprints.count, 3), Stream.FREE_PATHS, 1))
     chunks = grouped_chunks(footprints.count, RAYS_PER_CHUNK // RAYS)
     for chosen, found in context.map_chunks(work, chunks, "elements"):
-        lengths[:, chosen] = found
-    return lengths
+        lengths[chosen] = found
+    return np.maximum(lengths, LEAST)
 
 
 @dataclass(frozen=True)
@@ -60,4 +54,4 @@ class _FreePaths:
         origins[:] = points.position[:, None]
         hits = self.context.tracer.intersect(origins.reshape(-1, 3), directions.reshape(-1, 3))
         lengths = np.where(hits.triangle >= 0, hits.distance, np.float32(LONGEST))
-        return chosen, lengths.reshape(RAYS, len(owners))
+        return chosen, lengths.reshape(RAYS, len(owners)).mean(axis=0, dtype=float)
