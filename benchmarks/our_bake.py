@@ -38,7 +38,7 @@ def warm_up() -> None:
 
 
 @cache
-def _twin() -> ReplicateProcess | None:
+def second_process() -> ReplicateProcess | None:
     twin = start_replicate_process(0)
     if twin is not None:
         atexit.register(twin.close)
@@ -60,7 +60,7 @@ def our_bake(obj, size: int, error: float, seed: int = 0, **options) -> OurBake:
     settings.check()
     start = time.perf_counter()
     job = prepare(bpy.context, settings)
-    result = run(job, beside=_twin())
+    result = run(job, beside=second_process())
     apply(bpy.context, job, result)
     seconds = time.perf_counter() - start
     pixels = np.asarray(result.colors[0], float)

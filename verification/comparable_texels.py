@@ -8,6 +8,7 @@ import numpy as np
 
 from radiosity_addon.bake.clip import doubled_areas
 from radiosity_addon.bake.texels import texel_receivers
+from radiosity_addon.solver.receivers import Receivers
 
 NEAR = 1e-5  # of an object's size: faces so near lie on one another
 PARALLEL = 0.999  # cosine between their normals
@@ -61,6 +62,15 @@ def _covered_texels(uv: np.ndarray, resolution: int):
     """Of texels within a single triangle: (k, 3) image, row, column; (k,) the triangle; (k, 3, 2)
     where origin, right and upper corner lie in it, barycentric."""
     receivers = texel_receivers(uv, np.arange(len(uv)), resolution)
+    texel, triangle, corners = covered_texels(receivers, uv, resolution)
+    return receivers.grid[texel], triangle, corners
+
+
+def covered_texels(
+    receivers: Receivers, uv: np.ndarray, resolution: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(k,) int: the ``receivers`` that are whole texels within one triangle of ``uv`` (n, 3, 2); (k,) that triangle; and (k, 3, 2) where
+    origin, right and upper corner of the texel lie in it, barycentric."""
     cells = np.bincount(receivers.receiver, minlength=receivers.count)
     alone = np.flatnonzero(cells == 1)
     first = np.searchsorted(receivers.receiver, alone)
@@ -68,7 +78,7 @@ def _covered_texels(uv: np.ndarray, resolution: int):
     area = np.abs(doubled_areas(receivers.corners[first])) * scale  # of parallelograms [texels]
     covered = receivers.square[first] & (area > COVERED)
     cell = first[covered]
-    return receivers.grid[alone[covered]], receivers.triangle[cell], receivers.corners[cell]
+    return alone[covered], receivers.triangle[cell], receivers.corners[cell]
 
 
 def triangle_uvs(obj, uv_map: str = "Radiosity") -> np.ndarray:

@@ -29,24 +29,22 @@ def solve_bounded(
     minimum where the sets come to rest. What M does not determine stays at ``guess`` (n,).
     """
     best = x = np.clip(guess, low, high)
-    least, free = np.inf, np.ones(len(x), bool)
-    undetermined = (low >= high) | (matrix.diagonal() <= 0)
+    least, free = np.inf, (low < high) & (matrix.diagonal() > 0)
+    determined = free
     for _ in range(rounds):
-        free &= ~undetermined
         if free.any():
             x = x.copy()
             x[free] = _solve(matrix, right, x, free, tolerance)
         inside = np.clip(x, low, high)
-        slope = matrix @ inside
-        value = inside @ (slope / 2 - right)
+        value = inside @ (matrix @ inside / 2 - right)
         if value < least:
             best, least = inside, value
         slope = matrix @ x - right
-        kept = np.where(x <= low, slope > 0, (x >= high) & (slope < 0))
-        held = (x < low) | (x > high) | (~free & kept)
-        if np.array_equal(held, ~free | undetermined):
+        inward = np.where(x <= low, slope < 0, slope > 0)
+        now = determined & np.where(free, x == inside, inward)
+        if np.array_equal(now, free):
             break
-        x, free = inside, ~held
+        x, free = inside, now
     return best
 
 
