@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from radiosity_addon.bake.faces import triangle_areas
 from radiosity_addon.bake.texels import texel_receivers
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.lights.context import build_context
@@ -26,10 +27,11 @@ from radiosity_addon.solver.receivers import chosen_receivers
 from radiosity_addon.solver.transport.free_paths import mean_free_paths
 from radiosity_addon.stages.prepare import prepare
 from radiosity_addon.stages.run import run
+from verification import meshes
 from verification.comparable_texels import covered_texels, triangle_uvs
 from verification.error import local_squares, reference_noise
 
-from .machine import commit, machine
+from .machine import machine
 from .our_bake import second_process, warm_up
 from .real import PASSES, UV_MAP
 from .vertices import corner_areas
@@ -52,22 +54,25 @@ class Places:
         return (self.weights[:, :, None] * colors[self.corners]).sum(axis=1)
 
 
-def places_of(obj, stored, scene) -> Places:
-    """Those of an object's lightmap whose references are ``stored``; ``scene`` is the solver's, where the object comes first."""
+def places_of(obj, stored) -> Places:
+    """Those of an object's lightmap whose references are ``stored``, in a scene of this object alone."""
     keep = stored["mask"] & stored["clean"]
-    receivers = texel_receivers(triangle_uvs(obj, UV_MAP), np.arange(len(obj.data.loop_triangles)), len(keep))
-    texel, triangle, corners = covered_texels(receivers, triangle_uvs(obj, UV_MAP), len(keep))
+    uv = triangle_uvs(obj, UV_MAP)
+    points = np.array([obj.matrix_world @ each.co for each in obj.data.vertices])
+    triangles, loops = (np.array([getattr(each, name)[:] for each in obj.data.loop_triangles]) for name in ("vertices", "loops"))
+    some = triangle_areas(points, triangles) > 0
+    uv, triangles, loops = uv[some], triangles[some], loops[some]
+    receivers = texel_receivers(uv, np.arange(len(uv)), len(keep))
+    texel, triangle, corners = covered_texels(receivers, uv, len(keep))
     kept = keep[receivers.grid[texel, 1], receivers.grid[texel, 2]]
     texel, triangle, corners = texel[kept], triangle[kept], corners[kept]
     row, column = receivers.grid[texel, 1], receivers.grid[texel, 2]
     middle = (corners[:, 1] + corners[:, 2]) / 2
-    chosen = np.isin(np.arange(receivers.count), texel)
-    context = build_context(scene, 0, 1, silent)
-    loops = np.array([each.loops[:] for each in obj.data.loop_triangles])
+    context = build_context(meshes.scene([(points, triangles)], 0.5), 0, 1, silent)
+    chosen = chosen_receivers(receivers, np.isin(np.arange(receivers.count), texel))
     return Places(
         loops[triangle], np.column_stack([1 - middle.sum(axis=1), middle]),
-        tuple(stored[name][row, column].astype(float) for name in "ab"),
-        mean_free_paths(context, chosen_receivers(receivers, chosen)),
+        tuple(stored[name][row, column].astype(float) for name in "ab"), mean_free_paths(context, chosen),
     )  # fmt: skip
 
 
@@ -96,10 +101,9 @@ def measure(path: Path, errors: list[float], seeds: int, say=print) -> None:
         for seed in range(seeds):
             settings = Settings(objects=(obj.name,), target="vertex", error=error, seed=seed, passes=PASSES)
             started = time.perf_counter()
-            job = prepare(bpy.context, settings)
-            result = run(job, beside=second_process())
+            result = run(prepare(bpy.context, settings), beside=second_process())
             bakes.append((np.asarray(result.colors[0], float)[:, :3], time.perf_counter() - started, result.statistics))
-        places = places or places_of(obj, np.load(path.with_suffix(".npz")), job.scene)
+        places = places or places_of(obj, np.load(path.with_suffix(".npz")))
         for seed, (colors, seconds, found) in enumerate(bakes):
             noise = reference_noise(colors, bakes[seed - 1][0], area) if seeds > 1 else np.nan
             figures = (found.estimated_error, noise, *off(places, colors, places.seen), *off(places, colors, np.ones(len(places.seen))))
@@ -115,7 +119,7 @@ def main(arguments=None) -> None:
     parser.add_argument("--seeds", type=int, default=2)
     chosen = parser.parse_args(arguments)
     warm_up()
-    print(f"Measured on: {machine()}, commit {commit()}.")
+    print(f"Measured on: {machine()}.")
     for name in chosen.scenes:
         measure(chosen.folder / f"{name}.blend", chosen.errors, chosen.seeds)
 
