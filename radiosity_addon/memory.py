@@ -11,7 +11,7 @@ from pathlib import Path
 # Memory [bytes of address space], at the start and for each core, as measured.
 START, START_PER_CORE = 1700 << 20, 100 << 20
 # Memory [bytes] of a bake, and of each of its receivers and triangles, measured.
-ALWAYS, PER_RECEIVER, PER_TRIANGLE = 450e6, 2900.0, 500.0
+ALWAYS, PER_RECEIVER, PER_TRIANGLE = 450e6, 2900.0, 1200.0
 # Numbers [texels that belong to a face]: more than UNDIVIDED are baked in tiles of at most TILE, after a
 # survey of SURVEY coarse ones. The first two set the memory; the smaller they are the more is done twice,
 # where tiles overlap.

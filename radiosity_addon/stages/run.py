@@ -42,9 +42,9 @@ def run(
     layout = lay_out(job, progress)
     context = open_scene(job.scene, layout.receivers, job.settings, progress, beside)
     layout = shaded_layout(job, open_layout(layout, context))
-    laid_out = time.perf_counter() - began
     receivers = layout.receivers
     fits = None if job.settings.target == Target.IMAGE else joint_fits(job, layout, context)
+    laid_out = time.perf_counter() - began
     judged = fits and _where_judged(fits)
     solution = solve_opened(context, receivers, job.settings, Options(judged, cache, beside))
     started = time.perf_counter()

@@ -20,7 +20,9 @@ from ..sampling.sobol import uniform
 from ..sampling.streams import Stream
 from .rays import RAYS_PER_CHUNK, shared_directions
 
-POINTS, RAYS = 4, 32  # numbers [points, rays of all of them] of a receiver
+POINTS = 4  # number [points] of a receiver
+# Numbers [rays] of a receiver, and of all: where receivers are many, each has fewer, as each counts for less.
+FEWEST, MOST, ALL = 4, 32, 4_000_000
 LONGEST = 1.0  # length [unit box] of rays that meet nothing: about the size of the scene
 LEAST = 1e-6  # mean free path [unit box] of a receiver, at least
 
@@ -29,8 +31,9 @@ def mean_free_paths(context: Context, receivers: Receivers) -> np.ndarray:
     """(count,) float64 [unit box] >= LEAST: the mean free path over each receiver."""
     footprints = build_footprints(context.geometry, replace(receivers, shading=None))
     lengths = np.empty(footprints.count)
-    work = _FreePaths(context, footprints, uniform((footprints.count, 3), Stream.FREE_PATHS, 1))
-    chunks = grouped_chunks(footprints.count, RAYS_PER_CHUNK // RAYS)
+    rays = MOST if MOST * footprints.count <= ALL else FEWEST
+    work = _FreePaths(context, footprints, uniform((footprints.count, 3), Stream.FREE_PATHS, 1), rays)
+    chunks = grouped_chunks(footprints.count, RAYS_PER_CHUNK // rays)
     for chosen, found in context.map_chunks(work, chunks, "elements"):
         lengths[chosen] = found
     return np.maximum(lengths, LEAST)
@@ -38,20 +41,21 @@ def mean_free_paths(context: Context, receivers: Receivers) -> np.ndarray:
 
 @dataclass(frozen=True)
 class _FreePaths:
-    """Traces the rays of a (group, slice) of the ``footprints``, each with its ``shift`` (3,)."""
+    """Traces ``rays`` from each of a (group, slice) of the ``footprints``, which have a ``shift`` (3,) each."""
 
     context: Context
     footprints: Footprints
     shift: np.ndarray
+    rays: int
 
     def __call__(self, chunk: tuple[int, slice]) -> tuple[slice, np.ndarray]:
         group, chosen = chunk
         key = (Stream.FREE_PATHS, 0, group)
         owners = np.arange(self.footprints.count)[chosen]
         points = footprint_points(self.footprints, owners, self.shift[chosen], POINTS, *key)
-        directions = shared_directions(points, RAYS, *key, 1)
+        directions = shared_directions(points, self.rays, *key, 1)
         origins = np.empty_like(directions)
         origins[:] = points.position[:, None]
         hits = self.context.tracer.intersect(origins.reshape(-1, 3), directions.reshape(-1, 3))
         lengths = np.where(hits.triangle >= 0, hits.distance, np.float32(LONGEST))
-        return chosen, lengths.reshape(RAYS, len(owners)).mean(axis=0, dtype=float)
+        return chosen, lengths.reshape(self.rays, len(owners)).mean(axis=0, dtype=float)
