@@ -80,7 +80,7 @@ def off(places: Places, colors: np.ndarray, weight: np.ndarray) -> tuple[float, 
     """The relative error of what ``colors`` (n_loops, 3) show, by ``weight`` (k,) of the places: of all and of the BEST."""
     a, b = places.references
     share = weight / weight.sum()
-    _, squares = local_squares(places.shown(colors), a, b, float(np.full(len(a), 1 / len(a)) @ (a + b).mean(axis=1) / 2))
+    _, squares = local_squares(places.shown(colors), a, b, float((a + b).mean() / 2))
     order = np.argsort(squares)
     total, reached = np.cumsum((share * squares)[order]), np.cumsum(share[order])
     best = np.searchsorted(reached, BEST)
