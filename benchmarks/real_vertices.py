@@ -4,7 +4,7 @@
 
 FOLDER is that of ``benchmarks.real``. *Shown* is the color interpolated to the middle of each texel that lies in one triangle, against
 the light of two Cycles bakes there: what a mesh is too coarse to show is most of it. It is told over the surface (*by area*), and as seen
-in pictures from anywhere (*in views*, each texel by its area times its mean free path), for all and for the best 99 %, as hidden
+in pictures from anywhere (*in views*, each texel by its mean free path in the object alone; all have about one area), for all and for the best 99 %, as hidden
 places are shown far too bright. *Noise* is the error of one bake that another seed tells, by the corners' part of the surface: what a
 bake *estimates* of itself. Needs bpy.
 """

@@ -26,7 +26,7 @@ def solve_bounded(
     Unknowns that leave their bounds are fixed there, those that M x − b draws inward are set free again, and the free ones are
     solved for, a few times (primal-dual active sets; Hintermüller, Ito and Kunisch 2003, "The primal-dual active set
     strategy as a semismooth Newton method"). Of these results, moved into the bounds, the one of the least value is taken: the exact
-    minimum where the sets come to rest. What M does not determine stays at ``guess`` (n,).
+    minimum where the sets come to rest. Where M's diagonal is 0, x stays at ``guess`` (n,).
     """
     best = x = np.clip(guess, low, high)
     least, free = np.inf, (low < high) & (matrix.diagonal() > 0)
@@ -67,7 +67,7 @@ def _solve(matrix, right, x, free, tolerance: float) -> np.ndarray:
         (inner.data * rows * scale[inner.indices], inner.indices, inner.indptr), inner.shape
     )
     start = x[free] / scale
-    size = np.linalg.norm(right[free] * scale)
+    size = max(np.linalg.norm(right[free] * scale), np.linalg.norm(rest[free] * scale))
     step, failed = cg(
         scaled, rest[free] * scale, rtol=0.0, atol=tolerance * size, maxiter=ITERATIONS
     )

@@ -3,7 +3,7 @@
 In the picture of somebody at the distance r, a piece dA of a surface covers the solid angle cosθ dA / r². Summed over all
 places in the air that see it, of which there are r² dr dω, that is dA ∫ cosθ d(ω) dω = π d̄ dA: d(ω) is the free path in
 the direction ω, and d̄ the mean free path of cosine-distributed rays. So a piece counts in pictures taken from anywhere by
-its area times its mean free path.
+its area times its mean free path. Glass ends a path like any surface, which makes what lies close behind it count for less.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from ..sampling.streams import Stream
 from .rays import RAYS_PER_CHUNK, shared_directions
 
 POINTS = 4  # number [points] of a receiver
-# Numbers [rays] of a receiver, and of all: where receivers are many, each has fewer, as each counts for less.
-FEWEST, MOST, ALL = 4, 32, 4_000_000
+# Numbers [rays] of a receiver, and of all receivers: each has FEWEST where MOST of each would be more than MANY.
+FEWEST, MOST, MANY = 4, 32, 4_000_000
 LONGEST = 1.0  # length [unit box] of rays that meet nothing: about the size of the scene
 LEAST = 1e-6  # mean free path [unit box] of a receiver, at least
 
@@ -31,7 +31,7 @@ def mean_free_paths(context: Context, receivers: Receivers) -> np.ndarray:
     """(count,) float64 [unit box] >= LEAST: the mean free path over each receiver."""
     footprints = build_footprints(context.geometry, replace(receivers, shading=None))
     lengths = np.empty(footprints.count)
-    rays = MOST if MOST * footprints.count <= ALL else FEWEST
+    rays = MOST if MOST * footprints.count <= MANY else FEWEST
     work = _FreePaths(context, footprints, uniform((footprints.count, 3), Stream.FREE_PATHS, 1), rays)
     chunks = grouped_chunks(footprints.count, RAYS_PER_CHUNK // rays)
     for chosen, found in context.map_chunks(work, chunks, "elements"):
