@@ -30,17 +30,22 @@ NEVER = 1000.0  # factor [our seconds]: a rival that would take longer does not 
 SAMPLES = (4, 16, 64, 256, 1024)  # of Cycles
 
 
-def measure(path: Path, errors: list[float], seeds: int, say=print) -> None:
-    """Print the table of one scene."""
+def opened_object(path: Path):
+    """Open a scene's file: the object that its lightmap is of, the largest with the UV map."""
     import bpy
 
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    mapped = (each for each in bpy.data.objects if UV_MAP in getattr(each.data, "uv_layers", ()))
+    return max(mapped, key=lambda each: len(each.data.polygons))
+
+
+def measure(path: Path, errors: list[float], seeds: int, say=print) -> None:
+    """Print the table of one scene."""
     stored = np.load(path.with_suffix(".npz"))
     clean = stored["mask"] & stored["clean"]
     truth = References(stored["a"].astype(float), stored["b"].astype(float), stored["mask"], 0.0)
     size = len(clean)
-    bpy.ops.wm.open_mainfile(filepath=str(path))
-    obj = max((o for o in bpy.data.objects if UV_MAP in getattr(o.data, "uv_layers", ())),
-              key=lambda o: len(o.data.polygons))  # fmt: skip
+    obj = opened_object(path)
     buried = buried_texels(obj, size, **OPTIONS)
     say(f"\n## {path.stem}, {size}²: {clean.sum():,} texels, of which {(clean & buried).sum():,} are buried in part\n")
     say("| method | effort | seconds | measured, % | open texels, % | estimated, % | 95 % within, % |")

@@ -33,7 +33,7 @@ from verification.error import local_squares, reference_noise
 
 from .machine import machine
 from .our_bake import second_process, warm_up
-from .real import PASSES, UV_MAP
+from .real import PASSES, UV_MAP, opened_object
 from .vertices import corner_areas
 
 BEST = 0.99  # share [of the surface, or of what is seen]: the rest may be far off, where nobody looks
@@ -91,8 +91,7 @@ def measure(path: Path, errors: list[float], seeds: int, say=print) -> None:
     """Print the table of one scene."""
     import bpy
 
-    bpy.ops.wm.open_mainfile(filepath=str(path))
-    obj = max((o for o in bpy.data.objects if UV_MAP in getattr(o.data, "uv_layers", ())), key=lambda o: len(o.data.polygons))
+    obj = opened_object(path)
     places, area = None, corner_areas(obj)
     say(f"\n## {path.stem}\n\n| asked | seed | seconds | estimated, % | noise, % | in views, % | best 99 % | by area, % | best 99 % |\n"
         "|---|---|---|---|---|---|---|---|---|")  # fmt: skip

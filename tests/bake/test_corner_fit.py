@@ -141,7 +141,7 @@ def test_the_fit_is_the_bounded_minimum(seed):
     high = low + rng.uniform(0.1, 0.5, 12)
     expected = lsq_linear(a, b, (low, high), tol=1e-14).x
     ours = solve_bounded(csr_matrix(a.T @ a), a.T @ b, np.zeros(12), low, high)
-    assert ours == pytest.approx(expected, abs=1e-5)
+    assert ours == pytest.approx(expected, abs=1e-6)
 
 
 def test_a_vertex_between_sun_and_shadow_does_not_light_the_shadow():
