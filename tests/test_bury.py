@@ -10,7 +10,13 @@ import pytest
 from radiosity_addon.bake.exported_object import CornerMap, ExportedObject
 from radiosity_addon.bake_job import Job, run
 from radiosity_addon.settings import Settings
+from radiosity_addon.solver.progress import silent
+from radiosity_addon.solver.receivers import slice_receivers
 from radiosity_addon.solver.scene import Sky
+from radiosity_addon.solver.sequence import open_scene
+from radiosity_addon.stages.bury import seen_layout
+from radiosity_addon.stages.layout import lay_out
+from radiosity_addon.stages.run import of_seen
 from tests.solver.test_buried import FLOOR, SQUARE, UV, block
 from verification import meshes
 
@@ -62,6 +68,34 @@ def test_a_floor_that_goes_on_below_tiles_is_as_bright_as_what_shows_of_it():
     colors, scene = run(job).colors[0], job.scene
     rest = scene.vertices[np.unique(scene.triangles[scene.object == 0]), 0] < 0.25
     assert rest.sum() == 2 and colors[rest] == pytest.approx(RHO, rel=0.1)
+
+
+def test_what_is_hidden_in_a_gap_counts_as_buried():
+    """Two sheets at 1 mm: all but a few receivers at their edges. A third sheet 1 m below is seen."""
+    sheet = SQUARE * 20 - 10, FLOOR[1]
+    sheet[0][:, 2] = 0
+    above, below = ((sheet[0] * (1, 1, 0) + (0, 0, z), sheet[1]) for z in (0.001, -1))
+    over = above[0], above[1][:, ::-1]
+    job = job_of([sheet, over, below], 0, target="vertex")
+    scene = job.scene
+    targets = [replace(job.targets[0], name=str(i), start=2 * i, stop=2 * i + 2) for i in range(3)]
+    job = replace(job, targets=tuple(targets))
+    layout = lay_out(job, silent)
+    context = open_scene(scene, layout.receivers, job.settings, silent)
+    seen, lengths = seen_layout(layout, context)
+    count = layout.spans[1]
+    few, shown = seen.spans[2:]
+    assert few < 0.01 * count and shown - few == count and len(lengths) == shown
+    assert seen.receivers.count == shown and seen.buried.count == 3 * count - shown
+    covered = replace(layout, receivers=slice_receivers(layout.receivers, 100, 110), spans=(0, 10))
+    assert seen_layout(covered, context)[0].receivers.count == 10, "where all are hidden, all stay"
+
+
+def test_the_least_seen_hundredth_of_the_surface_does_not_count():
+    area, seen = np.full(300, 2.0), np.arange(300.0)[::-1]
+    counted = of_seen(area, seen)
+    assert (counted[:297] == 2).all() and (counted[297:] == 0).all()
+    assert (of_seen(np.ones(4), seen[:4]) == 1).all(), "a quarter of all is more than a hundredth"
 
 
 def test_the_underside_of_a_box_on_a_sheet_is_black():

@@ -46,7 +46,8 @@ class JoinedUnknowns:
 class CornerFit:
     """What the fit of a target's colors needs but the light: made once, used for any light."""
 
-    weights: np.ndarray  # (count,) what each receiver counts by
+    receiver_area: np.ndarray  # (count,) what each receiver stands for,
+    weights: np.ndarray  # (count,) and what it counts by
     area: np.ndarray  # (n,) of triangles, where light is known on them
     loop_vertex: np.ndarray  # (n_loops,)
     group: np.ndarray  # (n_loops,) the unknown of each loop
@@ -117,6 +118,13 @@ class CornerFit:
         area = self.corners.T @ np.repeat(self.area / 3, 3)
         return (area / np.maximum(np.bincount(self.shown, minlength=len(area)), 1))[self.shown]
 
+    def seen(self) -> np.ndarray:
+        """(n_loops,) or (n_vertices,) float64: how much of the surface around each color is seen for its area."""
+        shares, _ = shares_of(self.sampling)
+        around = shares.T @ self.receiver_area
+        mean = (shares.T @ self.weights) / np.where(around > 0, around, 1)
+        return (self.spread @ mean)[self.shown]
+
     def rough_colors(self, values: np.ndarray) -> np.ndarray:
         """``colors`` for values (count, c) of any sign, weighted by areas alone, without bounds, and solved to a
         hundredth. It is linear in the light, so that it shows what becomes of errors of the light."""
@@ -155,7 +163,7 @@ def corner_fit(
     sampling = (light.sampling @ corners @ matrix).tocsr()
     normal = normal_equations(sampling, corners @ matrix, light, weights)
     return CornerFit(
-        weights, known, target.loop_vertex, group, corners, light, free, matrix, sampling, normal, shown,
+        areas, weights, known, target.loop_vertex, group, corners, light, free, matrix, sampling, normal, shown,
         target.name, _nowhere_seen(corners, light, hidden),
     )
 

@@ -1,4 +1,4 @@
-"""Bury: leave out what nobody sees of the receivers, inside solids or flush against them. No bpy."""
+"""Bury: leave out what nobody sees of the receivers, inside solids, flush against them or hidden in gaps. No bpy."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ import numpy as np
 
 from ..bake.faces import receiver_areas
 from ..solver.lights.context import Context
-from ..solver.receivers import Receivers, chosen_receivers
+from ..solver.receivers import Receivers, chosen_receivers, concatenate
 from ..solver.scene import Scene
 from ..solver.tracing.buried import FULLY_OPEN, Surroundings, find_surroundings, without_buried
+from ..solver.transport.free_paths import find_free_paths
 from .layout import Layout
 
 
@@ -38,10 +39,25 @@ def open_part(layout: Layout, context: Context, surroundings: Surroundings | Non
         return layout
     kept, buried = without_buried(surroundings, context.crossings, receivers)
     less = _areas(context.scene, kept) < FULLY_OPEN * _areas(context.scene, receivers)
+    return replace(_without(layout, kept, buried), cut=less[~buried])
+
+
+def seen_layout(layout: Layout, context: Context) -> tuple[Layout, np.ndarray]:
+    """The layout without the receivers that are hidden, which count as buried, and how much (count,) is seen of those left for
+    their area: their mean free paths. Where all are hidden, the layout stays as it is."""
+    paths = find_free_paths(context, layout.receivers)
+    hidden = paths.hidden & ~paths.hidden.all()
+    return _without(layout, layout.receivers, hidden), paths.mean[~hidden]
+
+
+def _without(layout: Layout, receivers: Receivers, buried: np.ndarray) -> Layout:
+    """The layout of those ``receivers`` that are not ``buried`` (count,) bool; the ``layout`` has as many, which may be more
+    of each."""
     spans = np.concatenate([[0], np.cumsum(~buried)])[list(layout.spans)]
+    more = chosen_receivers(layout.receivers, buried)
     return replace(
-        layout, receivers=chosen_receivers(kept, ~buried), spans=tuple(spans.tolist()),
-        buried=chosen_receivers(receivers, buried), cut=less[~buried],
+        layout, receivers=chosen_receivers(receivers, ~buried), spans=tuple(spans.tolist()),
+        buried=more if layout.buried is None else concatenate([layout.buried, more]),
     )  # fmt: skip
 
 

@@ -23,7 +23,6 @@ from ..solver.fields import Constant
 from ..solver.lights.context import Context
 from ..solver.receivers import concatenate
 from ..solver.scene import Material, Scene
-from ..solver.transport.free_paths import mean_free_paths
 from .job import Job
 from .layout import Layout
 
@@ -54,10 +53,9 @@ class JointFit:
         return np.split(self.fit.colors(self.light(values)), self.ends[1:-1])
 
 
-def joint_fits(job: Job, layout: Layout, context: Context) -> list[JointFit]:
-    """The fits of all targets."""
+def joint_fits(job: Job, layout: Layout, context: Context, seen: np.ndarray) -> list[JointFit]:
+    """The fits of all targets. ``seen`` (count,): how much of receivers is seen for their area."""
     unknowns = _unknowns(job, context)
-    seen = mean_free_paths(context, layout.receivers)
     return [_fit(job, layout, seen, members.tolist(), unknowns) for members in _clusters(unknowns)]
 
 

@@ -8,17 +8,21 @@ from dataclasses import replace
 import numpy as np
 
 from ..settings import Target
+from ..solver.lights.context import Context
 from ..solver.progress import Progress, silent
 from ..solver.receivers import Projection
 from ..solver.solution import Statistics, compose
-from .bury import open_layout
+from .bury import open_layout, seen_layout
 from .darkness import brightest, warn_of_darkness
 from .draw_sheets import draw_sheets
 from .job import Job, Result
 from .joint_fits import JointFit, joint_fits, shared_color_warnings
-from .layout import lay_out, shaded_layout
+from .layout import Layout, lay_out, shaded_layout
 from .run_tiles import run_tiles
 from .tiling import Tiling, tiles_of
+
+# Share [of the surface]: so much of it, what is least seen, does not count in the error of vertex colors. Rare rays light it.
+LEAST_SEEN = 0.01
 
 
 def run(
@@ -41,9 +45,8 @@ def run(
     began = time.perf_counter()
     layout = lay_out(job, progress)
     context = open_scene(job.scene, layout.receivers, job.settings, progress, beside)
-    layout = shaded_layout(job, open_layout(layout, context))
+    layout, fits = _opened(job, layout, context)
     receivers = layout.receivers
-    fits = None if job.settings.target == Target.IMAGE else joint_fits(job, layout, context)
     laid_out = time.perf_counter() - began
     judged = fits and _where_judged(fits)
     solution = solve_opened(context, receivers, job.settings, Options(judged, cache, beside))
@@ -70,6 +73,16 @@ def run(
     )
 
 
+def _opened(job: Job, layout: Layout, context: Context) -> tuple[Layout, list[JointFit] | None]:
+    """The layout of what is open of receivers, and how vertex colors will be fitted; None for images."""
+    layout = open_layout(layout, context)
+    if job.settings.target == Target.IMAGE:
+        return shaded_layout(job, layout), None
+    layout, seen = seen_layout(layout, context)
+    layout = shaded_layout(job, layout)
+    return layout, joint_fits(job, layout, context, seen)
+
+
 def _mesh_colors(fits: list[JointFit], light: np.ndarray, progress: Progress) -> list[np.ndarray]:
     """Colors of each target, in order."""
     colors = {}
@@ -89,7 +102,7 @@ def _charged(figures: Statistics, phase: str, seconds: float) -> Statistics:
 def _where_judged(fits: list[JointFit]) -> Projection:
     """From light at all receivers to the colors whose error counts.
 
-    A vertex color is a mean over many receivers, and its error less than theirs.
+    A vertex color is a mean over many receivers, and its error less than theirs. It counts by the area of its faces.
     """
 
     def apply(light: np.ndarray) -> np.ndarray:
@@ -107,6 +120,7 @@ def _where_judged(fits: list[JointFit]) -> Projection:
         return np.concatenate([each.fit.colors(mine) for each, mine in zip(fits, of_light(light))])
 
     areas = [each.fit.areas() for each in fits]
+    area = of_seen(np.concatenate(areas), np.concatenate([each.fit.seen() for each in fits]))
     ends = np.cumsum([len(each) for each in areas])[:-1]
 
     def receiver_factors(errors: np.ndarray, own: np.ndarray) -> np.ndarray:
@@ -115,4 +129,13 @@ def _where_judged(fits: list[JointFit]) -> Projection:
             each.put(each.fit.receiver_factors(mine, each.light(own)), found)
         return found
 
-    return Projection(apply, limits, show, receiver_factors, np.concatenate(areas))
+    return Projection(apply, limits, show, receiver_factors, area)
+
+
+def of_seen(area: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """The ``area`` (m,) of colors; 0 of those of the LEAST_SEEN share of it of which least is ``seen`` (m,)."""
+    order = np.argsort(seen, kind="stable")
+    least = order[np.cumsum(area[order]) <= LEAST_SEEN * area.sum()]
+    result = area.copy()
+    result[least] = 0.0
+    return result

@@ -6,7 +6,7 @@ import pytest
 from radiosity_addon.solver.geometry.footprints import build_footprints
 from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.progress import silent
-from radiosity_addon.solver.transport.free_paths import LONGEST, mean_free_paths
+from radiosity_addon.solver.transport.free_paths import LONGEST, find_free_paths
 from verification import meshes
 
 
@@ -23,7 +23,7 @@ def test_the_mean_free_path_in_a_box_is_its_mean_chord(size):
     corners, _ = meshes.box_polygons(size)
     context, receivers = opened([meshes.grid(each, 8) for each in corners])
     area = build_footprints(context.geometry, receivers).area
-    mean = (mean_free_paths(context, receivers) * area).sum() / area.sum()
+    mean = (find_free_paths(context, receivers).mean * area).sum() / area.sum()
     a, b, c = size
     chord = 4 * a * b * c / (2 * (a * b + b * c + c * a))
     assert mean * context.geometry.scale == pytest.approx(chord, rel=0.02)
@@ -36,13 +36,25 @@ def test_what_lies_in_a_gap_is_seen_as_much_less_as_the_gap_is_narrow():
     parts = [meshes.grid(square, 8), meshes.grid(square[::-1] + (0, 0, 0.01), 8),
              meshes.grid(square + (0, 0, 0.02), 8), meshes.grid(square[::-1] + (0, 0, 2.02), 8)]  # fmt: skip
     context, receivers = opened(parts)
-    lengths = np.split(mean_free_paths(context, receivers), 4)
+    paths = find_free_paths(context, receivers)
+    lengths = np.split(paths.mean, 4)
     gap, room = np.median(lengths[0]), np.median(lengths[2])
     assert gap == pytest.approx(np.median(lengths[1]), rel=0.1)
     assert gap * context.geometry.scale == pytest.approx(0.02, rel=0.2)
     assert gap < 0.03 * room
+    assert [each.mean() for each in np.split(paths.hidden, 4)] == pytest.approx([1, 1, 0, 0], abs=0.05)
+
+
+def test_a_face_under_something_is_hidden_where_that_is_closer_than_a_twentieth_of_its_length():
+    """In a gap of the height h the mean free path is 2 h: squares of the edge 1, halved, with h from 0.01 to 0.1."""
+    square = np.array([(0.0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]) * 20
+    hidden = []
+    for height in (0.01, 0.03, 0.045, 0.1):
+        context, receivers = opened([meshes.grid(square, 20), meshes.grid(square[::-1] + (0, 0, height), 1)])
+        hidden.append(find_free_paths(context, receivers).hidden[:-2].mean())
+    assert hidden[:2] == pytest.approx([1, 1], abs=0.1) and hidden[3] == 0
 
 
 def test_rays_that_meet_nothing_are_as_long_as_the_scene():
     plane = meshes.grid(np.array([(0.0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]), 3)
-    assert (mean_free_paths(*opened([plane])) == LONGEST).all()
+    assert (find_free_paths(*opened([plane])).mean == LONGEST).all()

@@ -20,15 +20,26 @@ from ..sampling.sobol import uniform
 from ..sampling.streams import Stream
 from .rays import RAYS_PER_CHUNK, shared_directions
 
-POINTS = 4  # number [points] of a receiver
-# Numbers [rays] of a receiver, and of all receivers: each has FEWEST where MOST of each would be more than MANY.
+# Mean free path [edge of a square as large as the receiver]: where it is shorter, as where a floor goes on a millimeter
+# under its tiles, something lies so close over all of the receiver that it is hidden.
+HIDDEN = 0.1
+# Numbers [rays, each from a point of its own] of a receiver, and of all receivers: each has FEWEST where MOST of each would be more than MANY.
 FEWEST, MOST, MANY = 4, 32, 4_000_000
 LONGEST = 1.0  # length [unit box] of rays that meet nothing: about the size of the scene
 LEAST = 1e-6  # mean free path [unit box] of a receiver, at least
 
 
-def mean_free_paths(context: Context, receivers: Receivers) -> np.ndarray:
-    """(count,) float64 [unit box] >= LEAST: the mean free path over each receiver."""
+@dataclass(frozen=True)
+class FreePaths:
+    """Of receivers: ``mean`` (count,) float64 [unit box] >= LEAST, the mean free path over each, and ``hidden`` (count,) bool,
+    whether something covers it closely."""
+
+    mean: np.ndarray
+    hidden: np.ndarray
+
+
+def find_free_paths(context: Context, receivers: Receivers) -> FreePaths:
+    """Those of the receivers, by the same random numbers for every seed."""
     footprints = build_footprints(context.geometry, replace(receivers, shading=None))
     lengths = np.empty(footprints.count)
     rays = MOST if MOST * footprints.count <= MANY else FEWEST
@@ -36,7 +47,7 @@ def mean_free_paths(context: Context, receivers: Receivers) -> np.ndarray:
     chunks = grouped_chunks(footprints.count, RAYS_PER_CHUNK // rays)
     for chosen, found in context.map_chunks(work, chunks, "elements"):
         lengths[chosen] = found
-    return np.maximum(lengths, LEAST)
+    return FreePaths(np.maximum(lengths, LEAST), lengths < HIDDEN * np.sqrt(footprints.area))
 
 
 @dataclass(frozen=True)
@@ -52,7 +63,7 @@ class _FreePaths:
         group, chosen = chunk
         key = (Stream.FREE_PATHS, 0, group)
         owners = np.arange(self.footprints.count)[chosen]
-        points = footprint_points(self.footprints, owners, self.shift[chosen], POINTS, *key)
+        points = footprint_points(self.footprints, owners, self.shift[chosen], self.rays, *key)
         directions = shared_directions(points, self.rays, *key, 1)
         origins = np.empty_like(directions)
         origins[:] = points.position[:, None]
