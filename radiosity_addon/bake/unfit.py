@@ -127,7 +127,7 @@ def unfit_warning(name: str, texels: int, shared: float, thin: float) -> str:
         return ""
     causes = []
     if shared >= NOTABLE / 2:
-        causes.append(f"islands less than a texel apart ({percent(shared)} of the surface)")
+        causes.append(f"islands that overlap or lie less than a texel apart ({percent(shared)} of the surface)")
     if thin >= NOTABLE / 2:
         causes.append(f"islands thinner than a texel ({percent(thin)})")
     return (
