@@ -1,14 +1,21 @@
 """Reflectors: small bright patches are sampled as lights from afar, and found by rays from nearby."""
 
+from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from radiosity_addon.solver.adaptive.plan import make_plan
 from radiosity_addon.solver.adaptive.requests import build_replicate
 from radiosity_addon.solver.gather.lighting import Aim, add_gathered, no_light
+from radiosity_addon.solver.gather.reflectors import _lights
+from radiosity_addon.solver.geometry.footprints import build_footprints
+from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.lights.far_polygons import FarPolygons
 from radiosity_addon.solver.lights.flat_shapes import RECTANGLE
 from radiosity_addon.solver.lights.polygons import lamp_polygons
+from radiosity_addon.solver.progress import silent
+from radiosity_addon.solver.scene import SunLamp
 from verification import meshes
 
 RAYS = 32
@@ -69,6 +76,35 @@ def test_only_small_bright_patches_are_reflectors():
     assert np.abs(middle - size).max() < replicate.context.geometry.normalized(np.array([2.4, 2, 2.5]))[0] - size[0]
     box = meshes.box_scene(divisions=4, exitance=np.eye(6)[:1].T)
     assert replicate_of(box)[0].reflectors is None
+
+
+def test_all_of_a_sunbeam_through_a_small_hole_is_in_reflectors():
+    """A hole of 10 cm in the wall of a room of 4 × 4 × 3 m, whose sunbeam lands on a few triangles of the floor. The points of most
+    of their rows are dark. They reflect ρ E A cosθ: what is not ten times the mean, at the beam's edges, may lack."""
+    corners, _ = meshes.box_polygons((4, 4, 3))
+    wall = next(k for k, face in enumerate(corners) if (face[:, 1] == 0).all())
+    (x, z), a, b = (1.9, 2.0), 0.1, 0.13
+    bands = [(0, x, 0, 3), (x + a, 4, 0, 3), (x, x + a, 0, z), (x, x + a, z + b, 3)]
+    turned = [(0, 1, 2, 3), (3, 2, 1, 0)][int(np.cross(*(corners[wall][1:3] - corners[wall][0]))[1] < 0)]
+    pieces = [np.array([(l, 0, u), (l, 0, o), (r, 0, o), (r, 0, u)], float)[list(turned)] for l, r, u, o in bands]
+    parts = [meshes.grid(face, 40) for k, face in enumerate(corners) if k != wall] + [meshes.grid(each, 4) for each in pieces]
+    direction = np.array([0.1, 0.6, -0.7]) / np.linalg.norm([0.1, 0.6, -0.7])
+    scene = replace(meshes.scene(parts, 0.5), lamps=(SunLamp("sun", direction, np.full(3, 2.0), 0.01),))
+    replicate, _ = replicate_of(scene)
+    lights, unit = replicate.reflectors.lights, replicate.context.unit
+    flux = lights.power[:, 0].sum() * replicate.context.geometry.scale**2 * unit
+    assert flux == pytest.approx(0.5 * 2.0 * direction[1] * a * b, rel=0.03)
+
+
+def test_a_light_of_few_cells_is_divided():
+    square = np.array([(0.0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
+    triangle = (np.array([(0.0, 0, 2), (1, 0, 2), (0, 1, 2)]), np.array([[0, 1, 2]]))
+    scene = meshes.scene([meshes.polygon(square), triangle], 0.5)
+    own = build_footprints(build_context(scene, 0, 1, silent).geometry, meshes.triangle_receivers(scene))
+    lights = _lights(own, np.arange(3), np.ones((3, 1)), np.zeros(3))
+    assert len(lights.area) == 12 and lights.area.reshape(3, 4).sum(axis=1) == pytest.approx(own.area)
+    middle, _ = lights.middle()
+    assert middle.reshape(3, 4, 3).mean(axis=1) == pytest.approx(own.middle()[0], abs=1e-5)
 
 
 def test_far_polygons_light_only_from_afar():

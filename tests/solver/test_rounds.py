@@ -7,7 +7,7 @@ import pytest
 
 from radiosity_addon.solver.adaptive.estimate import Estimate, uncertainty_of
 from radiosity_addon.solver.adaptive.plan import MOST_ELEMENTS, make_plan
-from radiosity_addon.solver.adaptive.rounds import Past, least_error_of
+from radiosity_addon.solver.adaptive.rounds import Clock, Past, Rounds, least_error_of
 
 SIZES = np.array([0.6, 1.35])  # of the replicates' numbers of elements
 
@@ -107,6 +107,16 @@ def test_elements_have_a_limit():
     plan = make_plan(0.01, 16, False)
     assert plan.refined(100.0).elements == 16 * plan.elements < MOST_ELEMENTS
     assert plan.refined(100.0).refined(100.0).elements == MOST_ELEMENTS
+
+
+def test_elements_get_no_finer_for_an_error_that_finer_ones_left():
+    """Light of a hole of 3 cm in a dark room: what neighbors had in common was the noise of rays that met the spot, and each time
+    all that had been gathered was thrown away."""
+    rounds = Rounds(None, None, None, None, Clock(), None)
+    plan = make_plan(0.03, 16, False)
+    assert rounds._may_restart(0, plan, 3.0) and not rounds._may_restart(0, plan, 0.9)
+    finer = plan.refined(3.0)
+    assert rounds._may_restart(1, finer, 2.0) and not rounds._may_restart(1, finer, 3.5)
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ corrects what they get wrong, so they decide on speed, not on truth.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 MANY_RECEIVERS = 400_000  # number [receivers]: more get half the rays in the first round
@@ -59,12 +60,13 @@ class Plan:
     patch_points: int
     points: int  # of each receiver, for direct light
     rays: int  # of each receiver, for gathered light
+    excess: float = math.inf  # by how much the error of coarser elements was larger than it may be
 
     def refined(self, excess: float) -> Plan:
         """More elements, whose error is ``excess`` times what it may be (error² ~ 1 / elements)."""
         elements = int(min(self.elements * min(max(excess**2, 2), 16), MOST_ELEMENTS))
         rays = 2 * self.row_rays if 2 * self.row_rays * elements <= MOST_ROW_RAYS else self.row_rays
-        return replace(self, elements=elements, row_rays=rays, patch_rays=2 * self.patch_rays)
+        return replace(self, elements=elements, row_rays=rays, patch_rays=2 * self.patch_rays, excess=excess)
 
 
 def make_plan(error: float, receivers: int, smoothing: bool, corners: bool = False) -> Plan:

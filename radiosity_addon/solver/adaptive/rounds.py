@@ -130,7 +130,7 @@ class Rounds:
                 learns = guide is not None  # the first rays tell well enough whether one pays
             floor = _least_error(history, estimate, light, plan)
             excess = max(_of_elements(replicates, estimate), floor) / (ELEMENTS_SHARE * plan.goal)
-            if excess > 1 and self._may_restart(step, plan):
+            if self._may_restart(step, plan, excess):
                 plan, history, settled = plan.refined(excess), [], np.zeros_like(settled)
                 if not self._time_for(self._seconds_of_restart()):
                     break
@@ -191,8 +191,10 @@ class Rounds:
         """There is something to add, at a ``pace`` [s] of each sample, and time for it."""
         return (samples > 0 or followed) and self._time_for(pace * samples)
 
-    def _may_restart(self, step: int, plan: Plan) -> bool:
-        return plan.elements < MOST_ELEMENTS and step < LAST_RESTART and not self.radiosity_given
+    def _may_restart(self, step: int, plan: Plan, excess: float) -> bool:
+        """Finer elements pay: their error is too large, but no error that finer ones left as it was."""
+        may = plan.elements < MOST_ELEMENTS and step < LAST_RESTART and not self.radiosity_given
+        return may and 1 < excess < plan.excess
 
     def _seconds_of_restart(self) -> float:
         """About what it takes to solve with finer elements, and to gather anew."""

@@ -27,7 +27,10 @@ BRIGHT = 10.0  # radiosity [of the mean over the surface]: brighter patches are 
 LARGEST = 0.003  # share [of the surface] of all reflectors: where they have more, rays find them as well
 LEAST = 0.01  # share [of what is reflected] of all reflectors: less is not worth samples
 FAR = 4.0  # distance [lengths of a patch] from which on it is sampled as a light
-POINTS = 64  # number [points of a reflector] at which its direct light is found
+# Numbers [points of a reflector, and of all] at which their direct light is found: each has POINTS at least, and more where they are
+# few, up to MOST. What few are off by, all places are.
+POINTS, MANY, MOST = 64, 1 << 16, 4096
+NEAR = 2.0  # distance [lengths of a patch] of a reflector within which others are looked for that no point of a row met
 
 
 @dataclass(frozen=True)
@@ -66,7 +69,7 @@ def find_reflectors(
     some, lit = _bright(context, radiosity, key)
     number, offset = ragged_ranges(np.diff(own.start)[some])
     owner = some[number]
-    if len(owner) <= FEW:
+    if len(owner) == 0:
         return None, radiosity
     radiosity = _with_direct_light(radiosity, some, lit)
     distance = np.full(own.count, np.inf, np.float32)
@@ -81,22 +84,36 @@ def _bright(
 ) -> tuple[np.ndarray, np.ndarray]:
     """(k,) int: patches of receivers whose fronts are reflectors, none of those that glow by themselves; and the direct light
     (k, channels) that they reflect. What gathered light makes bright may be noise of a row's few rays."""
-    transport, own = radiosity.transport, radiosity.patches.receivers.footprints
+    transport, patches = radiosity.transport, radiosity.patches
+    own = patches.receivers.footprints
     area, row = own.area, transport.row[: own.count]
     mean = area @ radiosity.reflected[: own.count].mean(axis=1, dtype=float) / area.sum()
     rows = np.flatnonzero(row >= 0)
     some = rows[transport.joined("lit")[row[rows]].mean(axis=1) > BRIGHT * mean]
-    if radiosity.emitted is not None:
-        some = some[~radiosity.emitted[some].any(axis=1)]
     nothing = some[:0], np.zeros((0, context.channels))
     if area[some].sum() > 2 * LARGEST * area.sum() or len(some) == 0:
         return nothing
-    lit = mean_light(context, own, some, POINTS, key)
+    some = _with_those_beside(own, patches.receivers.length, some)
+    some = some[row[some] >= 0]
+    if radiosity.emitted is not None:
+        some = some[~radiosity.emitted[some].any(axis=1)]
+    per = int(np.clip(MANY // len(some), POINTS, MOST))
+    lit = mean_light(context, own, some, 1 << per.bit_length() - 1, key)
     bright = lit.mean(axis=1) > BRIGHT * mean
     some, lit = some[bright], lit[bright]
     power = area[some] @ lit.mean(axis=1)
     few = area[some].sum() <= LARGEST * area.sum() and power >= LEAST * mean * area.sum()
     return (some, lit) if few else nothing
+
+
+def _with_those_beside(own: Footprints, length: np.ndarray, some: np.ndarray) -> np.ndarray:
+    """(m,) int: the patches ``some`` (k,) int and those that lie beside them: a beam may light patches of which the few points
+    of a row are all dark. ``length`` (P,) is that of the patches."""
+    from scipy.spatial import cKDTree
+
+    middle, _ = own.middle()
+    found = cKDTree(middle).query_ball_point(middle[some], NEAR * length[some])
+    return np.unique(np.concatenate([some, *map(np.array, found)]).astype(int))
 
 
 def _with_direct_light(radiosity: Radiosity, some: np.ndarray, lit: np.ndarray) -> Radiosity:
@@ -109,8 +126,24 @@ def _with_direct_light(radiosity: Radiosity, some: np.ndarray, lit: np.ndarray) 
 
 
 def _lights(own: Footprints, cells: np.ndarray, color: np.ndarray, nearest: np.ndarray) -> FarPolygons:
-    """``cells`` (k,) int of footprints as lights of a ``color`` (k, channels), each from a distance ``nearest`` (k,) on."""
+    """``cells`` (k,) int of footprints as lights of a ``color`` (k, channels), each from a distance ``nearest`` (k,) on. They are
+    divided until they are more than FEW: those are sampled at places, not by formulas of whole polygons."""
     origin, u, v, normal = (array[cells].astype(float) for array in (own.origin, own.u, own.v, own.normal))
-    shape = np.where(own.square[cells], RECTANGLE, TRIANGLE)
-    lights = lamp_polygons(color.astype(float), shape, origin, u, v, normal, np.full(len(cells), np.pi))
+    square = own.square[cells]
+    while len(origin) <= FEW:
+        origin, u, v = _quarters(origin, u, v, square)
+        normal, square, color, nearest = (np.repeat(each, 4, axis=0) for each in (normal, square, color, nearest))
+    shape = np.where(square, RECTANGLE, TRIANGLE)
+    lights = lamp_polygons(color.astype(float), shape, origin, u, v, normal, np.full(len(origin), np.pi))
     return FarPolygons(**vars(lights), nearest=nearest)
+
+
+def _quarters(
+    origin: np.ndarray, u: np.ndarray, v: np.ndarray, square: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Origins and sides (4 k, 3) of the quarters of parallelograms, where ``square`` (k,) bool, and triangles (k, 3)."""
+    u, v = u / 2, v / 2
+    sign = np.where(square, 1.0, -1.0)[:, None]  # a triangle's inner quarter is turned around
+    origins = np.stack([origin, origin + u, origin + v, origin + u + v], 1)
+    sides = (np.stack([side, side, side, sign * side], 1) for side in (u, v))
+    return tuple(each.reshape(-1, 3) for each in (origins, *sides))
