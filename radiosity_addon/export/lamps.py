@@ -12,9 +12,11 @@ import numpy as np
 from ..bake.layers import FARTHEST, within_range
 from ..solver.scene import AreaLamp, Lamp, PointLamp, SunLamp
 from .colors import NO_LIGHT, sound
+from .scaled_beam import scaled_beam, widest_cone
 
 SMALLEST_SIZE = 1e-4  # size [m] of an area lamp without extent
 SMALLEST_CONE = np.radians(1.0)  # angle [rad] of a cone, at least: Blender's own limit
+UNEVEN = 1.001  # ratio [of a spot's scales]: above it its beam is no round cone
 
 
 def read_lamp(item, matrix: np.ndarray, warnings: list[str]) -> Lamp | None:
@@ -74,9 +76,14 @@ def _spot(name, light, matrix, power, warnings) -> PointLamp:
     if cone < SMALLEST_CONE:
         warnings.append(f'spot "{name}" has a cone of {np.degrees(cone):g}°; 1° is used')
         cone = SMALLEST_CONE
+    axis, blend, shape = _unit(-matrix[:3, 2]), float(light.spot_blend), None
+    scale = np.linalg.norm(matrix[:3, :3], axis=0)
+    if scale.max() > UNEVEN * scale.min() > 0:
+        shape = scaled_beam(matrix[:3, :3], cone, blend)
+        cone, blend = widest_cone(scale, cone), 0.0
     return PointLamp(
         name, plain.position, plain.intensity, plain.radius,
-        axis=_unit(-matrix[:3, 2]), cone=cone, blend=float(light.spot_blend), sphere=plain.sphere,
+        axis=axis, cone=cone, blend=blend, sphere=plain.sphere, distribution=shape,
     )  # fmt: skip
 
 

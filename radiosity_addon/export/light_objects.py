@@ -72,8 +72,19 @@ def _times(light: Light, color: np.ndarray, distribution) -> list[Light]:
     name = light.lamp.color_field
     values = {name: getattr(light.lamp, name) * color}
     if distribution is not None:
-        values["distribution"] = distribution
+        values["distribution"] = shape_product(distribution, light.lamp.distribution)
     return [replace(light, lamp=replace(light.lamp, **values))] * bool(np.any(values[name] > 0.0))
+
+
+def shape_product(picture: np.ndarray, other: np.ndarray | None) -> np.ndarray:
+    """A ``picture`` (h, w) times the ``other``, as fine as the finer one; None: 1."""
+    if other is None:
+        return picture
+    coarse, fine = sorted((picture, other), key=np.size)
+    row, column = (
+        ((np.arange(size) + 0.5) / size * coarse.shape[axis]).astype(int) for axis, size in enumerate(fine.shape)
+    )
+    return fine * coarse[np.ix_(row, column)]
 
 
 def _tree_light(light: Light, data, reader: Reader, shapes: Shapes, warnings: list[str]) -> list:

@@ -12,9 +12,13 @@ import numpy as np
 import pytest
 
 from radiosity_addon.export.lamps import read_lamp
+from radiosity_addon.export.light_objects import shape_product
+from radiosity_addon.export.scaled_beam import scaled_beam, widest_cone
+from radiosity_addon.solver.lights.sky import pixel_directions
 from radiosity_addon.solver.scene import AreaLamp
 from tests.export.lamp_formulas import add_lamp, irradiance
 from tests.export.scene_building import add_plane, cycles_bake, diffuse
+from verification.path_tracer_lamps import shape
 
 CASES = {
     "point": ("POINT", {"shadow_soft_size": 0.0}),
@@ -39,6 +43,10 @@ CASES = {
         "SPOT",
         {"shadow_soft_size": 0.0, "spot_blend": 1.0, "spot_size": 1.0, "turn": 0.2},
     ),
+    "wide spot": ("SPOT", {"shadow_soft_size": 0.0, "spot_blend": 0.5, "spot_size": 1.0, "turn": 0.45, "scale": (2, 2, 1)}),
+    "long spot": ("SPOT", {"shadow_soft_size": 0.0, "spot_blend": 0.5, "spot_size": 1.0, "turn": 0.3, "scale": (-1, 2, 1.5)}),
+    "flat spot": ("SPOT", {"shadow_soft_size": 0.0, "spot_blend": 1.0, "spot_size": 1.2, "turn": 0.6, "scale": (1, 1, 0.5)}),
+    "half-space spot": ("SPOT", {"shadow_soft_size": 0.0, "spot_blend": 1.0, "spot_size": 3.14159, "turn": 0.9, "scale": (1, 3, 1)}),
     "sun": ("SUN", {"angle": 0.0, "turn": 0.3}),
     "wide sun": ("SUN", {"angle": 0.3}),
     "sun, strength as radiance": ("SUN", {"angle": 0.3, "normalize": False}),
@@ -62,11 +70,14 @@ def test_irradiance_is_that_of_cycles(blender, export, name):
     plane = add_plane(blender, size=0.02, material=diffuse(blender, (1, 1, 1)))
     add_lamp(blender, kind, energy=100.0, **attributes)
     exported = export()
-    ours = irradiance(exported.scene.lamps[0])
+    lamp = exported.scene.lamps[0]
+    ours = irradiance(lamp)
+    if getattr(lamp, "distribution", None) is not None:
+        ours = ours * shape(lamp, lamp.position[None])
     theirs = cycles_bake(blender, plane, samples=64)[0, 0] * np.pi
     # Cycles bakes one of the plane's two triangles, 3 mm off the middle: 0.0017 rad. The blended
     # beams change by up to 2 per radian there, everything else by less than 1.
-    tolerance = 4e-3 if name in ("spot, blended", "narrow beam") else 2e-3
+    tolerance = 4e-3 if name in ("spot, blended", "flat spot", "narrow beam") else 2e-3
     np.testing.assert_allclose(ours, theirs, rtol=tolerance)
     assert not exported.warnings
 
@@ -169,3 +180,30 @@ def test_lamp_whose_tree_has_no_shader_is_named(blender, export):
     exported = export()
     assert exported.scene.lamps == ()
     assert any('lamp "Lamp" has no shader linked' in w for w in exported.warnings)
+
+
+def test_a_scaled_spot_lights_all_of_its_cone_and_keeps_what_nodes_make_of_it():
+    """Scaled by 1, 3, ½ a cone of 60° reaches as far as atan(6 tan 30°) along its second axis, and as atan(2 tan 30°) along its first."""
+    axes, cone = np.diag([1.0, 3.0, 0.5]), np.radians(60)
+    picture = scaled_beam(axes, cone, 0.0)
+    directions = pixel_directions(*picture.shape)
+    along = directions[..., 0] ** 2 + directions[..., 1] ** 2 < -directions[..., 2] * 10  # a half-space's middle
+    for axis, reach in ((0, 2 * np.tan(cone / 2)), (1, 6 * np.tan(cone / 2))):
+        thin = along & (np.abs(directions[..., 1 - axis]) < 3e-3) & (directions[..., 2] < 0)
+        slope = np.abs(directions[..., axis] / directions[..., 2])[thin]
+        assert slope[picture[thin] > 0.5].max() == pytest.approx(reach, rel=0.02)
+    inside = -directions[..., 2] >= np.cos(widest_cone(np.diag(axes), cone) / 2)
+    assert not picture[~inside].any() and picture[inside].any()
+    coarse = np.array([[0.5, 1.0], [0.0, 0.25]])
+    both = shape_product(picture, coarse)
+    half = len(picture) // 2
+    for row, factors in ((slice(half), (0.5, 1.0)), (slice(half, None), (0.0, 0.25))):
+        expected = picture[row] * np.repeat(factors, picture.shape[1] // 2)
+        assert np.array_equal(both[row], expected)
+    assert shape_product(coarse, None) is coarse
+
+
+def test_a_lamp_of_a_flat_matrix_stays_round(blender, export):
+    lamp = add_lamp(blender, "SPOT", energy=1.0, scale=(1, 0, 1))
+    add_plane(blender)
+    assert lamp.scale[1] == 0 and all(each.distribution is None for each in export().scene.lamps)
