@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .adaptive.clock import Clock
 from .adaptive.error_estimator import ErrorEstimator
 from .adaptive.estimate import Estimate, Surface
 from .adaptive.held_out import held_out_receivers
@@ -19,7 +20,7 @@ from .adaptive.plan import Plan, make_plan
 from .adaptive.replicate import Replicate
 from .adaptive.requirements import Requirements, SolverSettings, requirements_of
 from .adaptive.round_result import SolveFigures
-from .adaptive.rounds import MAX_ROUNDS, Clock, Rounds
+from .adaptive.rounds import MAX_ROUNDS, Rounds
 from .adaptive.second_replicate import (
     LocalReplicate,
     RemoteReplicate,

@@ -12,13 +12,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from .adaptive.clock import Clock
 from .adaptive.estimate import Estimate
 from .adaptive.plan import make_plan
 from .adaptive.relative_error import bound_of_most
 from .adaptive.requests import MoveTo
 from .adaptive.requirements import SolverSettings
 from .adaptive.round_result import SolveFigures
-from .adaptive.rounds import Clock
 from .adaptive.second_replicate import RemoteReplicate
 from .adaptive.solve_cache import SolveCache
 from .lights.context import Context

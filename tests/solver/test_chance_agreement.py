@@ -3,8 +3,8 @@
 import numpy as np
 
 from radiosity_addon.settings import Settings
+from radiosity_addon.solver.adaptive.clock import Clock
 from radiosity_addon.solver.adaptive.plan import make_plan
-from radiosity_addon.solver.adaptive.rounds import Clock
 from radiosity_addon.solver.receivers import Receivers
 from radiosity_addon.solver.scene import SunLamp
 from radiosity_addon.solver.sequence import Options, begin, open_scene

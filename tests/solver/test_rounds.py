@@ -5,9 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from radiosity_addon.solver.adaptive.allocation import SURE_RAYS, lacking_where_outstanding
+from radiosity_addon.solver.adaptive.clock import Clock
 from radiosity_addon.solver.adaptive.estimate import Estimate, uncertainty_of
 from radiosity_addon.solver.adaptive.plan import MOST_ELEMENTS, make_plan
-from radiosity_addon.solver.adaptive.rounds import Clock, Past, Rounds, least_error_of
+from radiosity_addon.solver.adaptive.rounds import Past, Rounds, least_error_of
+from radiosity_addon.solver.gather.lighting import no_light
 
 SIZES = np.array([0.6, 1.35])  # of the replicates' numbers of elements
 
@@ -100,6 +103,19 @@ def test_an_error_that_rises_is_none_that_stays(risen, expected):
     had been gathered was thrown away. What elements get wrong stays as it is, by chance a little more."""
     past = [Past(4.0, 0.06, 0.05), Past(9.0, 0.0027, 0.05), Past(14.0, 0.0027 * risen, 0.05)]
     assert least_error_of(past, 0.0, 0.0255) == pytest.approx(expected, rel=0.25)
+
+
+def test_a_receiver_that_stands_out_by_few_rays_gets_more():
+    """Both replicates met something bright with it: they agree. One that is bright with many rays, or dim, gets none."""
+    found = estimate(np.zeros(200))
+    level = np.full((200, 1), 2.0, np.float32)
+    level[[20, 70, 120]], level[160:] = 6.0, 1e-3
+    level[180] = 0.1
+    light = no_light(200, 1)
+    light.rays[:], light.rays[70] = 4, 512
+    lacking = lacking_where_outstanding(replace(found, indirect=level), light, ())
+    assert np.flatnonzero(lacking[:140]).tolist() == [20, 120] and (lacking[[20, 120]] == SURE_RAYS - 4).all()
+    assert not lacking[165:].any()
 
 
 def test_elements_have_a_limit():

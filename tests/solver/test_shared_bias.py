@@ -10,12 +10,13 @@ from functools import cache
 import numpy as np
 import pytest
 
+from radiosity_addon.solver.adaptive.clock import Clock
 from radiosity_addon.solver.adaptive.correction import Correction
 from radiosity_addon.solver.adaptive.placed_receivers import placed
 from radiosity_addon.solver.adaptive.plan import make_plan
 from radiosity_addon.solver.adaptive.replicate import SHARE_OF_ELEMENTS, Replicate
 from radiosity_addon.solver.adaptive.requirements import requirements_of
-from radiosity_addon.solver.adaptive.rounds import Clock, Rounds
+from radiosity_addon.solver.adaptive.rounds import Rounds
 from radiosity_addon.solver.adaptive.second_replicate import LocalReplicate
 from radiosity_addon.solver.direct.beams import Split
 from radiosity_addon.solver.gather.lighting import points_on_footprints

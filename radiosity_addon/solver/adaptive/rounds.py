@@ -20,7 +20,9 @@ from .allocation import (
     disputed_receivers,
     lacking_at_worst,
     lacking_in_mean,
+    lacking_where_outstanding,
 )
+from .clock import Clock
 from .error_estimator import ErrorEstimator
 from .estimate import Estimate
 from .held_out import lacking_held_out
@@ -66,29 +68,6 @@ class Past:
     rays: float
     square: float
     uncertainty: float
-
-
-class Clock:
-    """Wall seconds of each phase."""
-
-    def __init__(self) -> None:
-        self.laps: dict[str, float] = {}
-        self.start = self._last = time.perf_counter()
-
-    def lap(self, phase: str) -> None:
-        """Book the time since the last lap on ``phase``."""
-        now = time.perf_counter()
-        self.laps[phase] = self.laps.get(phase, 0.0) + now - self._last
-        self._last = now
-
-    def skip(self) -> None:
-        """Drop the time since the last lap, which is counted elsewhere."""
-        self._last = time.perf_counter()
-
-    def move(self, phase: str, other: str, seconds: float) -> None:
-        """Book ``seconds`` of ``phase`` on ``other`` instead."""
-        self.laps[phase] -= seconds
-        self.laps[other] = self.laps.get(other, 0.0) + seconds
 
 
 @dataclass(frozen=True)
@@ -142,7 +121,8 @@ class Rounds:
                 break
             disputed = disputed_receivers(estimate, light, settled)
             settled[disputed] = True
-            direct, gathered = _bundled(self._lacking(estimate, plan, light), light, guide, disputed)
+            more = self._lacking_at_once(estimate, light, disputed)
+            direct, gathered = _bundled(self._lacking(estimate, plan, light), light, guide, more)
             if not self._pays(_samples(direct, gathered), pace, followed):
                 break
         return estimate, [replicate.figures for replicate in replicates]
@@ -185,7 +165,17 @@ class Rounds:
         few = estimate.share[(points > 0) | (rays > 0)].sum() <= UNEVEN
         if few or self.estimator.project is not None:
             return [], []
-        return _bundled((points, rays), light, None, np.zeros(0, int))
+        return _bundled((points, rays), light, None, self._lacking_at_once(estimate, light, np.zeros(0, int)))
+
+    def _lacking_at_once(self, estimate: Estimate, light: Lighting, disputed: np.ndarray) -> np.ndarray:
+        """Rays (count,) that some receivers lack however many they have: those that stand out, and the ``disputed`` (k,) int,
+        whose rays are forgotten."""
+        if self.estimator.project is not None:
+            rays = np.zeros(len(light.rays))
+        else:
+            rays = lacking_where_outstanding(estimate, light, self.estimator.neighborhoods)
+        rays[disputed] += light.rays[disputed, 0]
+        return rays
 
     def _pays(self, samples: int, pace: float, followed: bool = False) -> bool:
         """There is something to add, at a ``pace`` [s] of each sample, and time for it."""
@@ -246,14 +236,12 @@ class Rounds:
 
 
 def _bundled(
-    lacking: Lacking, light: Lighting, guide: Guide | None, disputed: np.ndarray
+    lacking: Lacking, light: Lighting, guide: Guide | None, more: np.ndarray
 ) -> tuple[Samples, Samples]:
-    """[(owners, samples of each)] to add to ``light``, of points for direct light and of rays; the rays of the
-    ``disputed`` (k,) int are forgotten."""
+    """[(owners, samples of each)] to add to ``light``, of points for direct light and of rays, and ``more`` (count,) rays."""
     points = _bounded(lacking[0], light.points[:, 0], GROWTH)
     large = GROWTH * light.rays.sum() > LARGE_ROUND
-    rays = _bounded(lacking[1], light.rays[:, 0], LARGE_GROWTH if large else GROWTH)
-    rays[disputed] += light.rays[disputed, 0]
+    rays = _bounded(lacking[1], light.rays[:, 0], LARGE_GROWTH if large else GROWTH) + more
     if guide is not None:
         rays = rays / guide.worth[guide.cluster]
     return alike_samples(points, 4), alike_samples(rays, 8)
