@@ -107,15 +107,17 @@ def test_an_error_that_rises_is_none_that_stays(risen, expected):
 
 def test_a_receiver_that_stands_out_by_few_rays_gets_more():
     """Both replicates met something bright with it: they agree. One that is bright with many rays, or dim, gets none."""
-    found = estimate(np.zeros(200))
-    level = np.full((200, 1), 2.0, np.float32)
-    level[[20, 70, 120]], level[160:] = 6.0, 1e-3
-    level[180] = 0.1
-    light = no_light(200, 1)
+    found = estimate(np.zeros(2000))
+    level = np.full((2000, 1), 2.0, np.float32)
+    level[[20, 70, 120]], level[1600:] = 6.0, 1e-3
+    level[1800] = 0.1
+    light = no_light(2000, 1)
     light.rays[:], light.rays[70] = 4, 512
     lacking = lacking_where_outstanding(replace(found, indirect=level), light, ())
-    assert np.flatnonzero(lacking[:140]).tolist() == [20, 120] and (lacking[[20, 120]] == SURE_RAYS - 4).all()
-    assert not lacking[165:].any()
+    assert np.flatnonzero(lacking[:1500]).tolist() == [20, 120] and (lacking[[20, 120]] == SURE_RAYS - 4).all()
+    assert not lacking[1650:].any()
+    level[np.arange(0, 1500, 33)] = 6.0
+    assert not lacking_where_outstanding(replace(found, indirect=level), light, ()).any(), "so many are noise as usual"
 
 
 def test_elements_have_a_limit():
