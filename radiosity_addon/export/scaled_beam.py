@@ -15,7 +15,7 @@ FEWEST, MOST = 1024, 2880  # widths [pixels] of the picture, at least and at mos
 
 
 def scaled_beam(axes: np.ndarray, cone: float, blend: float) -> np.ndarray:
-    """(w / 2, w) float32 in [0, 1], laid out as ``solver.scene.PointLamp.distribution``: the share of its intensity with
+    """(w / 2, w) float32 in [0, 1], laid out as a ``Sky``'s pixels: the share of its intensity with
     which a spot of the full angle ``cone`` [rad] and a ``blend`` in [0, 1] shines, whose own axes are the columns of ``axes``
     (3, 3). It shines along its -z."""
     width = _width(np.linalg.norm(axes, axis=0), cone)
