@@ -90,8 +90,7 @@ class Rounds:
         if not self.radiosity_given:
             plan = self._solve(plan)
         direct, gathered = [(everyone, plan.points)], [(everyone, plan.rays)]
-        learning, guide, learns = None, None, True
-        history: list[Past] = []
+        learning, guide, learns, history = None, None, True, list[Past]()
         settled, disputed = np.zeros(len(everyone), bool), everyone[:0]
         for step in range(MAX_ROUNDS):
             began, work = time.perf_counter(), _samples(direct, gathered)
@@ -121,8 +120,8 @@ class Rounds:
                 break
             disputed = disputed_receivers(estimate, light, settled)
             settled[disputed] = True
-            more = self._lacking_at_once(estimate, light, disputed)
-            direct, gathered = _bundled(self._lacking(estimate, plan, light), light, guide, more)
+            at_once = self._at_once(estimate, light, disputed)
+            direct, gathered = _bundled(self._lacking(estimate, plan, light), light, guide, at_once)
             if not self._pays(_samples(direct, gathered), pace, followed):
                 break
         return estimate, [replicate.figures for replicate in replicates]
@@ -165,9 +164,9 @@ class Rounds:
         few = estimate.share[(points > 0) | (rays > 0)].sum() <= UNEVEN
         if few or self.estimator.project is not None:
             return [], []
-        return _bundled((points, rays), light, None, self._lacking_at_once(estimate, light, np.zeros(0, int)))
+        return _bundled((points, rays), light, None, self._at_once(estimate, light, np.zeros(0, int)))
 
-    def _lacking_at_once(self, estimate: Estimate, light: Lighting, disputed: np.ndarray) -> np.ndarray:
+    def _at_once(self, estimate: Estimate, light: Lighting, disputed: np.ndarray) -> np.ndarray:
         """Rays (count,) that some receivers lack however many they have: those that stand out, and the ``disputed`` (k,) int,
         whose rays are forgotten."""
         if self.estimator.project is not None:
