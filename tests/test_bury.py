@@ -16,7 +16,7 @@ from radiosity_addon.solver.scene import Sky
 from radiosity_addon.solver.sequence import open_scene
 from radiosity_addon.stages.bury import seen_layout
 from radiosity_addon.stages.layout import lay_out
-from radiosity_addon.stages.run import of_seen
+from radiosity_addon.stages.run import counted_areas
 from tests.solver.test_buried import FLOOR, SQUARE, UV, block
 from verification import meshes
 
@@ -93,9 +93,9 @@ def test_what_is_hidden_in_a_gap_counts_as_buried():
 
 def test_the_least_seen_hundredth_of_the_surface_does_not_count():
     area, seen = np.full(300, 2.0), np.arange(300.0)[::-1]
-    counted = of_seen(area, seen)
+    counted = counted_areas(area, seen)
     assert (counted[:297] == 2).all() and (counted[297:] == 0).all()
-    assert (of_seen(np.ones(4), seen[:4]) == 1).all(), "a quarter of all is more than a hundredth"
+    assert (counted_areas(np.ones(4), seen[:4]) == 1).all(), "a quarter of all is more than a hundredth"
 
 
 def test_the_underside_of_a_box_on_a_sheet_is_black():

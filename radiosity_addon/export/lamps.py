@@ -16,7 +16,7 @@ from .scaled_beam import scaled_beam, widest_cone
 
 SMALLEST_SIZE = 1e-4  # size [m] of an area lamp without extent
 SMALLEST_CONE = np.radians(1.0)  # angle [rad] of a cone, at least: Blender's own limit
-UNEVEN = 1.001  # ratio [of a spot's scales]: above it its beam is no round cone
+UNEVEN = 1.001  # ratio [of a spot's scales]: above it its light is a picture, as that of a scaled cone
 
 
 def read_lamp(item, matrix: np.ndarray, warnings: list[str]) -> Lamp | None:

@@ -72,11 +72,11 @@ def _times(light: Light, color: np.ndarray, distribution) -> list[Light]:
     name = light.lamp.color_field
     values = {name: getattr(light.lamp, name) * color}
     if distribution is not None:
-        values["distribution"] = shape_product(distribution, light.lamp.distribution)
+        values["distribution"] = distribution_product(distribution, light.lamp.distribution)
     return [replace(light, lamp=replace(light.lamp, **values))] * bool(np.any(values[name] > 0.0))
 
 
-def shape_product(picture: np.ndarray, other: np.ndarray | None) -> np.ndarray:
+def distribution_product(picture: np.ndarray, other: np.ndarray | None) -> np.ndarray:
     """A ``picture`` (h, w) times the ``other``, as fine as the finer one; None: 1."""
     if other is None:
         return picture

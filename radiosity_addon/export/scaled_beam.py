@@ -11,7 +11,7 @@ import numpy as np
 from ..solver.lights.sky import pixel_directions
 
 ACROSS = 128  # number [pixels] across the narrowest side of the beam
-FEWEST, MOST = 1024, 2880  # widths [pixels] of the picture, at least and at most: an eighth of a degree each
+FEWEST, MOST = 1024, 2880  # widths [pixels] of the picture, at least and at most; at most, a pixel is an eighth of a degree
 
 
 def scaled_beam(axes: np.ndarray, cone: float, blend: float) -> np.ndarray:

@@ -61,7 +61,7 @@ class Projection:
     channels, to the lowest and the highest colors (m, c) that it may make, and ``show`` to the colors (m, 3) that users
     see, which are kept within these. ``receiver_factors`` maps squared errors (m,) of colors and (count,) of receivers to the
     factors (count,) by which the second become the first. ``area`` (m,), in any unit, is what each color counts by:
-    that of the faces it is fitted to.
+    that of the faces it is fitted to, or 0 where it does not count.
     """
 
     apply: Callable[[np.ndarray], np.ndarray]

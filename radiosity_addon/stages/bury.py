@@ -43,20 +43,21 @@ def open_part(layout: Layout, context: Context, surroundings: Surroundings | Non
 
 
 def seen_layout(layout: Layout, context: Context) -> tuple[Layout, np.ndarray]:
-    """The layout without the receivers that are hidden, which count as buried, and how much (count,) is seen of those left for
-    their area: their mean free paths. Where all are hidden, the layout stays as it is."""
+    """The layout without the receivers that are hidden, which count as buried, and the mean free paths (count,) [unit box] of
+    those left, which tell how much of them is seen for their area. Where all are hidden, the layout stays as it is."""
     paths = find_free_paths(context, layout.receivers)
     hidden = paths.hidden & ~paths.hidden.all()
     return _without(layout, layout.receivers, hidden), paths.mean[~hidden]
 
 
 def _without(layout: Layout, receivers: Receivers, buried: np.ndarray) -> Layout:
-    """The layout of those ``receivers`` that are not ``buried`` (count,) bool; the ``layout`` has as many, which may be more
-    of each."""
+    """The ``layout`` with ``receivers``, as many, each with what is open of its own, without those that are ``buried`` (count,) bool:
+    these join its ``buried``."""
     spans = np.concatenate([[0], np.cumsum(~buried)])[list(layout.spans)]
     more = chosen_receivers(layout.receivers, buried)
     return replace(
         layout, receivers=chosen_receivers(receivers, ~buried), spans=tuple(spans.tolist()),
+        cut=None if layout.cut is None else layout.cut[~buried],
         buried=more if layout.buried is None else concatenate([layout.buried, more]),
     )  # fmt: skip
 

@@ -102,7 +102,7 @@ def _charged(figures: Statistics, phase: str, seconds: float) -> Statistics:
 def _where_judged(fits: list[JointFit]) -> Projection:
     """From light at all receivers to the colors whose error counts.
 
-    A vertex color is a mean over many receivers, and its error less than theirs. It counts by the area of its faces.
+    A vertex color is a mean over many receivers, and its error less than theirs. It counts by the area of its faces (``counted_areas``).
     """
 
     def apply(light: np.ndarray) -> np.ndarray:
@@ -120,7 +120,7 @@ def _where_judged(fits: list[JointFit]) -> Projection:
         return np.concatenate([each.fit.colors(mine) for each, mine in zip(fits, of_light(light))])
 
     areas = [each.fit.areas() for each in fits]
-    area = of_seen(np.concatenate(areas), np.concatenate([each.fit.seen() for each in fits]))
+    area = counted_areas(np.concatenate(areas), np.concatenate([each.fit.seen() for each in fits]))
     ends = np.cumsum([len(each) for each in areas])[:-1]
 
     def receiver_factors(errors: np.ndarray, own: np.ndarray) -> np.ndarray:
@@ -132,8 +132,8 @@ def _where_judged(fits: list[JointFit]) -> Projection:
     return Projection(apply, limits, show, receiver_factors, area)
 
 
-def of_seen(area: np.ndarray, seen: np.ndarray) -> np.ndarray:
-    """The ``area`` (m,) of colors; 0 of those of the LEAST_SEEN share of it of which least is ``seen`` (m,)."""
+def counted_areas(area: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """The ``area`` (m,) of colors, but 0 for those that are least ``seen`` (m,), which have up to LEAST_SEEN of it."""
     order = np.argsort(seen, kind="stable")
     least = order[np.cumsum(area[order]) <= LEAST_SEEN * area.sum()]
     result = area.copy()

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from radiosity_addon.export.lamps import read_lamp
-from radiosity_addon.export.light_objects import shape_product
+from radiosity_addon.export.light_objects import distribution_product
 from radiosity_addon.export.scaled_beam import scaled_beam, widest_cone
 from radiosity_addon.solver.lights.sky import pixel_directions
 from radiosity_addon.solver.scene import AreaLamp
@@ -192,18 +192,20 @@ def test_a_scaled_spot_lights_all_of_its_cone_and_keeps_what_nodes_make_of_it():
         thin = along & (np.abs(directions[..., 1 - axis]) < 8e-3) & (directions[..., 2] < 0)
         slope = np.abs(directions[..., axis] / directions[..., 2])[thin]
         assert slope[picture[thin] > 0.5].max() == pytest.approx(reach, rel=0.02)
-    inside = -directions[..., 2] >= np.cos(widest_cone(np.diag(axes), cone) / 2)
-    assert not picture[~inside].any() and picture[inside].any()
+    widest = widest_cone(np.diag(axes), cone)
+    inside = -directions[..., 2] >= np.cos(widest / 2)
+    assert not picture[~inside].any() and widest == pytest.approx(2 * np.arctan(6 * np.tan(cone / 2)), rel=0.02)
     coarse = np.array([[0.5, 1.0], [0.0, 0.25]])
-    both = shape_product(picture, coarse)
+    both = distribution_product(picture, coarse)
     half = len(picture) // 2
     for row, factors in ((slice(half), (0.5, 1.0)), (slice(half, None), (0.0, 0.25))):
         expected = picture[row] * np.repeat(factors, picture.shape[1] // 2)
         assert np.array_equal(both[row], expected)
-    assert shape_product(coarse, None) is coarse
+    assert distribution_product(coarse, None) is coarse
 
 
 def test_a_lamp_of_a_flat_matrix_stays_round(blender, export):
     lamp = add_lamp(blender, "SPOT", energy=1.0, scale=(1, 0, 1))
     add_plane(blender)
-    assert lamp.scale[1] == 0 and all(each.distribution is None for each in export().scene.lamps)
+    (only,) = export().scene.lamps
+    assert lamp.scale[1] == 0 and only.distribution is None

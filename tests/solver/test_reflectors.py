@@ -101,10 +101,13 @@ def test_a_light_of_few_cells_is_divided():
     triangle = (np.array([(0.0, 0, 2), (1, 0, 2), (0, 1, 2)]), np.array([[0, 1, 2]]))
     scene = meshes.scene([meshes.polygon(square), triangle], 0.5)
     own = build_footprints(build_context(scene, 0, 1, silent).geometry, meshes.triangle_receivers(scene))
-    lights = _lights(own, np.arange(3), np.ones((3, 1)), np.zeros(3))
-    assert len(lights.area) == 12 and lights.area.reshape(3, 4).sum(axis=1) == pytest.approx(own.area)
-    middle, _ = lights.middle()
-    assert middle.reshape(3, 4, 3).mean(axis=1) == pytest.approx(own.middle()[0], abs=1e-5)
+    for square in (np.zeros(3, bool), np.ones(3, bool)):
+        cells = replace(own, square=square)
+        lights = _lights(cells, np.arange(3), np.ones((3, 1)), np.zeros(3))
+        area = own.area * np.where(square, 2, 1)
+        assert len(lights.area) == 12 and lights.area.reshape(3, 4).sum(axis=1) == pytest.approx(area)
+        middle, _ = lights.middle()
+        assert middle.reshape(3, 4, 3).mean(axis=1) == pytest.approx(cells.middle()[0], abs=1e-5)
 
 
 def test_far_polygons_light_only_from_afar():

@@ -22,8 +22,8 @@ WORST, SEEN = (0.8, 1.3), (0.018, 0.029)
 # Difference [relative] of the replicates' gathered light from their mean, and number [rays] of a receiver: where both are
 # as large, what its rays read is wrong in one of them.
 DISPUTED, ENOUGH_RAYS = 0.5, 32
-# Gathered light [of that around] above which a receiver stands out, [of the mean over the surface] that is too dim to be seen, number
-# [rays] of a receiver that may stand out, and share [of all]: where more stand out, it is noise as usual.
+# Gathered light [of that around] above which a receiver stands out, [of the mean over the surface] that what is around counts as, at least;
+# number [rays] up to which a receiver that stands out gets more; share [of all]: where more stand out, it is noise as usual.
 OUTSTANDING, DIM, SURE_RAYS, RARE = 1.3, 0.25, 128, 0.02
 LEAST_MORE = 1.25  # factor [samples of a receiver]: one that needs fewer than so many times as many gets none
 MAX_SAMPLES = 1 << 14  # number [rays or points of a receiver] in one round, at most
@@ -70,8 +70,8 @@ def disputed_receivers(estimate: Estimate, light: Lighting, settled: np.ndarray)
 
 
 def lacking_where_outstanding(estimate: Estimate, light: Lighting, neighborhoods: Sequence[Neighborhood]) -> np.ndarray:
-    """Rays (count,) that receivers lack which are much brighter than those around by few rays. Where a bright ray has met the
-    same receiver in both replicates, they agree, and nothing else tells: one white texel on a wall."""
+    """What receivers of fewer than SURE_RAYS rays lack of these (count,) that are much brighter than those around. Where a bright ray was
+    met from the same receiver in both replicates, they agree, and nothing else tells: one white texel on a wall."""
     level, rays = estimate.indirect.mean(axis=1), light.rays[:, 0]
     around = np.maximum(smooth_map(neighborhoods, level), DIM * (estimate.share @ level))
     stands_out = (level > OUTSTANDING * around) & (rays < SURE_RAYS)

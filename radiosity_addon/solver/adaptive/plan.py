@@ -60,7 +60,7 @@ class Plan:
     patch_points: int
     points: int  # of each receiver, for direct light
     rays: int  # of each receiver, for gathered light
-    excess: float = math.inf  # by how much the error of coarser elements was larger than it may be
+    excess: float = math.inf  # error [of that allowed] of the coarser elements that these were made of; inf: of none
 
     def refined(self, excess: float) -> Plan:
         """More elements, whose error is ``excess`` times what it may be (error² ~ 1 / elements)."""

@@ -167,8 +167,8 @@ class Rounds:
         return _bundled((points, rays), light, None, self._at_once(estimate, light, np.zeros(0, int)))
 
     def _at_once(self, estimate: Estimate, light: Lighting, disputed: np.ndarray) -> np.ndarray:
-        """Rays (count,) that some receivers lack however many they have: those that stand out, and the ``disputed`` (k,) int,
-        whose rays are forgotten."""
+        """Rays (count,) that are added beyond GROWTH: to receivers that stand out, and to the ``disputed`` (k,) int, whose rays are
+        forgotten."""
         if self.estimator.project is not None:
             rays = np.zeros(len(light.rays))
         else:
@@ -181,7 +181,7 @@ class Rounds:
         return (samples > 0 or followed) and self._time_for(pace * samples)
 
     def _may_restart(self, step: int, plan: Plan, excess: float) -> bool:
-        """Finer elements pay: their error is too large, but no error that finer ones left as it was."""
+        """Whether to solve anew with finer elements: their error is too large and, where they were made finer before, has fallen since."""
         may = plan.elements < MOST_ELEMENTS and step < LAST_RESTART and not self.radiosity_given
         return may and 1 < excess < plan.excess
 
@@ -237,7 +237,8 @@ class Rounds:
 def _bundled(
     lacking: Lacking, light: Lighting, guide: Guide | None, more: np.ndarray
 ) -> tuple[Samples, Samples]:
-    """[(owners, samples of each)] to add to ``light``, of points for direct light and of rays, and ``more`` (count,) rays."""
+    """[(owners, samples of each)] to add to ``light``, of points for direct light and of rays, of which ``more`` (count,)
+    come beyond GROWTH."""
     points = _bounded(lacking[0], light.points[:, 0], GROWTH)
     large = GROWTH * light.rays.sum() > LARGE_ROUND
     rays = _bounded(lacking[1], light.rays[:, 0], LARGE_GROWTH if large else GROWTH) + more

@@ -156,8 +156,8 @@ def _as_fine(kept: Plan, asked: Plan) -> bool:
 
 
 def _same(kept: Plan, asked: Plan) -> bool:
-    """Whether both plans give one solve: their rays to receivers do not matter."""
-    return kept == replace(asked, enough=kept.enough, points=kept.points, rays=kept.rays)
+    """Whether both plans give one solve: their rays to receivers do not matter, nor what elements were refined for."""
+    return kept == replace(asked, enough=kept.enough, points=kept.points, rays=kept.rays, excess=kept.excess)
 
 
 def scene_key(scene: Scene, receivers: Receivers, seed: int) -> SceneKey:

@@ -27,10 +27,10 @@ BRIGHT = 10.0  # radiosity [of the mean over the surface]: brighter patches are 
 LARGEST = 0.003  # share [of the surface] of all reflectors: where they have more, rays find them as well
 LEAST = 0.01  # share [of what is reflected] of all reflectors: less is not worth samples
 FAR = 4.0  # distance [lengths of a patch] from which on it is sampled as a light
-# Numbers [points of a reflector, and of all] at which their direct light is found: each has POINTS at least, and more where they are
-# few, up to MOST. What few are off by, all places are.
+# Numbers [points of a patch that may be a reflector, of all of these, of one at most] at which their direct light is found: a power of
+# two, at least the first. What few reflectors are off by, all places are.
 POINTS, MANY, MOST = 64, 1 << 16, 4096
-NEAR = 2.0  # distance [lengths of a patch] of a reflector within which others are looked for that no point of a row met
+NEAR = 2.0  # distance [lengths of a patch] of a reflector within which patches are looked at again whose few points were dark
 
 
 @dataclass(frozen=True)

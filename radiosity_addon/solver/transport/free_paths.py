@@ -21,7 +21,7 @@ from ..sampling.streams import Stream
 from .rays import RAYS_PER_CHUNK, shared_directions
 
 # Mean free path [edge of a square as large as the receiver]: where it is shorter, as where a floor goes on a millimeter
-# under its tiles, something lies so close over all of the receiver that it is hidden.
+# under its tiles, something lies so close over the receiver, in the mean, that it is hidden.
 HIDDEN = 0.1
 # Numbers [rays, each from a point of its own] of a receiver, and of all receivers: each has FEWEST where MOST of each would be more than MANY.
 FEWEST, MOST, MANY = 4, 32, 4_000_000
@@ -43,7 +43,7 @@ def find_free_paths(context: Context, receivers: Receivers) -> FreePaths:
     footprints = build_footprints(context.geometry, replace(receivers, shading=None))
     lengths = np.empty(footprints.count)
     rays = MOST if MOST * footprints.count <= MANY else FEWEST
-    work = _FreePaths(context, footprints, uniform((footprints.count, 3), Stream.FREE_PATHS, 1), rays)
+    work = _PathTracing(context, footprints, uniform((footprints.count, 3), Stream.FREE_PATHS, 1), rays)
     chunks = grouped_chunks(footprints.count, RAYS_PER_CHUNK // rays)
     for chosen, found in context.map_chunks(work, chunks, "elements"):
         lengths[chosen] = found
@@ -51,7 +51,7 @@ def find_free_paths(context: Context, receivers: Receivers) -> FreePaths:
 
 
 @dataclass(frozen=True)
-class _FreePaths:
+class _PathTracing:
     """Traces ``rays`` from each of a (group, slice) of the ``footprints``, which have a ``shift`` (3,) each."""
 
     context: Context
