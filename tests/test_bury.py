@@ -14,6 +14,7 @@ from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.receivers import slice_receivers
 from radiosity_addon.solver.scene import Sky
 from radiosity_addon.solver.sequence import open_scene
+from radiosity_addon.stages import run as run_stage
 from radiosity_addon.stages.bury import seen_layout
 from radiosity_addon.stages.layout import lay_out
 from radiosity_addon.stages.run import counted_areas
@@ -89,6 +90,24 @@ def test_what_is_hidden_in_a_gap_counts_as_buried():
     assert seen.receivers.count == shown and seen.buried.count == 3 * count - shown
     covered = replace(layout, receivers=slice_receivers(layout.receivers, 100, 110), spans=(0, 10))
     assert seen_layout(covered, context)[0].receivers.count == 10, "where all are hidden, all stay"
+
+
+def test_colors_of_a_small_covered_sheet_do_not_count():
+    """A sheet of 1 × 1 with a black one 20 cm above it, beside a sheet of 20 × 20: it has a four-hundredth of the surface."""
+    large, faces = SQUARE * 20 - 10, FLOOR[1]
+    large[:, 2] = 0
+    small = SQUARE * 1.0 + (12, 0, 0)
+    small[:, 2] = 0
+    parts = [(large, faces), (small, faces), (small + (0, 0, 0.2), faces[:, ::-1])]
+    job = job_of(parts, 0, target="vertex")
+    targets = tuple(replace(job.targets[0], name=str(i), start=2 * i, stop=2 * i + 2) for i in range(2))
+    job = replace(job, targets=targets)
+    layout = lay_out(job, silent)
+    _, fits = run_stage._opened(job, layout, open_scene(job.scene, layout.receivers, job.settings, silent))
+    area = run_stage._where_judged(fits).area
+    seen = np.concatenate([each.fit.seen() for each in fits])
+    assert seen[6:].max() < 0.5 * seen[:6].min()
+    assert area[:6].sum() == pytest.approx(400, rel=1e-3) and not area[6:].any()
 
 
 def test_the_least_seen_hundredth_of_the_surface_does_not_count():
