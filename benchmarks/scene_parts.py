@@ -1,4 +1,4 @@
-"""Materials, lamps and worlds for the benchmark scenes, in one line each."""
+"""Materials, lamps, worlds and a plane for the benchmark scenes, in one line each."""
 
 from __future__ import annotations
 
@@ -83,3 +83,15 @@ def point(name: str, location, power: float, radius: float, color=(1.0, 1.0, 1.0
     obj = bpy.data.objects.new(name, lamp)
     obj.location = location
     bpy.context.scene.collection.objects.link(obj)
+
+
+def plane_under_white_sky(uv_map: str):
+    """A plane of reflectance 0.8 with a UV map of that name, under a sky of radiance 0.5: it reflects 0.4."""
+    import bpy
+
+    bpy.ops.mesh.primitive_plane_add()
+    plane = bpy.context.object
+    plane.data.materials.append(matte("Matte", (0.8, 0.8, 0.8)))
+    plane.data.uv_layers[0].name = uv_map
+    sky((0.5, 0.5, 0.5))
+    return plane

@@ -75,13 +75,10 @@ def _noise(x, a, b, scale, share) -> float:
     return float(np.linalg.norm(share * product))
 
 
-def reference_noise(a: np.ndarray, b: np.ndarray, area: np.ndarray | None = None) -> float:
-    """The relative error of one of two references (n, channels) of equal quality, ε² = mean((a−b)²) / 2, by the
-    ``area`` (n,) of the receivers; None: all alike."""
-    share = np.full(len(a), 1 / len(a)) if area is None else area / area.sum()
-    light = (a + b).mean(axis=1) / 2
-    scale = np.maximum(light, FLOOR * (share @ light))[:, None]
-    return float(np.sqrt(share @ (((a - b) / scale) ** 2).mean(axis=1) / 2))
+def reference_noise(a: np.ndarray, b: np.ndarray) -> float:
+    """The relative error of one of two references of equal quality: ε² = mean((a−b)²) / 2."""
+    scale = np.maximum((light := (a + b).mean(axis=1) / 2), FLOOR * light.mean())[:, None]
+    return float(np.sqrt((((a - b) / scale) ** 2).mean() / 2))
 
 
 def least_measurable(noise: float) -> float:

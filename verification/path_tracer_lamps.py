@@ -58,7 +58,7 @@ def sample(lamp: Lamp, position, normal, random) -> tuple[np.ndarray, np.ndarray
         value = _dot(segment, normal) / np.sqrt(square) * leaving / square * area
         return (value * _spread(leaving, lamp.spread))[:, None] * lamp.radiance, segment
     segment, value = _of_point(lamp, position, normal, s, t, x, y)
-    value *= _beam(lamp, segment) * shape(lamp, segment)
+    value *= _beam(lamp, segment) * _distribution(lamp, segment)
     return value[:, None] * lamp.intensity, segment
 
 
@@ -107,11 +107,11 @@ def leave(lamp: PointLamp, count: int, random) -> tuple[np.ndarray, np.ndarray]:
     one, other = across(axis)
     way = z[:, None] * axis + (flat * np.cos(azimuth))[:, None] * one
     way += (flat * np.sin(azimuth))[:, None] * other
-    power = 2 * np.pi * (1 - edge) * _beam(lamp, -way) * shape(lamp, -way)
+    power = 2 * np.pi * (1 - edge) * _beam(lamp, -way) * _distribution(lamp, -way)
     return way, power[:, None] * lamp.intensity
 
 
-def shape(lamp: PointLamp, segment) -> np.ndarray:
+def _distribution(lamp: PointLamp, segment) -> np.ndarray:
     """The share of its intensity with which the lamp shines against the segments: the picture's
     columns go round the sphere, its rows stop at the poles."""
     if lamp.distribution is None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.ladder import Rung, seconds_for
-from benchmarks.scene_parts import matte, point, sky
+from benchmarks.scene_parts import matte, plane_under_white_sky, point
 
 
 def rung(seconds, error, method="Cycles"):
@@ -31,11 +31,7 @@ def test_cycles_bake_sees_a_furnace_wall_and_leaves_the_file_as_it_was(blender):
     from benchmarks.cycles import cycles_bake
 
     bpy = blender
-    bpy.ops.mesh.primitive_plane_add()
-    plane = bpy.context.object
-    plane.data.materials.append(matte("Matte", (0.8, 0.8, 0.8)))
-    plane.data.uv_layers[0].name = "Radiosity"
-    sky((0.5, 0.5, 0.5))
+    plane = plane_under_white_sky("Radiosity")
     before = (len(bpy.data.images), len(bpy.data.materials), bpy.context.scene.render.engine)
     pixels, mask, seconds = cycles_bake(plane, 8, 4, passes=("direct", "indirect", "color"))
     assert mask.all() and seconds > 0

@@ -38,6 +38,21 @@ def falloff(lamp):
     return x * x * (3 - 2 * x)
 
 
+def shape_at(lamp, way):
+    """The lamp's distribution in direction ``way`` (3,), from the four pixels around it."""
+    height, width = lamp.distribution.shape
+    x, y, z = way / np.linalg.norm(way)
+    row = (0.5 + np.arcsin(z) / np.pi) * height - 0.5
+    column = (0.5 - np.arctan2(y, x) / (2 * np.pi)) * width - 0.5
+    total = 0.0
+    for i in (0, 1):
+        for j in (0, 1):
+            at = np.clip(int(np.floor(row)) + i, 0, height - 1), (int(np.floor(column)) + j) % width
+            weight = abs(1 - i - row % 1) * abs(1 - j - column % 1)
+            total += weight * lamp.distribution[at]
+    return total
+
+
 def beam(lamp, cosine):
     """Area spread: (tan s/2 - tan a) / (tan s/2 - s/2), a the angle to the normal."""
     if lamp.spread >= np.pi:

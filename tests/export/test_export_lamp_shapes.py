@@ -9,7 +9,7 @@ from scipy.integrate import trapezoid
 from radiosity_addon.export import export_scene
 from radiosity_addon.export.lamp_shape import LampScene
 from radiosity_addon.settings import Settings
-from tests.export.lamp_formulas import add_lamp, irradiance
+from tests.export.lamp_formulas import add_lamp, irradiance, shape_at
 from tests.export.scene_building import add_object, add_plane, cycles_bake, diffuse
 
 
@@ -53,21 +53,6 @@ LAYOUTS = {
     "spot": (range(0, 361, 45), range(0, 181, 15),
              {"kind": "SPOT", "spot_size": 2.5, "spot_blend": 0.0}),
 }  # fmt: skip
-
-
-def shape_at(lamp, way):
-    """The lamp's distribution in direction ``way`` (3,), from the four pixels around it."""
-    height, width = lamp.distribution.shape
-    x, y, z = way / np.linalg.norm(way)
-    row = (0.5 + np.arcsin(z) / np.pi) * height - 0.5
-    column = (0.5 - np.arctan2(y, x) / (2 * np.pi)) * width - 0.5
-    total = 0.0
-    for i in (0, 1):
-        for j in (0, 1):
-            at = np.clip(int(np.floor(row)) + i, 0, height - 1), (int(np.floor(column)) + j) % width
-            weight = abs(1 - i - row % 1) * abs(1 - j - column % 1)
-            total += weight * lamp.distribution[at]
-    return total
 
 
 def add_layout(bpy, name):

@@ -16,9 +16,8 @@ from radiosity_addon.export.light_objects import distribution_product
 from radiosity_addon.export.scaled_beam import scaled_beam, widest_cone
 from radiosity_addon.solver.lights.sky import pixel_directions
 from radiosity_addon.solver.scene import AreaLamp
-from tests.export.lamp_formulas import add_lamp, irradiance
+from tests.export.lamp_formulas import add_lamp, irradiance, shape_at
 from tests.export.scene_building import add_plane, cycles_bake, diffuse
-from verification.path_tracer_lamps import shape
 
 CASES = {
     "point": ("POINT", {"shadow_soft_size": 0.0}),
@@ -73,7 +72,7 @@ def test_irradiance_is_that_of_cycles(blender, export, name):
     lamp = exported.scene.lamps[0]
     ours = irradiance(lamp)
     if getattr(lamp, "distribution", None) is not None:
-        ours = ours * shape(lamp, lamp.position[None])
+        ours = ours * shape_at(lamp, -lamp.position)
     theirs = cycles_bake(blender, plane, samples=64)[0, 0] * np.pi
     # Cycles bakes one of the plane's two triangles, 3 mm off the middle: 0.0017 rad. The blended
     # beams change by up to 2 per radian there, everything else by less than 1.

@@ -46,13 +46,13 @@ def test_what_lies_in_a_gap_is_seen_as_much_less_as_the_gap_is_narrow():
 
 
 def test_a_face_under_something_is_hidden_where_that_is_closer_than_a_twentieth_of_its_length():
-    """In a gap of the height h the mean free path is 2 h: squares of the edge 1, halved, with h from 0.01 to 0.1."""
+    """In a gap of the height h the mean free path is 2 h: squares of the edge 1, halved, with h from 0.01 to 0.06."""
     square = np.array([(0.0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]) * 20
     hidden = []
-    for height in (0.01, 0.03, 0.045, 0.06):
+    for height in (0.01, 0.03, 0.06):
         context, receivers = opened([meshes.grid(square, 20), meshes.grid(square[::-1] + (0, 0, height), 1)])
         hidden.append(find_free_paths(context, receivers).hidden[:-2].mean())
-    assert hidden[:2] == pytest.approx([1, 1], abs=0.1) and hidden[3] == 0
+    assert hidden[:2] == pytest.approx([1, 1], abs=0.1) and hidden[2] == 0
 
 
 def test_rays_that_meet_nothing_are_as_long_as_the_scene():
