@@ -127,14 +127,15 @@ def test_elements_have_a_limit():
     assert plan.refined(100.0).refined(100.0).elements == MOST_ELEMENTS
 
 
-def test_elements_get_no_finer_for_an_error_that_finer_ones_left():
+def test_elements_get_no_finer_for_an_error_that_rose_with_finer_ones():
     """Light of a hole of 3 cm in a dark room: what neighbors had in common was the noise of rays that met the spot, and each time
     all that had been gathered was thrown away."""
     rounds = Rounds(None, None, None, None, Clock(), None)
     plan = make_plan(0.03, 16, False)
     assert rounds._may_restart(0, plan, 3.0) and not rounds._may_restart(0, plan, 0.9)
     finer = plan.refined(3.0)
-    assert rounds._may_restart(1, finer, 2.0) and not rounds._may_restart(1, finer, 3.5)
+    assert rounds._may_restart(1, finer, 2.0) and rounds._may_restart(1, finer, 4.0), "errors of few rays are uncertain"
+    assert not rounds._may_restart(1, finer, 6.5)
 
 
 @pytest.mark.parametrize(

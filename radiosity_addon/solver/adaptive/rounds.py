@@ -46,6 +46,7 @@ from .solve_cache import Solve, SolveCache, cached_solve
 MAX_ROUNDS = 20  # number [rounds] of a bake, at most
 ELEMENTS_SHARE = 0.8  # error [of the goal] that finer elements would lower: above it elements get finer
 LAST_RESTART = 6  # number [rounds] after which nothing is solved anew: too many samples would be thrown away
+RISEN = 2.0  # factor [error of coarser elements]: where that of finer ones is so much larger, it is not the elements'
 GROWTH = 8  # factor [samples of a receiver so far] by which they grow in one round, at most
 # Number [rays] of a large round, and factor [as GROWTH] of it: should elements be too coarse, fewer rays are wasted.
 LARGE_ROUND, LARGE_GROWTH = 1.5e7, 3
@@ -181,9 +182,9 @@ class Rounds:
         return (samples > 0 or followed) and self._time_for(pace * samples)
 
     def _may_restart(self, step: int, plan: Plan, excess: float) -> bool:
-        """Whether to solve anew with finer elements: their error is too large and, where they were made finer before, has fallen since."""
+        """Whether to solve anew with finer elements: their error is too large and, where they were made finer before, has not risen since."""
         may = plan.elements < MOST_ELEMENTS and step < LAST_RESTART and not self.radiosity_given
-        return may and 1 < excess < plan.excess
+        return may and 1 < excess < RISEN * plan.excess
 
     def _seconds_of_restart(self) -> float:
         """About what it takes to solve with finer elements, and to gather anew."""
