@@ -168,9 +168,9 @@ def test_no_light_comes_over_a_seam_from_another_island():
 
 
 def test_tiles_tell_what_cannot_be_fitted():
-    """Slabs half a texel wide and 9.76 long, in tiles of six texels at most: the same words as of one piece."""
+    """Slabs half a texel wide and 9.76 long, in tiles of two texels: the same words as of one piece."""
     job = slab_job(edge=np.array([0.5 / SIZE, EDGE]))
-    tiling = Tiling(undivided=5, tile=6, survey=16, overlap=2)
+    tiling = Tiling(undivided=5, tile=2, survey=16, overlap=2)
     assert len(tiles_of(job, tiling)) > 2
     one, tiled = (run(job, tiling=each).warnings for each in (None, tiling))
     assert sum("thinner than a texel (100 %)" in text for text in one) == 2

@@ -84,6 +84,17 @@ def test_small_bakes_are_not_divided():
     assert tiles_of(replace(job, settings=replace(job.settings, target="vertex")), SMALL) == []
 
 
+def test_objects_of_an_atlas_are_divided_by_what_their_faces_cover():
+    """The rectangle around an object's UVs is about the whole atlas, of which it has a small part."""
+    job = room()
+    apart = job.targets[0].uv * 0.1
+    apart[-1] += 0.9  # an island in the opposite corner
+    targets = tuple(replace(job.targets[0], name=f"Part {k}", uv=apart) for k in range(10))
+    many = replace(job, targets=targets)
+    assert tiles_of(many, replace(SMALL, undivided=0.11 * SIZE**2)) == []
+    assert survey_of(many, SMALL)[1] == 2  # not ceil(sqrt(10 · 96² / 1000)) = 10
+
+
 def test_parts_have_the_texels_of_the_whole():
     """Every texel of every window lies where it did: the same triangle's same places."""
     from radiosity_addon.solver.progress import silent

@@ -11,7 +11,7 @@ from .darkness import brightest, warn_of_darkness
 from .drawing import Drawing
 from .job import Job, Result
 from .layout import Layout, lay_out, lay_out_part, shaded_layout
-from .tiling import Tiling, Window, part_of, survey_of
+from .tiling import Tiling, Window, covered_shares, part_of, survey_of, texels_of
 
 PHASE = "tiles"
 SURVEY = 0.05  # share [of the time] that the survey takes
@@ -52,7 +52,7 @@ def run_tiles(
     survey, ground = _opened(survey, context, ground)
     receivers = shaded_layout(coarse, survey).receivers
     solve = TiledSolve(context, receivers, job.settings, cache, beside)
-    drawing, texels = Drawing(job, tiles), [sum(w.width * w.height for w in tile) for tile in tiles]
+    drawing, texels = Drawing(job, tiles), texels_of(tiles, covered_shares(job))
     shown = 0.0
     for number, windows in enumerate(tiles):
         portions.next((1 - SURVEY) * texels[number] / sum(texels))

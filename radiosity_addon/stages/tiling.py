@@ -6,6 +6,7 @@ on it as on any job. Parts of one image overlap, and fade into each other there.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +19,7 @@ from ..solver.geometry.planar import doubled_areas
 from .job import Job
 from .sheets import rect_of
 
-LEAST = 0.25  # share [of an image]: a window with less is taken to have that much
+LEAST = 0.01  # share [of an image]: a window with less is taken to have that much
 
 
 @dataclass(frozen=True)
@@ -71,14 +72,14 @@ def tiles_of(job: Job, tiling: Tiling) -> list[list[Window]]:
     rects = [rect_of(job, index) for index in range(len(job.targets))]
     if job.settings.target != Target.IMAGE:
         return []
-    shares = [covered_share(target) for target in job.targets]
-    if sum(p.width * p.height * share for p, share in zip(rects, shares)) <= tiling.undivided:
+    shares = covered_shares(job)
+    if _covered_texels(rects, shares) <= tiling.undivided:
         return []
     tiles, room = [], 0
     for index in _by_sheet(job):
         own = replace(tiling, tile=int(tiling.tile / shares[index]))
         for each in windows_of(index, rects[index], own):
-            texels = each.width * each.height * shares[index]
+            texels = _covered_texels([each], shares[index : index + 1])
             if not tiles or texels > room:
                 tiles.append([])
                 room = tiling.tile
@@ -87,10 +88,23 @@ def tiles_of(job: Job, tiling: Tiling) -> list[list[Window]]:
     return tiles
 
 
-def covered_share(target: ExportedObject) -> float:
-    """About which share of its texels belongs to a face; at least LEAST."""
+def covered_shares(job: Job) -> list[float]:
+    """About which share of the texels of each target belongs to a face; at least LEAST."""
+    return [_covered_share(target) for target in job.targets]
+
+
+def _covered_share(target: ExportedObject) -> float:
     area = np.abs(doubled_areas(target.uv)) / 2
     return float(np.clip(area[np.isfinite(area)].sum(), LEAST, 1.0))
+
+
+def texels_of(tiles: list[list[Window]], shares: list[float]) -> list[float]:
+    """About how many texels of each tile belong to a face, if of each target such ``shares`` do."""
+    return [_covered_texels(tile, [shares[window.target] for window in tile]) for tile in tiles]
+
+
+def _covered_texels(rects: Sequence[TexelRect | Window], shares: list[float]) -> float:
+    return sum(rect.width * rect.height * share for rect, share in zip(rects, shares))
 
 
 def _by_sheet(job: Job) -> list[int]:
@@ -154,7 +168,7 @@ def _windowed(job: Job, window: Window) -> ExportedObject:
 def survey_of(job: Job, tiling: Tiling) -> tuple[Job, int]:
     """The job with larger texels, and how many times as large their edges are."""
     rects = [rect_of(job, index) for index in range(len(job.targets))]
-    texels = sum(rect.width * rect.height for rect in rects)
+    texels = _covered_texels(rects, covered_shares(job))
     factor = max(int(np.ceil(np.sqrt(texels / tiling.survey))), 2)
     pairs = zip(job.targets, rects)
     return replace(job, targets=tuple(_coarse(*pair, factor) for pair in pairs)), factor

@@ -16,6 +16,7 @@ from ..workers.parallel import map_chunks, ranges
 from .border import FACING, Border, find_border
 from .border import LEVELS as BORDER_LEVELS
 from .lattice import BAND, DIRECTIONS, Lattice
+from .pack_texels import pack_texels
 from .walls import Walls
 
 LEVELS = 5  # number [levels]: kernels reach 1, 3, 7, 15, 31 texels
@@ -41,12 +42,11 @@ def build_lattices(
     start = np.unique(grid[:, 0], return_index=True)[1]
     for first, end in zip(start, [*start[1:], len(grid)]):
         index = slice(first, end)
-        axes = grid[index, 1], grid[index, 2]
-        low, high = (np.array([f(axis) for axis in axes]) for f in (np.min, np.max))
         pad = 1 << (levels - 1)
-        row, column = (axis.astype(np.intp) - least + pad for axis, least in zip(axes, low))
-        shape = tuple((high - low + 1 + 2 * pad).tolist())
-        lattice = Lattice(index, row * shape[1] + column, shape, pad, ())
+        row, column = (grid[index, axis].astype(np.intp) for axis in (1, 2))
+        row, column = pack_texels(row - row.min(), column - column.min(), pad)
+        height, width = (int(axis.max()) + 1 + 2 * pad for axis in (row, column))
+        lattice = Lattice(index, (row + pad) * width + column + pad, (height, width), pad, ())
         weights = _weights(lattice, position, normal, flat, levels, threads)
         blocked = _blocked(lattice, walls, levels)
         _cut_pairs(lattice, weights, blocked)
