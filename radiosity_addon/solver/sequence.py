@@ -20,7 +20,7 @@ from .adaptive.plan import Plan, make_plan
 from .adaptive.replicate import Replicate
 from .adaptive.requirements import Requirements, SolverSettings, requirements_of
 from .adaptive.round_result import SolveFigures
-from .adaptive.rounds import MAX_ROUNDS, Rounds
+from .adaptive.rounds import Rounds
 from .adaptive.second_replicate import (
     LocalReplicate,
     RemoteReplicate,
@@ -268,9 +268,9 @@ def _warnings(context: Context, reached: Outcome, settings: SolverSettings) -> I
     if rounded:
         yield rounded
     if reached.error > settings.target_error:
-        reason = "within the time limit" if settings.time_limit else f"in {MAX_ROUNDS} rounds"
+        reason = " within the time limit" if settings.time_limit else ""
         yield (
-            f"the error asked for, {100 * settings.target_error:.3g} %, was not reached {reason}: "
+            f"the error asked for, {100 * settings.target_error:.3g} %, was not reached{reason}: "
             f"estimated {100 * reached.error:.3g} %"
         )
     residual = max(replicate.residual for replicate in reached.figures)

@@ -78,9 +78,9 @@ def test_only_small_bright_patches_are_reflectors():
     assert replicate_of(box)[0].reflectors is None
 
 
-def test_all_of_a_sunbeam_through_a_small_hole_is_in_reflectors():
-    """A hole of 10 cm in the wall of a room of 4 × 4 × 3 m, whose sunbeam lands on a few triangles of the floor. The points of most
-    of their rows are dark. They reflect ρ E A cosθ: what is not ten times the mean, at the beam's edges, may lack."""
+def room_with_a_sunbeam(reflectance=0.5):
+    """A room of 4 × 4 × 3 m with a hole of 10 cm in a wall, whose sunbeam lands on a few triangles of the floor: the scene, and what
+    they reflect of it, ρ E A cosθ."""
     corners, _ = meshes.box_polygons((4, 4, 3))
     wall = next(k for k, face in enumerate(corners) if (face[:, 1] == 0).all())
     (x, z), a, b = (1.9, 2.0), 0.1, 0.13
@@ -89,11 +89,31 @@ def test_all_of_a_sunbeam_through_a_small_hole_is_in_reflectors():
     pieces = [np.array([(l, 0, u), (l, 0, o), (r, 0, o), (r, 0, u)], float)[list(turned)] for l, r, u, o in bands]
     parts = [meshes.grid(face, 40) for k, face in enumerate(corners) if k != wall] + [meshes.grid(each, 4) for each in pieces]
     direction = np.array([0.1, 0.6, -0.7]) / np.linalg.norm([0.1, 0.6, -0.7])
-    scene = replace(meshes.scene(parts, 0.5), lamps=(SunLamp("sun", direction, np.full(3, 2.0), 0.01),))
+    scene = replace(meshes.scene(parts, reflectance), lamps=(SunLamp("sun", direction, np.full(3, 2.0), 0.01),))
+    return scene, reflectance * 2.0 * direction[1] * a * b
+
+
+def test_all_of_a_sunbeam_through_a_small_hole_is_in_reflectors():
+    """The points of most of the rows that it lights are dark. What is not ten times the mean, at the beam's edges, may lack."""
+    scene, expected = room_with_a_sunbeam()
     replicate, _ = replicate_of(scene)
     lights, unit = replicate.reflectors.lights, replicate.context.unit
     flux = lights.power[:, 0].sum() * replicate.context.geometry.scale**2 * unit
-    assert flux == pytest.approx(0.5 * 2.0 * direction[1] * a * b, rel=0.03)
+    assert flux == pytest.approx(expected, rel=0.03)
+
+
+def test_reflectors_that_bring_most_light_light_rows_too():
+    """Outside the room nothing reflects, and next to nothing leaves it: by any path all surfaces together reflect P / (1 − ρ).
+    Of a few rays of a row hardly one finds the sunbeam. Were they all that lights a row, its deviation would be twelve times the mean."""
+    scene, expected = room_with_a_sunbeam(0.8)
+    replicate, _ = replicate_of(scene)
+    own, radiosity = replicate.placed.footprints, replicate.radiosity
+    light = radiosity.reflected[: own.count, 0].astype(float) * replicate.context.unit
+    total = own.area @ light * replicate.context.geometry.scale**2
+    assert total == pytest.approx(expected / (1 - 0.8), rel=0.03)
+    usual = light[light < 10 * np.median(light)]
+    assert len(usual) > 0.99 * len(light)
+    assert usual.std() < 0.3 * usual.mean()
 
 
 def test_a_light_of_few_cells_is_divided():

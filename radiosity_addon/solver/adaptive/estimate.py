@@ -72,6 +72,11 @@ class Estimate:
         return replace(self, error=error, sampled=sampled)
 
     @property
+    def not_sampled(self) -> float:
+        """The part of the error that more samples do not lower."""
+        return float(np.sqrt(max(self.error**2 - self.sampled**2, 0.0)))
+
+    @property
     def square(self) -> np.ndarray:
         """(count,) the squared relative error expected at each receiver, mean over channels; its
         mean by ``share`` is ``error`` squared, but for colors fitted to the receivers."""

@@ -21,7 +21,7 @@ from ..gather.lighting import (
     no_light,
     points_on_footprints,
 )
-from ..gather.reflectors import Reflectors, find_reflectors
+from ..gather.reflectors import Reflectors, find_reflectors, lit_as_rows
 from ..gather.residual import Residuals, follow_residual, join_residuals
 from ..lights.context import Context
 from ..receivers import Receivers
@@ -86,7 +86,8 @@ class Replicate:
 
     def solve(self, plan: Plan) -> SolveFigures:
         """Radiosities for ``plan``; what was gathered by others is forgotten."""
-        context, size = self.split.reflected, int(plan.elements * SHARE_OF_ELEMENTS[self.number])
+        self.reflectors, context = None, self.split.reflected
+        size = int(plan.elements * SHARE_OF_ELEMENTS[self.number])
         rays = int(plan.row_rays * SHARE_OF_ROW_RAYS[self.number])
         if not self.requirements.reflected:
             return self.take(without_reflection(context, size))
@@ -147,8 +148,9 @@ class Replicate:
         """Further ``paths`` after those ``before``. Every purpose and every division of the surface has
         random numbers of its own: noise that chose elements is not measured again with them."""
         elements = radiosity.patches.elements.count
+        context, radiosity = lit_as_rows(self.reflectors, self.split.reflected, radiosity)
         return follow_residual(
-            self.split.reflected, self.placed.footprints, radiosity, paths,
+            context, self.placed.footprints, radiosity, paths,
             self.context.seed, Stream.RESIDUAL, purpose, elements, before, self.number, self.placed.tile,
         )
 
@@ -161,9 +163,8 @@ class Replicate:
         self.row_radiosity = radiosity.reflected[: radiosity.patches.first].copy()
         self.light.forget_gathered()
         self.residuals = self.correction = self.held_out = None
-        self.found_on_elements = self.share_of_elements = 0.0
-        if radiosity.transport is not None:
-            self.share_of_elements = radiosity.share_of_elements()
+        self.found_on_elements, reflects = 0.0, radiosity.transport is not None
+        self.share_of_elements = radiosity.share_of_elements() if reflects else 0.0
         return self._figures()
 
     def move_to(self, receivers: Receivers, tile: int) -> None:
@@ -190,8 +191,7 @@ class Replicate:
 
     def _correct(self) -> None:
         """Find the correction, and the part of the bias that elements bring."""
-        regions = self._regions(self.residuals)
-        light = self._gathered_light()
+        regions, light = self._regions(self.residuals), self._gathered_light()
         self.correction = find_correction(self.residuals, regions, *light)
         on_elements = self.residuals.visits.places.entry >= self.radiosity.patches.cells
         if on_elements.any():

@@ -226,8 +226,7 @@ class Rounds:
         cannot correct is too large; whether they did."""
         if not self.first.requirements.reflected or self.first.paths >= MOST_PATHS:
             return False
-        known = np.sqrt(max(estimate.error**2 - estimate.sampled**2, 0.0))
-        excess = known / (BIAS_SHARE * plan.goal)
+        excess = estimate.not_sampled / (BIAS_SHARE * plan.goal)
         if excess <= 1:
             return False
         self._both(FollowMorePaths(float(np.clip(excess**2, 2, MOST_MORE_PATHS))))

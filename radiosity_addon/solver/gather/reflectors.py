@@ -19,9 +19,10 @@ from ..lights.flat_shapes import RECTANGLE, TRIANGLE
 from ..lights.light_sampler import FEW
 from ..lights.polygons import lamp_polygons
 from ..ragged import ragged_ranges
-from ..transport.lit_patches import mean_light
+from ..transport.lit_patches import light_points, mean_light
 from ..transport.patches import Avoided, Patches
-from ..transport.radiosity import Radiosity
+from ..transport.radiosity import Radiosity, solve_rows
+from ..transport.rows import trace_transport
 
 BRIGHT = 10.0  # radiosity [of the mean over the surface]: brighter patches are reflectors
 LARGEST = 0.003  # share [of the surface] of all reflectors: where they have more, rays find them as well
@@ -33,25 +34,43 @@ POINTS, MANY, MOST = 64, 1 << 16, 4096
 NEAR = 2.0  # distance [lengths of a patch] of a reflector within which patches are looked at again whose few points were dark
 
 
+MAIN = 0.25  # share [of the direct light that is reflected] of all reflectors: from it on they are lights to rows, too
+
+
 @dataclass(frozen=True)
 class Reflectors:
-    """The cells of reflectors as ``lights``, and which entries rays from afar ``avoid``."""
+    """The cells of reflectors as ``lights``, and which entries rays from afar ``avoid``. ``context``: the scene under these
+    and all other lights, where they light rows as well; None: the rays of rows find them."""
 
     lights: FarPolygons
     avoid: Avoided
+    context: Context | None = None
 
     def applied(self, split: Split, radiosity: Radiosity) -> tuple[Split, Radiosity]:
         """The scene with spots that are these lights, too, and the radiosity for rays that avoid them."""
         spots = split.rest.sources.only(np.zeros(0, int)) if split.spots is None else split.spots.sources
         spots = split.rest.under(spots.with_polygons(self.lights))
+        return replace(split, spots=spots), self.avoided(radiosity, by_all=False)
+
+    def avoided(self, radiosity: Radiosity, by_all: bool) -> Radiosity:
+        """The radiosity for rays that avoid them."""
         receivers = radiosity.patches.receivers.with_left_out()
-        patches = replace(radiosity.patches, receivers=receivers, avoided=self.avoid)
-        return replace(split, spots=spots), replace(radiosity, patches=patches)
+        avoid = replace(self.avoid, by_all=by_all)
+        return replace(radiosity, patches=replace(radiosity.patches, receivers=receivers, avoided=avoid))
 
     def with_patches(self, patches: Patches) -> Reflectors:
         """The same where other ``patches`` of the receivers are left out."""
         count = patches.receivers.footprints.count
         return replace(self, avoid=patches.avoided_at(self.avoid.distance[:count]))
+
+
+def lit_as_rows(
+    reflectors: Reflectors | None, context: Context, radiosity: Radiosity
+) -> tuple[Context, Radiosity]:
+    """The lights of rows, and the radiosity for their rays: those given, where no reflectors light rows."""
+    if reflectors is None or reflectors.context is None:
+        return context, radiosity
+    return reflectors.context, reflectors.avoided(radiosity, by_all=True)
 
 
 def find_reflectors(
@@ -74,9 +93,35 @@ def find_reflectors(
     radiosity = _with_direct_light(radiosity, some, lit)
     distance = np.full(own.count, np.inf, np.float32)
     distance[some] = FAR * patches.receivers.length[some]
+    cells, far = own.start[owner] + offset, distance[owner].astype(float)
+    found = Reflectors(_lights(own, cells, radiosity.reflected[owner] / np.pi, far), patches.avoided_at(distance))
+    if own.area[some] @ lit.mean(axis=1) < MAIN * _reflected_directly(radiosity):
+        return found, radiosity
+    found = replace(found, context=context.under(context.sources.with_polygons(found.lights)))
+    radiosity = _with_direct_light(_lit_again(found, context, radiosity, key), some, lit)
     color = radiosity.reflected[owner] / np.pi
-    lights = _lights(own, own.start[owner] + offset, color, distance[owner].astype(float))
-    return Reflectors(lights, patches.avoided_at(distance)), radiosity
+    return replace(found, lights=_lights(own, cells, color, far)), radiosity
+
+
+def _reflected_directly(radiosity: Radiosity) -> float:
+    """The power of direct light that the patches of receivers reflect, by their rows."""
+    area, row = radiosity.patches.receivers.footprints.area, radiosity.transport.row
+    own = np.flatnonzero(row[: len(area)] >= 0)
+    return float(area[own] @ radiosity.transport.joined("lit")[row[own]].mean(axis=1))
+
+
+def _lit_again(found: Reflectors, context: Context, radiosity: Radiosity, key: tuple[int, ...]) -> Radiosity:
+    """The radiosity solved again with rows that reflectors light as lights, and whose rays avoid them: of a row's few rays hardly
+    one finds them."""
+    before, known = radiosity.transport, []
+    alone = context.under(context.sources.only(np.zeros(0, int)).with_polygons(found.lights))
+    for number, block in enumerate(before.blocks):
+        more = light_points(alone, block.patches.points, (*key, 1, number))[1]
+        known.append((replace(block.patches, lit=block.patches.lit + more), block.rays))
+    under, avoiding = lit_as_rows(found, context, radiosity)
+    transport = trace_transport(under, avoiding.patches, known, before.samples, (*key, 2))
+    anew = solve_rows(under, avoiding.patches, transport, radiosity.tolerance)
+    return replace(anew, patches=radiosity.patches, seconds=radiosity.seconds + anew.seconds)
 
 
 def _bright(

@@ -30,10 +30,12 @@ NEAR = 1.0
 @dataclass(frozen=True)
 class Avoided:
     """Entries that bring nothing to rays of receivers from a ``distance`` (entries,) float32 [unit box] on, inf: any, and
-    whether they are ``onward`` (entries,) bool for all other rays."""
+    whether they are ``onward`` (entries,) bool for all other rays. Where they are avoided ``by_all``, they bring nothing to rays
+    of rows either."""
 
     distance: np.ndarray
     onward: np.ndarray
+    by_all: bool = False
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,8 @@ class Patches:
         the rest: its mean is not what arrives."""
         entry = self.at(hits.triangle, hits.u, hits.v, hits.front)
         if self.avoided is not None:
-            far = near_goes_onward & (np.take(self.avoided.distance, entry) < hits.distance)
+            avoids = near_goes_onward or self.avoided.by_all
+            far = avoids & (np.take(self.avoided.distance, entry) < hits.distance)
             onward = np.take(self.avoided.onward, entry)
             entry[far], entry[onward & ~far] = self.nowhere, self.onward
         if near_goes_onward and self.length is not None:
