@@ -179,7 +179,7 @@ def test_what_is_left_when_varied_patches_go_is_as_bright_as_it_is():
     plan = replace(make_plan(0.03, footprints.count, True), patch_points=2)
     left, light = [], []
     for seed in range(8):
-        varied = varied_patches(context, own, plan, 0.003, (seed,))
+        varied, _ = varied_patches(context, own, plan, 0.003, (seed,))
         lit = light_receivers(context, own.footprints, 2, (seed, 9)).lit.mean(axis=1)
         left.append(~varied)
         light.append(lit)

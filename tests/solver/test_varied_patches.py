@@ -39,7 +39,7 @@ def test_beside_a_lamp_of_many_faces_light_varies():
     receivers = meshes.triangle_receivers(scene, 2)
     context = open_scene(scene, receivers, Settings(threads=1))
     own = placed(context, receivers).patches(1000)
-    varied = varied_patches(context, own, make_plan(0.03, receivers.count, True), 0.03, (0, 1))
+    varied, _ = varied_patches(context, own, make_plan(0.03, receivers.count, True), 0.03, (0, 1))
     corners = scene.vertices[scene.triangles[own.footprints.triangle[own.footprints.start[:-1]]]]
     width = np.ptp(corners, axis=1)
     sides = (corners[:, :, 2].max(axis=1) > HEIGHT + 0.9 * DEPTH) & (width[:, 1] < 1e-6) & (width[:, 2] > 0.9 * DEPTH)

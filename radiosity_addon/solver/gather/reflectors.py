@@ -85,20 +85,21 @@ def find_reflectors(
     if context.transmits.any() or not context.all_rays_alike:
         return None, radiosity
     own = patches.receivers.footprints
-    some, lit = _bright(context, radiosity, key)
+    seen, lit, bright = _bright(context, radiosity, key)
+    some = seen[bright]
     number, offset = ragged_ranges(np.diff(own.start)[some])
     owner = some[number]
     if len(owner) == 0:
         return None, radiosity
-    radiosity = _with_direct_light(radiosity, some, lit)
+    radiosity = _with_direct_light(radiosity, seen, lit)
     distance = np.full(own.count, np.inf, np.float32)
     distance[some] = FAR * patches.receivers.length[some]
     cells, far = own.start[owner] + offset, distance[owner].astype(float)
     found = Reflectors(_lights(own, cells, radiosity.reflected[owner] / np.pi, far), patches.avoided_at(distance))
-    if own.area[some] @ lit.mean(axis=1) < MAIN * _reflected_directly(radiosity):
+    if own.area[some] @ lit[bright].mean(axis=1) < MAIN * _reflected_directly(radiosity):
         return found, radiosity
     found = replace(found, context=context.under(context.sources.with_polygons(found.lights)))
-    radiosity = _with_direct_light(_lit_again(found, context, radiosity, key), some, lit)
+    radiosity = _lit_again(found, context, radiosity, seen, lit, key)
     color = radiosity.reflected[owner] / np.pi
     return replace(found, lights=_lights(own, cells, color, far)), radiosity
 
@@ -110,14 +111,18 @@ def _reflected_directly(radiosity: Radiosity) -> float:
     return float(area[own] @ radiosity.transport.joined("lit")[row[own]].mean(axis=1))
 
 
-def _lit_again(found: Reflectors, context: Context, radiosity: Radiosity, key: tuple[int, ...]) -> Radiosity:
+def _lit_again(
+    found: Reflectors, context: Context, radiosity: Radiosity, some: np.ndarray, lit: np.ndarray, key: tuple[int, ...]
+) -> Radiosity:
     """The radiosity solved again with rows that reflectors light as lights, and whose rays avoid them: of a row's few rays hardly
-    one finds them."""
+    one finds them. Patches ``some`` (k,) int reflect the direct light ``lit`` (k, channels)."""
     before, known = radiosity.transport, []
     alone = context.under(context.sources.only(np.zeros(0, int)).with_polygons(found.lights))
     for number, block in enumerate(before.blocks):
-        more = light_points(alone, block.patches.points, (*key, 1, number))[1]
-        known.append((replace(block.patches, lit=block.patches.lit + more), block.rays))
+        light, (_, mine, one) = block.patches.lit.copy(), np.intersect1d(block.patches.patch, some, return_indices=True)
+        light[mine] = lit[one]
+        light += light_points(alone, block.patches.points, (*key, 1, number))[1]
+        known.append((replace(block.patches, lit=light), block.rays))
     under, avoiding = lit_as_rows(found, context, radiosity)
     transport = trace_transport(under, avoiding.patches, known, before.samples, (*key, 2))
     anew = solve_rows(under, avoiding.patches, transport, radiosity.tolerance)
@@ -126,29 +131,29 @@ def _lit_again(found: Reflectors, context: Context, radiosity: Radiosity, key: t
 
 def _bright(
     context: Context, radiosity: Radiosity, key: tuple[int, ...]
-) -> tuple[np.ndarray, np.ndarray]:
-    """(k,) int: patches of receivers whose fronts are reflectors, none of those that glow by themselves; and the direct light
-    (k, channels) that they reflect. What gathered light makes bright may be noise of a row's few rays."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(k,) int: patches of receivers whose fronts are reflectors and those beside them, none of those that glow by themselves; the
+    direct light (k, channels) that they reflect; and which are reflectors (k,) bool. What gathered light makes bright may be noise of
+    a row's few rays. They are not chosen by the points that light their rows: where these had met more than there is, they would
+    be corrected, and where they had met nothing, they would not."""
     transport, patches = radiosity.transport, radiosity.patches
     own = patches.receivers.footprints
     area, row = own.area, transport.row[: own.count]
     mean = area @ radiosity.reflected[: own.count].mean(axis=1, dtype=float) / area.sum()
-    rows = np.flatnonzero(row >= 0)
-    some = rows[transport.joined("lit")[row[rows]].mean(axis=1) > BRIGHT * mean]
-    nothing = some[:0], np.zeros((0, context.channels))
+    some = np.flatnonzero((row >= 0) & (radiosity.other_lit.mean(axis=1) > BRIGHT * mean))
+    nothing = some[:0], np.zeros((0, context.channels)), np.zeros(0, bool)
     if area[some].sum() > 2 * LARGEST * area.sum() or len(some) == 0:
         return nothing
     some = _with_those_beside(own, patches.receivers.length, some)
     some = some[row[some] >= 0]
     if radiosity.emitted is not None:
         some = some[~radiosity.emitted[some].any(axis=1)]
-    per = int(np.clip(MANY // len(some), POINTS, MOST))
+    per = int(np.clip(MANY // max(len(some), 1), POINTS, MOST))
     lit = mean_light(context, own, some, 1 << per.bit_length() - 1, key)
     bright = lit.mean(axis=1) > BRIGHT * mean
-    some, lit = some[bright], lit[bright]
-    power = area[some] @ lit.mean(axis=1)
-    few = area[some].sum() <= LARGEST * area.sum() and power >= LEAST * mean * area.sum()
-    return (some, lit) if few else nothing
+    power = area[some[bright]] @ lit[bright].mean(axis=1)
+    few = area[some[bright]].sum() <= LARGEST * area.sum() and power >= LEAST * mean * area.sum()
+    return (some, lit, bright) if few else nothing
 
 
 def _with_those_beside(own: Footprints, length: np.ndarray, some: np.ndarray) -> np.ndarray:

@@ -34,10 +34,12 @@ class Radiosity:
     residual: float
     seconds: float  # of the linear solve
     tolerance: float  # relative error of the bake that it is solved for
+    # (P, channels) direct light that patches of receivers reflect, found at other points than those that light their rows
+    other_lit: np.ndarray | None = None
 
     def table(self) -> Radiosity:
         """What rays look up, without how it was found."""
-        return replace(self, transport=None, solution=self.solution[:0])
+        return replace(self, transport=None, solution=self.solution[:0], other_lit=None)
 
     def share_of_elements(self) -> float:
         """The share of elements in all that the rays of rows met."""

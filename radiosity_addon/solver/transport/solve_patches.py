@@ -77,11 +77,11 @@ def solve_radiosity(
     elements = build_elements(context.geometry, _groups(context.scene), target)
     patches = Patches(elements, own)
     places, all_places = _seeds(context, patches, receivers, sample_points, target, key)
-    known = []
+    known, other_lit = [], None
     if own is not None:
         lit = light_receivers(context, own.footprints, plan.patch_points, (*key, 9))
         known.append((lit, plan.patch_rays))
-        varied = varied_patches(context, own, plan, tolerance, key)
+        varied, other_lit = varied_patches(context, own, plan, tolerance, key)
         patches = replace(patches, receivers=own.without(varied))
     share = len(places.entry) / max(all_places, 1)
     if len(places.entry):
@@ -94,15 +94,15 @@ def solve_radiosity(
     patches = patches.measured(context.geometry)
     samples = RowSamples(plan.row_rays, per, plan.patch_rays, plan.patch_points)
     transport = trace_transport(context, patches, known, samples, (*key, 12))
-    return solve_rows(context, patches, transport, tolerance)
+    return replace(solve_rows(context, patches, transport, tolerance), other_lit=other_lit)
 
 
 def varied_patches(
     context: Context, own: ReceiverPatches, plan: SolvePlan, tolerance: float, key: tuple[int, ...]
-) -> np.ndarray:
-    """(P,) bool: patches of receivers in which direct light varies by much. This is measured at other points than
-    those that light the rows: if it were the same ones, patches whose bright parts no point met would be kept, and
-    the patches that rays end on would be too dark. Bright patches where noise hides the variation count as well."""
+) -> tuple[np.ndarray, np.ndarray]:
+    """(P,) bool: patches of receivers in which direct light varies by much; and what they reflect of it (P, channels). This is
+    measured at other points than those that light the rows: if it were the same ones, patches whose bright parts no point met
+    would be kept, and the patches that rays end on would be too dark. Bright patches where noise hides the variation count as well."""
     lit = light_receivers(context, own.footprints, plan.patch_points, (*key, 16))
     unit = tolerance * float((lit.share @ lit.lit).mean())
     varied, bright = lit.deviation > VARIED * unit, np.flatnonzero(lit.lit.mean(axis=1) > VARIED * unit)
@@ -111,7 +111,7 @@ def varied_patches(
             context, own.footprints, bright, BRIGHT_POINTS, (*key, 17)
         )
         varied[bright] |= (brightness > BRIGHT * unit) & (noise > VARIED * unit)
-    return varied
+    return varied, lit.lit
 
 
 def extended(
@@ -163,7 +163,8 @@ def divided(
     places = places.take(patches.somewhere(places.entry))
     known += light_patches_met(context, patches, places, before.samples, (*key, 13))
     transport = trace_transport(context, patches, known, before.samples, (*key, 14))
-    return solve_rows(context, patches, transport, radiosity.tolerance)
+    anew = solve_rows(context, patches, transport, radiosity.tolerance)
+    return replace(anew, other_lit=radiosity.other_lit)
 
 
 def without_reflection(context: Context, target: int) -> Radiosity:
