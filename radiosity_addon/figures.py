@@ -1,4 +1,4 @@
-"""Numbers as people read them: no exponents, and no digits that mean nothing."""
+"""Numbers and lists of names as people read them: no exponents, no digits that mean nothing, and few names."""
 
 from __future__ import annotations
 
@@ -28,3 +28,13 @@ def figure(value: float, digits: int = 3) -> str:
     if 10**digits <= abs(rounded) < LARGEST:
         return f"{rounded:,.0f}"
     return f"{rounded:.{digits}g}"
+
+
+def quoted(names, most: int = 3) -> str:
+    """The first of the ``names``, ``most`` of them, and how many more there are.
+
+    >>> quoted(["Wall"]), quoted(["Wall", "Lamp", "Door", "Roof", "Sill"])
+    ("'Wall'", "'Wall', 'Lamp', 'Door' and 2 more")
+    """
+    text = ", ".join(repr(name) for name in list(names)[:most])
+    return f"{text} and {len(names) - most} more" if len(names) > most else text

@@ -7,12 +7,11 @@ import math
 from pathlib import Path
 
 from . import __version__
-from .figures import figure, percent
+from .figures import figure, percent, quoted
 from .stages.encode import Encoding
 from .stages.job import Job, Result
 
 PHASES = ("elements", "transport", "solve", "gather")  # timed by the solver
-NAMED = 3  # number [objects] that are named with one reason
 SHOWN = 5  # number [warnings, objects left out] on the terminal
 ENERGY = ("emitted", "absorbed", "escaped")  # [W]
 
@@ -128,13 +127,11 @@ def by_reason(objects: list[dict]) -> list[str]:
     it holds for."""
     names: dict[str, list[str]] = {}
     for each in objects:
-        names.setdefault(each["reason"], []).append(repr(each["name"]))
+        names.setdefault(each["reason"], []).append(each["name"])
     return [
-        ", ".join(found[:NAMED])
-        + (f" and {len(found) - NAMED} more" if len(found) > NAMED else "")
-        + (f", each: {reason}" if len(found) > 1 else f": {reason}")
+        quoted(found) + (f", each: {reason}" if len(found) > 1 else f": {reason}")
         for reason, found in names.items()
-    ]  # fmt: skip
+    ]
 
 
 def _shown(texts: list[str]) -> list[str]:

@@ -116,17 +116,47 @@ def test_a_slice_is_numbered_from_zero():
         assert np.array_equal(getattr(part, name), getattr(second, name)), name
 
 
-@pytest.mark.parametrize(
-    ("modifiers", "remedy"), [(("Bevel", "Array"), "apply the modifiers"), ((), "without overlaps")]
-)
-def test_overlap_names_its_remedy(modifiers, remedy):
-    """Both triangles of the square laid on the same half of the image."""
+def overlaps(*objects) -> tuple[str, ...]:
+    """What is told of ``objects``, (name, modifiers, size) each, of which both triangles are laid on the same half of
+    a square [texels] in the image."""
     job = square_job("image")
-    uv = np.repeat(UV[:1], 2, axis=0)
-    job = replace(job, targets=(replace(job.targets[0], uv=uv, modifiers=modifiers),))
-    (warning,) = lay_out(job, silent).warnings
-    assert "overlap" in warning and remedy in warning
-    assert all(name in warning for name in modifiers)
+    targets = [
+        replace(job.targets[0], name=name, uv=np.repeat(UV[:1], 2, axis=0) * size / 8, modifiers=modifiers)
+        for name, modifiers, size in objects
+    ]
+    return lay_out(replace(job, targets=tuple(targets)), silent).warnings
+
+
+def test_overlap_names_its_remedy():
+    """Half of a square of 8² texels, without the diagonal's, of which each face has a half: 28."""
+    assert overlaps(("Wall", (), 8)) == (
+        "'Wall': faces overlap in its UV map on 28 texels, which get their mean; bake to a map without overlaps",
+    )
+    assert overlaps(("Wall", ("Bevel", "Array"), 8)) == (
+        "'Wall': faces overlap in its UV map on 28 texels, which get their mean; its modifiers (Bevel, Array) make faces "
+        "that share the UVs of others: apply the modifiers, then unwrap or bake again",
+    )
+
+
+def test_overlaps_of_several_objects_are_told_at_once():
+    """Halves of squares of 8², 6² and 4² texels: 28, 15 and 6."""
+    assert overlaps(("Wall", (), 6), ("Floor", (), 8)) == (
+        "'Floor', 'Wall': faces overlap in their UV maps on 43 texels, which get their mean; bake to a map without "
+        "overlaps",
+    )
+    plain, made = overlaps(
+        ("Wall", (), 8), ("A", ("Bevel",), 4), ("B", ("Bevel", "Array"), 6), ("C", ("Mirror",), 8), ("D", ("Bevel",), 4)
+    )
+    assert plain.startswith("'Wall': faces overlap in its UV map on 28 texels")
+    assert made == (
+        "'C', 'B', 'A' and 1 more: faces overlap in their UV maps on 55 texels, which get their mean; their modifiers "
+        "(Mirror, Bevel, Array) make faces that share the UVs of others: apply the modifiers, then unwrap or bake again"
+    )
+    every = overlaps(*((name, (), 4) for name in "ABCDE"))
+    assert every == (
+        "'A', 'B', 'C' and 2 more: faces overlap in their UV maps on 30 texels, which get their mean; bake to a map "
+        "without overlaps",
+    )
 
 
 def test_a_map_outside_the_tile_is_told_as_the_reason():

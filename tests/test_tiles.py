@@ -195,7 +195,7 @@ def test_texels_of_several_objects_are_their_mean():
     row = 23  # v = 1/2 lies in the middle of it
     level = one.colors[0][row, :, :3]
     assert np.abs(tiles.colors[0][row, :, :3] / level - 1).mean() < 0.2
-    assert len(one.warnings) == 2 and all("beside seams" in text for text in one.warnings)
+    assert len(one.warnings) == 1 and "beside seams" in one.warnings[0]
     assert tiles.warnings == one.warnings
 
 

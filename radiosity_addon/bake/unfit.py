@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..figures import percent
+from ..figures import percent, quoted
 from ..solver.array_struct import ArrayStruct
 from .shown import Sheets
 from .texel_parts import COVERED, NONE, SEVERAL, TexelParts, islands_of_texels
@@ -121,17 +121,24 @@ def crowded_shares(
     return np.where(parts.area > HALF_TEXEL, mixed.mean(axis=0), own)
 
 
-def unfit_warning(name: str, texels: int, shared: float, thin: float) -> str:
-    """One sentence on the texels of ``name`` that cannot show its light; "" for next to none."""
-    if shared + thin < NOTABLE:
+def unfit_warning(found: list[tuple[str, int, float, float]]) -> str:
+    """One sentence on the texels of objects that cannot show their light, those with most of them first; "" for next
+    to none. ``found`` has the name of each and its ``UnfitTexels.shares``."""
+    found = [each for each in found if each[2] + each[3] >= NOTABLE]
+    if not found:
         return ""
+    names, texels, shared, thin = zip(*sorted(found, key=lambda each: -each[1]))
+    have, most, of, the_map = "its UV map has", "", "the surface", "the map"
+    if len(names) > 1:
+        have, most, of, the_map = "their UV maps have", "up to ", "a surface", "the maps"
     causes = []
-    if shared >= NOTABLE / 2:
-        causes.append(f"islands that overlap or lie less than a texel apart ({percent(shared)} of the surface)")
-    if thin >= NOTABLE / 2:
-        causes.append(f"islands thinner than a texel ({percent(thin)})")
+    if max(shared) >= NOTABLE / 2:
+        share = f"{most}{percent(max(shared))} of {of}"
+        causes.append(f"islands that overlap or lie less than a texel apart ({share})")
+    if max(thin) >= NOTABLE / 2:
+        causes.append(f"islands thinner than a texel ({most}{percent(max(thin))})")
     return (
-        f"{name!r}: {texels} texels could not be fitted to the light beside seams: its UV map has "
+        f"{quoted(names)}: {sum(texels)} texels could not be fitted to the light beside seams: {have} "
         + " and ".join(causes)
-        + "; bake more texels, or lay the map out with fewer islands and wider gaps"
+        + f"; bake more texels, or lay {the_map} out with fewer islands and wider gaps"
     )

@@ -14,6 +14,7 @@ from ..bake.layers import FARTHEST, within_range
 from .material_slots import Palette, slot_keys
 from .mesh_arrays import sound_triangles
 from .parts import Part, is_mirrored, world_vertices
+from .remarks import some_names
 
 
 @dataclass(frozen=True)
@@ -41,10 +42,11 @@ def assemble(parts: list[Part], warnings: list[str]) -> Assembly:
     """Join all parts in world space, in the order given."""
     vertices, triangles, owners, placed = [], [], [], []
     base = start = 0
+    unsound: dict[str, np.ndarray] = {}  # instances of one name have the same mesh
     for index, part in enumerate(parts):
         points = world_vertices(part)
         sound, not_finite, empty = sound_triangles(points, part.mesh.triangles)
-        _report_unsound(part.name, not_finite, empty, warnings)
+        unsound[part.name] = np.maximum(unsound.get(part.name, 0), [not_finite, empty])
         kept = np.flatnonzero(sound).astype(np.int32)
         order = np.array([0, 2, 1] if is_mirrored(part) else [0, 1, 2])
         points = np.where(within_range(points), points, 0.0) if not_finite else points
@@ -54,6 +56,7 @@ def assemble(parts: list[Part], warnings: list[str]) -> Assembly:
         placed.append(Placed(part, start, start + len(kept), kept, order))
         base += len(points)
         start += len(kept)
+    warnings += _unsound_warnings(unsound)
     if not parts:
         return Assembly(
             np.zeros((0, 3)), np.zeros((0, 3), np.int32), np.zeros(0, np.int32), ()
@@ -66,14 +69,17 @@ def assemble(parts: list[Part], warnings: list[str]) -> Assembly:
     )
 
 
-def _report_unsound(name: str, not_finite: int, empty: int, warnings: list[str]) -> None:
-    if not_finite:
-        warnings.append(
-            f'object "{name}": {not_finite} triangles with vertices that are NaN, infinite or '
-            f"beyond {FARTHEST:g} left out"
-        )
-    if empty:
-        warnings.append(f'object "{name}": {empty} triangles without area left out')
+def _unsound_warnings(unsound: dict[str, np.ndarray]) -> list[str]:
+    """One sentence on the triangles of all objects that are not finite, and one on those without area, if there are
+    any; ``unsound`` has the numbers of both by the object's name."""
+    warnings = []
+    for column, fault in enumerate((f"with vertices that are NaN, infinite or beyond {FARTHEST:g}", "without area")):
+        counts = {name: numbers[column] for name, numbers in unsound.items() if numbers[column]}
+        worst = sorted(counts, key=counts.get, reverse=True)
+        if worst:
+            start = "objects" if len(worst) > 1 else "object"
+            warnings.append(f"{start} {some_names(worst)}: {sum(counts.values())} triangles {fault} left out")
+    return warnings
 
 
 def material_indices(geometry: Assembly, palette: Palette) -> np.ndarray:

@@ -7,6 +7,7 @@ import numpy as np
 from ..bake.dilate import dilated
 from ..bake.texels import OVERLAP, coverage
 from ..bake.windows import TexelRect
+from ..figures import quoted
 from ..solver.lights.context import Context
 from ..solver.solution import Solution
 from .fit_sheets import fit_sheets
@@ -102,9 +103,8 @@ def _mix_shared(job: Job, sheet: Sheet, layout: Layout, flat, values, pixels) ->
 
 def overlap_warning(sheet: str, names: list[str], texels: int) -> str:
     """One sentence on objects that overlap in an atlas."""
-    more = f" and {len(names) - 3} more" if len(names) > 3 else ""
     return (
-        f"{', '.join(map(repr, names[:3]))}{more} overlap in the atlas {sheet!r} on {texels} "
+        f"{quoted(names)} overlap in the atlas {sheet!r} on {texels} "
         "texels, which get their mean; lay their UVs out side by side, or bake without --uv-map"
     )
 

@@ -15,6 +15,7 @@ from ..bake.sourceless import sourceless_share, sourceless_warning
 from ..bake.texels import overlapping_texels, texel_receivers
 from ..bake.uv_cover import missed_shares, missed_warning
 from ..bake.windows import full_rect
+from ..figures import quoted
 from ..settings import Domain, Target
 from ..solver.expected import Refused
 from ..solver.progress import Progress
@@ -60,18 +61,18 @@ def lay_out_part(job: Job, progress: Progress) -> Layout:
     parts = map_chunks(
         make, range(len(job.targets)), job.settings.threads, lambda done: progress(PHASE, done)
     )
-    receivers, warnings = zip(*parts)
+    receivers, shared, warnings = zip(*parts)
     counts = [part.count for part in receivers]
     return Layout(
         concatenate(list(receivers)),
         tuple(np.cumsum([0, *counts]).tolist()),
-        tuple(text for texts in warnings for text in texts),
+        (*_overlap_warnings(job.targets, shared), *filter(None, warnings)),
         bare=tuple(index for index, count in enumerate(counts) if not count),
     )
 
 
 def _faces(job: Job):
-    """A function of a target's number: its receivers, and a warning of faces that get no color."""
+    """A function of a target's number: its receivers, 0 of them shared, and a warning of faces that get no color."""
     scene = job.scene
     areas = triangle_areas(scene.vertices, scene.triangles)
     baked = [areas[target.start : target.stop] for target in job.targets]
@@ -81,7 +82,7 @@ def _faces(job: Job):
         target = job.targets[index]
         own = scene.triangles[target.start : target.stop]
         part = face_receivers(scene.vertices, own, _numbers(target), budget)
-        return part, list(filter(None, [_sourceless(job, target, baked[index])]))
+        return part, 0, _sourceless(job, target, baked[index])
 
     return make
 
@@ -96,7 +97,8 @@ def _sourceless(job: Job, target, area: np.ndarray) -> str:
 
 
 def _texels(job: Job):
-    """A function of a target's number: its texels, and warnings."""
+    """A function of a target's number: its texels, the number of those where its faces overlap, and a warning of
+    faces that get none."""
     areas = triangle_areas(job.scene.vertices, job.scene.triangles)
 
     def make(index: int):
@@ -106,24 +108,32 @@ def _texels(job: Job):
         part = texel_receivers(target.uv, _numbers(target), size, index)
         shared = overlapping_texels(part, target.uv, target.start, size)
         missed = missed_shares(part, target.uv, target.start, areas[target.start : target.stop])
-        warnings = [_overlap(target, shared)] if shared else []
-        warnings += filter(None, [missed_warning(target.name, missed, target.modifiers)])
-        return part, warnings
+        return part, shared, missed_warning(target.name, missed, target.modifiers)
 
     return make
 
 
-def _overlap(target, shared: int) -> str:
-    """The warning of faces that overlap in a UV map. Modifiers such as Bevel and Mirror make such faces."""
+def _overlap_warnings(targets, shared) -> list[str]:
+    """Warnings of faces that overlap in UV maps, on ``shared`` texels of each target: one of all without modifiers,
+    and one of all with them, as modifiers such as Bevel and Mirror make such faces."""
+    every = sorted(zip(targets, shared), key=lambda pair: -pair[1])
+    groups = ([pair for pair in every if pair[1] and bool(pair[0].modifiers) == made] for made in (False, True))
+    return [_overlap(*zip(*group)) for group in groups if group]
+
+
+def _overlap(targets, shared) -> str:
+    """One sentence on the faces that overlap in the UV maps of these targets."""
+    its, maps = ("their", "UV maps") if len(targets) > 1 else ("its", "UV map")
+    modifiers = dict.fromkeys(name for target in targets for name in target.modifiers)
     remedy = (
-        f"its modifiers ({', '.join(target.modifiers)}) make faces that share the UVs of others: "
+        f"{its} modifiers ({', '.join(modifiers)}) make faces that share the UVs of others: "
         "apply the modifiers, then unwrap or bake again"
-        if target.modifiers
+        if modifiers
         else "bake to a map without overlaps"
     )
     return (
-        f"{target.name!r}: faces overlap in its UV map on {shared} texels, which get their mean; "
-        f"{remedy}"
+        f"{quoted([target.name for target in targets])}: faces overlap in {its} {maps} on {sum(shared)} texels, which "
+        f"get their mean; {remedy}"
     )
 
 

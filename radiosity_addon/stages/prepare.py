@@ -13,6 +13,7 @@ from ..bake.unwrap import kept_maps, unwrap_steps
 from ..bake.uv_maps import HeldMap, give_maps, given, remove_uv_maps, take_back
 from ..bake.windows import DENSITY, RESOLUTION, density_factor, own_size
 from ..export.exported import Exported
+from ..figures import quoted
 from ..settings import Settings, Target
 from ..solver.expected import Refused
 from ..solver.progress import Progress, silent
@@ -21,6 +22,7 @@ from .job import Job
 from .unbaked import unbaked_texels
 
 UV_MAP = "Radiosity"  # made where no map is named
+NAMED = 5  # number [objects] that a message names, at most
 
 
 def prepare(context, settings: Settings, progress: Progress = silent) -> Job:
@@ -126,8 +128,8 @@ def _candidates(view_layer, settings: Settings) -> list[str]:
     unknown = [name for name in settings.objects if name not in found]
     if unknown:
         raise Refused(
-            f"no object of the view layer is called {_quoted(unknown)}; "
-            f"its meshes are {_quoted(_meshes(found)) or 'none'}"
+            f"no object of the view layer is called {quoted(unknown, NAMED)}; "
+            f"its meshes are {quoted(_meshes(found), NAMED) or 'none'}"
         )
     names = settings.objects or [name for name, item in found.items() if not item.hide_render]
     return [
@@ -139,11 +141,6 @@ def _candidates(view_layer, settings: Settings) -> list[str]:
 
 def _meshes(found: dict) -> list[str]:
     return [name for name, item in found.items() if item.type == "MESH"]
-
-
-def _quoted(names, most: int = 5) -> str:
-    text = ", ".join(repr(name) for name in list(names)[:most])
-    return f"{text} and {len(names) - most} more" if len(names) > most else text
 
 
 def _check_images(names: list[str], settings: Settings) -> None:
@@ -207,7 +204,7 @@ def _warn_of_maps(targets, settings: Settings) -> list[str]:
         return []
     kept = kept_maps([target.name for target in targets], UV_MAP, settings.unwrap)
     return [
-        f"the UV map {UV_MAP!r} of {_quoted(kept)} is used as it is, although it was made otherwise than by unwrap "
+        f"the UV map {UV_MAP!r} of {quoted(kept, NAMED)} is used as it is, although it was made otherwise than by unwrap "
         f"{settings.unwrap!r}; remove it to get a new one (Remove Bake: UV Maps)"
     ] if kept else []  # fmt: skip
 
@@ -223,10 +220,10 @@ def _warn_of_properties(targets, settings: Settings) -> list[str]:
     laid_out = settings.atlas is not None and settings.uv_map is None
     denser = [item.name for item in items if not laid_out and density_factor(item) != 1]
     return [
-        f"{_quoted(sized)}: a resolution of its own (property {RESOLUTION}) changes nothing in an atlas; give it a "
+        f"{quoted(sized, NAMED)}: a resolution of its own (property {RESOLUTION}) changes nothing in an atlas; give it a "
         f"density factor (property {DENSITY}) instead"
     ] * bool(sized) + [
-        f"{_quoted(denser)}: a density factor (property {DENSITY}) changes nothing without an atlas whose UV map is made "
+        f"{quoted(denser, NAMED)}: a density factor (property {DENSITY}) changes nothing without an atlas whose UV map is made "
         "by the bake"
     ] * bool(denser)
 
@@ -251,7 +248,7 @@ def _warn_of_sharing(view_layer, targets, settings: Settings) -> list[str]:
                 if settings.target == Target.IMAGE and settings.atlas is None
                 else f"all show the colors of {first!r}"
             )
-            warnings.append(f"mesh {mesh!r} is shared by {_quoted(users[mesh])}: {shown}; make "
+            warnings.append(f"mesh {mesh!r} is shared by {quoted(users[mesh], NAMED)}: {shown}; make "
                             "it single-user (--single-user) to give each its own")
     return warnings
 

@@ -65,10 +65,10 @@ class UnfitSheets:
         return replace(self._every, some=some), number
 
     def warnings(self) -> list[str]:
-        """One for each target with enough such texels, after all tiles were added."""
+        """One of all targets with enough such texels, if there are any, after all tiles were added."""
         cells = _MeasuredCells.join(self._borders)
         sheets, number = self._numbered(cells.texel)
         parts = TexelParts(cells.part, cells.middle)
         self._texels.add(cells.judged(crowded_shares(sheets, parts, number, cells.island)))
-        every = (unfit_warning(name, *self._texels.shares(i)) for i, name in enumerate(self._names))
-        return [text for text in every if text]
+        found = [(name, *self._texels.shares(i)) for i, name in enumerate(self._names)]
+        return list(filter(None, [unfit_warning(found)]))

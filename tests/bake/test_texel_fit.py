@@ -12,7 +12,7 @@ from radiosity_addon.bake.shown import Sheets, Stencils
 from radiosity_addon.bake.texel_fit import EQUAL, Known, fit_texels
 from radiosity_addon.bake.texel_parts import anchored_texels, shows_own, texel_parts
 from radiosity_addon.bake.texels import texel_receivers
-from radiosity_addon.bake.unfit import UnfitCells, UnfitTexels, crowded_shares, unfit_warning
+from radiosity_addon.bake.unfit import UnfitCells, UnfitTexels, crowded_shares
 
 SIZE = 24  # texels of an image's edge
 QUAD = np.array([(0, 1, 2), (0, 2, 3)])
@@ -233,9 +233,6 @@ def test_texels_of_crowded_and_thin_islands_are_counted(parts):
     part = np.array([1, 0.6, 0.4, 1, 0.5])
     count, shared, thin = unfit_shares(texel, island, part, part, np.zeros(5), parts=parts)
     assert (count, shared, thin) == (2, pytest.approx(1 / 3.5), pytest.approx(0.5 / 3.5))
-    text = unfit_warning("Wall", count, shared, thin)
-    assert "2 texels" in text and "29 % of the surface" in text and "14 %" in text
-    assert unfit_warning("Wall", 5, 0.004, 0.005) == ""
 
 
 def test_a_place_shows_its_own_island_where_no_texel_is_of_another():

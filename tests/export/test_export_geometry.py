@@ -154,6 +154,21 @@ def test_unsound_faces_are_left_out_with_a_warning(blender, export):
     )
 
 
+@pytest.mark.parametrize("count, told", [
+    (1, 'object "Broken0": 1 triangles'),
+    (2, 'objects "Broken1", "Broken0": 3 triangles'),
+    (5, 'objects "Broken4", "Broken3", "Broken2" and 2 more: 15 triangles'),
+])  # fmt: skip
+def test_triangles_left_out_of_several_objects_are_told_at_once(blender, export, count, told):
+    """Each object has one more without area than the one before."""
+    for number in range(count):
+        mesh = blender.data.meshes.new("Broken")
+        points = [(0, 0, 0), (0, 1, 0), *((x, 0, 0) for x in range(1, number + 3))]
+        mesh.from_pydata(points, [], [(0, 1, 2), *((0, 2, 3 + k) for k in range(number + 1))])
+        add_object(blender, f"Broken{number}", mesh)
+    assert [text for text in export().warnings if "left out" in text] == [f"{told} without area left out"]
+
+
 @pytest.mark.parametrize("value, reason", [(np.nan, "NaN"), (1.0, "no faces with area")])
 def test_an_object_is_left_out_for_what_its_vertices_are(blender, export, value, reason):
     add_plane(blender, "Floor")
