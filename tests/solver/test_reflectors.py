@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from radiosity_addon.settings import Settings
 from radiosity_addon.solver.adaptive.plan import make_plan
 from radiosity_addon.solver.adaptive.requests import build_replicate
+from radiosity_addon.solver.adaptive.solve_cache import SolveCache
 from radiosity_addon.solver.gather.lighting import Aim, add_gathered, no_light
 from radiosity_addon.solver.gather.reflectors import _lights
 from radiosity_addon.solver.geometry.footprints import build_footprints
@@ -16,6 +18,7 @@ from radiosity_addon.solver.lights.flat_shapes import RECTANGLE
 from radiosity_addon.solver.lights.polygons import lamp_polygons
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import SunLamp
+from radiosity_addon.solver.sequence import solve
 from verification import meshes
 
 RAYS = 32
@@ -114,6 +117,16 @@ def test_reflectors_that_bring_most_light_light_rows_too():
     usual = light[light < 10 * np.median(light)]
     assert len(usual) > 0.99 * len(light)
     assert usual.std() < 0.3 * usual.mean()
+
+
+def test_a_solve_that_was_kept_gives_the_same_light_again():
+    """What is known of reflectors is found anew, and not added to what it was before."""
+    scene, _ = room_with_a_sunbeam()
+    receivers, kept, settings = meshes.triangle_receivers(scene, 1), SolveCache(), Settings(error=0.2, threads=1)
+    first = solve(scene, receivers, settings, cache=kept)
+    again = solve(scene, receivers, settings, cache=kept)
+    assert again.statistics.rays < first.statistics.rays
+    assert np.array_equal(first.indirect, again.indirect)
 
 
 def test_a_light_of_few_cells_is_divided():

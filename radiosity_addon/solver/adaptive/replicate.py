@@ -70,6 +70,7 @@ class Replicate:
     placed: PlacedReceivers
     requirements: Requirements
     error: float  # relative, that the bake is for
+    taken: Radiosity | None = None  # as it was before reflectors were found
     radiosity: Radiosity | None = None  # that rays look up
     row_radiosity: np.ndarray | None = None  # (n, channels) of receivers' patches, by their rows
     reflectors: Reflectors | None = None  # with these radiosities
@@ -156,6 +157,7 @@ class Replicate:
 
     def take(self, radiosity: Radiosity) -> SolveFigures:
         """Gather with these radiosities from now on."""
+        self.taken = radiosity
         self.reflectors, radiosity = find_reflectors(
             self.split.reflected, radiosity, (self.context.seed, Stream.REFLECTORS, self.number)
         )
@@ -173,8 +175,7 @@ class Replicate:
         if self.residuals is not None:
             self._use_gathered()
         self.placed, self.lessons = placed(self.context, receivers, tile), []
-        self.residuals = self.correction = None
-        self.found_on_elements = 0.0
+        self.residuals, self.correction, self.found_on_elements = None, None, 0.0
         self.light = no_light(self.placed.count, self.context.channels)
 
     def _key(self, *key: int) -> tuple[int, ...]:
@@ -200,8 +201,7 @@ class Replicate:
 
     def _gathered_light(self) -> tuple[np.ndarray, np.ndarray]:
         """(R, channels) mean irradiance that rays brought to receivers, and (R,) these' shares of the surface."""
-        gathered = self.light.bounced / np.maximum(self.light.rays, 1)
-        return gathered, area_shares(self.placed.footprints.area)
+        return self.light.bounced / np.maximum(self.light.rays, 1), area_shares(self.placed.footprints.area)
 
     def add(
         self, direct: Samples, gathered: Samples, step: int, guide: Guide | None, learn: bool

@@ -80,11 +80,11 @@ class TakeRadiosity:
 
 @dataclass(frozen=True)
 class GiveRadiosity:
-    """The radiosities of now."""
+    """The radiosities as they were solved."""
 
     def answer(self, replicate: Replicate) -> Radiosity:
-        """The replicate's."""
-        return replicate.radiosity
+        """The replicate's, which may take them again."""
+        return replicate.taken
 
 
 @dataclass(frozen=True)

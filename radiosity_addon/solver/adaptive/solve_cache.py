@@ -19,7 +19,7 @@ from ..materials.channels import channels_of
 from ..receivers import Receivers
 from ..sampling.streams import Stream
 from ..scene import Lamp, Scene, lamp_color, sides
-from ..transport.lit_patches import light_points
+from ..transport.lit_patches import light_points, light_receivers
 from ..transport.radiosity import Radiosity, solve_rows
 from .plan import Plan
 
@@ -142,8 +142,12 @@ def relit(
             found = sum(block.onward.light(context, (*key, number, 1))) / block.rays
         sky = block.sky * (unit / context.unit)
         blocks.append(replace(block, patches=patches, sky=sky, found=found))
-    transport = replace(radiosity.transport, blocks=tuple(blocks))
-    return solve_rows(context, radiosity.patches, transport, tolerance)
+    transport, own = replace(radiosity.transport, blocks=tuple(blocks)), radiosity.patches.receivers
+    other_lit = None
+    if own is not None:
+        lit = light_receivers(context, own.footprints, transport.samples.patch_points, (*key, len(blocks)))
+        other_lit = lit.lit.astype(np.float32)
+    return replace(solve_rows(context, radiosity.patches, transport, tolerance), other_lit=other_lit)
 
 
 def _as_fine(kept: Plan, asked: Plan) -> bool:

@@ -111,7 +111,7 @@ def varied_patches(
             context, own.footprints, bright, BRIGHT_POINTS, (*key, 17)
         )
         varied[bright] |= (brightness > BRIGHT * unit) & (noise > VARIED * unit)
-    return varied, lit.lit
+    return varied, lit.lit.astype(np.float32)
 
 
 def extended(
