@@ -20,6 +20,7 @@ from .job import Job
 from .sheets import rect_of
 
 LEAST = 0.01  # share [of an image]: a window with less is taken to have that much
+LOOSE = 0.25  # share [of a window] that faces are taken to cover, at least, when it is cut: islands may lie close together
 
 
 @dataclass(frozen=True)
@@ -77,9 +78,9 @@ def tiles_of(job: Job, tiling: Tiling) -> list[list[Window]]:
         return []
     tiles, room = [], 0
     for index in _by_sheet(job):
-        own = replace(tiling, tile=int(tiling.tile / shares[index]))
+        own = replace(tiling, tile=int(tiling.tile / max(shares[index], LOOSE)))
         for each in windows_of(index, rects[index], own):
-            texels = _covered_texels([each], shares[index : index + 1])
+            texels = each.width * each.height * shares[index]
             if not tiles or texels > room:
                 tiles.append([])
                 room = tiling.tile

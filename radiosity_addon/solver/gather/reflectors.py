@@ -31,9 +31,7 @@ FAR = 4.0  # distance [lengths of a patch] from which on it is sampled as a ligh
 # Numbers [points of a patch that may be a reflector, of all of these, of one at most] at which their direct light is found: a power of
 # two, at least the first. What few reflectors are off by, all places are.
 POINTS, MANY, MOST = 64, 1 << 16, 4096
-NEAR = 2.0  # distance [lengths of a patch] of a reflector within which patches are looked at again whose few points were dark
-
-
+NEAR = 2.0  # distance [lengths of a patch] of a reflector within which patches are looked at, too, whose few points were dark
 MAIN = 0.25  # share [of the direct light that is reflected] of all reflectors: from it on they are lights to rows, too
 
 
@@ -78,7 +76,7 @@ def find_reflectors(
 ) -> tuple[Reflectors | None, Radiosity]:
     """The reflectors of a scene under the lights of ``context``, None where there are none or too many, and the radiosity
     with what is known better of them. There are none in scenes with objects that some rays do not meet, or that transmit: lights
-    know no such rays."""
+    know no such rays. Where they bring most of the light, the radiosity is solved again with them as lights."""
     patches = radiosity.patches
     if radiosity.transport is None or patches.receivers is None:
         return None, radiosity
@@ -96,7 +94,7 @@ def find_reflectors(
     distance[some] = FAR * patches.receivers.length[some]
     cells, far = own.start[owner] + offset, distance[owner].astype(float)
     found = Reflectors(_lights(own, cells, radiosity.reflected[owner] / np.pi, far), patches.avoided_at(distance))
-    if own.area[some] @ lit[bright].mean(axis=1) < MAIN * _reflected_directly(radiosity):
+    if own.area[some] @ lit[bright].mean(axis=1) < MAIN * _reflected_directly(radiosity, seen, lit):
         return found, radiosity
     found = replace(found, context=context.under(context.sources.with_polygons(found.lights)))
     radiosity = _lit_again(found, context, radiosity, seen, lit, key)
@@ -104,11 +102,14 @@ def find_reflectors(
     return replace(found, lights=_lights(own, cells, color, far)), radiosity
 
 
-def _reflected_directly(radiosity: Radiosity) -> float:
-    """The power of direct light that the patches of receivers reflect, by their rows."""
+def _reflected_directly(radiosity: Radiosity, some: np.ndarray, lit: np.ndarray) -> float:
+    """The power of direct light that the patches of receivers reflect, by their rows, but for the patches ``some`` (k,) int: these
+    reflect ``lit`` (k, channels)."""
     area, row = radiosity.patches.receivers.footprints.area, radiosity.transport.row
-    own = np.flatnonzero(row[: len(area)] >= 0)
-    return float(area[own] @ radiosity.transport.joined("lit")[row[own]].mean(axis=1))
+    own, power = np.flatnonzero(row[: len(area)] >= 0), np.zeros(len(area))
+    power[own] = radiosity.transport.joined("lit")[row[own]].mean(axis=1)
+    power[some] = lit.mean(axis=1)
+    return float(area @ power)
 
 
 def _lit_again(
