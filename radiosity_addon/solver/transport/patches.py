@@ -94,7 +94,7 @@ class Patches:
     def hit(self, hits: Hits, near_goes_onward: bool = False) -> np.ndarray:
         """(n,) int32 entries of hits; the miss where nothing was hit. Where ``near_goes_onward``, the entry is
         onward where a ray ends on a patch, or an element, from so near that a part of it counts more than
-        the rest: its mean is not what arrives."""
+        the rest: its mean is not what arrives. Such rays avoid what is ``avoided``, or all rays do."""
         entry = self.at(hits.triangle, hits.u, hits.v, hits.front)
         if self.avoided is not None:
             avoids = near_goes_onward or self.avoided.by_all
@@ -123,8 +123,9 @@ class Patches:
         return Avoided(far, onward)
 
     def with_all_counted(self) -> Patches:
-        """The same for rays that start where the avoided patches are not sampled: to these rays they bring light."""
-        if self.avoided is None:
+        """The same for rays that start where the avoided patches are not sampled: to these rays they bring light. Those that all
+        rays avoid are sampled everywhere."""
+        if self.avoided is None or self.avoided.by_all:
             return self
         everywhere = np.full_like(self.avoided.distance, np.inf)
         return replace(self, avoided=replace(self.avoided, distance=everywhere))
