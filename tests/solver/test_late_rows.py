@@ -8,7 +8,7 @@ import pytest
 from radiosity_addon.solver.gather.lighting import MOST_RAYS, batches_of
 from radiosity_addon.solver.lights.context import build_context
 from radiosity_addon.solver.progress import silent
-from radiosity_addon.solver.transport.onward import Ends, _resampled, ends_of, go_on
+from radiosity_addon.solver.transport.onward import Ends, _resampled, ends_of, go_on, thinned
 from radiosity_addon.solver.transport.places import Places
 from radiosity_addon.solver.transport.rays import Met, sums_of
 from verification import meshes
@@ -159,3 +159,23 @@ def test_fewer_rays_stand_for_all_of_an_owner(by_chance):
             fewer = expected[each, 0] / before[owner == each].mean()
             assert (found.owner == each).sum() < fewer + 1
     assert (np.abs(means - weight) <= 5 * np.sqrt(weight / trials)).all()
+
+
+def test_thinned_rays_stand_for_all():
+    """A third of each owner's rays, rounded up, with the sum of all weights; and each ray as often as its weight asks for.
+    Those that bring nothing are left out."""
+    random = np.random.default_rng(3)
+    owner = random.permutation(np.repeat(np.arange(6), [1, 2, 3, 4, 9, 30]))
+    weight = random.uniform(0.2, 1, (len(owner), 1))
+    weight[owner == 0] = 0
+    number = np.arange(len(owner), dtype=np.int32)
+    places = Places(number, number, *np.zeros((2, len(owner))), np.ones(len(owner), bool))
+    ends = Ends(owner, places, weight, np.zeros((len(owner), 3), np.float32))
+    mean, seeds = np.zeros(len(owner)), 2000
+    for seed in range(seeds):
+        few = thinned(ends, 1 / 3, (seed,))
+        assert (np.bincount(few.owner) <= [0, 1, 1, 2, 3, 10]).all()
+        assert np.allclose(sums_of(few.owner, few.weight, 6), sums_of(owner, weight, 6))
+        mean += np.bincount(few.places.entry, few.weight[:, 0], len(owner)) / seeds
+    lit = owner > 0
+    assert np.abs(mean[lit] / weight[lit, 0] - 1).max() < 5 * np.sqrt(3 / seeds / 0.2)

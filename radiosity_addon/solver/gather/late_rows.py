@@ -3,7 +3,7 @@
 The linear system has rows for those patches that rays of a sample of the receivers met, and for those
 that rays of these rows met. Of the rays that are gathered later, one in a few hundred ends on a patch
 without a row, as in a pocket of its own: that patch gets a row then, and the new rows alone are solved.
-Rays that end on no patch are followed further (``onward``).
+Of the rays that end on no patch some are followed further (``onward``).
 """
 
 from __future__ import annotations
@@ -14,11 +14,14 @@ from functools import partial
 import numpy as np
 
 from ..lights.context import Context
-from ..transport.onward import Ends, follow_in_chunks, join_ends
+from ..transport.onward import Ends, follow_in_chunks, join_ends, thinned
 from ..transport.radiosity import Radiosity
 from ..transport.solve_patches import extended
 from .gather import follow_onward, light_at
 
+# Share [of a receiver's rays that ended on no patch] that are followed, for all of them: one of these takes as long as
+# twenty of the others. Measured: square of the error times time, of the kitchen, with all of them 1.3, half 1.2, a third 1.
+FOLLOWED = 1 / 3
 PHASE = "gather"
 
 
@@ -31,7 +34,8 @@ def light_of_unknown(
     follow = partial(_follow, context, radiosity.table())
     bounced, first = np.zeros((2, count, context.channels))
     ends = [unknown.take(~onward)]
-    for owners, found in follow_in_chunks(context, follow, unknown.take(onward), key, PHASE):
+    rays = thinned(unknown.take(onward), FOLLOWED, (*key, 4))
+    for owners, found in follow_in_chunks(context, follow, rays, key, PHASE):
         light, first_hand, rest = found
         bounced[owners] += light
         first[owners] += first_hand

@@ -28,6 +28,7 @@ LAST_BOUNCES = 6  # number [bounces] after which Russian roulette ends the last 
 NEAR_BOUNCES = 24  # number [bounces] of rays that go on from near patches, too, after which both hold for these
 BACK = 4 * OFFSET  # distance [unit box] before its end at which a ray goes on; of a short ray half of its length
 FOLLOWED_PER_CHUNK = 1 << 15  # number [rays] of a chunk
+TINY = 1e-300  # weight: keeps quotients finite
 PHASE = "transport"
 
 
@@ -220,21 +221,30 @@ def _reflected(context: Context, rays: Ends) -> Ends:
 
 
 def _resampled(rays: Ends, before: Ends, by_chance: bool, key: tuple[int, ...]) -> Ends:
-    """A sample of the ``rays`` that stands for all of them, drawn at equal steps of their weights (systematic
+    """A sample of the ``rays`` that stands for all of them: as many of each owner's as make these about as large as
+    ``before`` they were reflected, rounded up, or ``by_chance``: then there may be none."""
+    count = int(before.owner.max()) + 1
+    total, before_total = (np.bincount(each.owner, each.weight.max(axis=1, initial=0), count) for each in (rays, before))
+    left = np.bincount(before.owner, minlength=count) * (total / np.maximum(before_total, TINY))
+    return _drawn(rays, left if by_chance else np.ceil(left), key)
+
+
+def thinned(rays: Ends, share: float, key: tuple[int, ...]) -> Ends:
+    """A sample of the ``rays`` that stands for all of them: the ``share`` of each owner's, rounded up."""
+    rays = rays.take(np.flatnonzero(rays.weight.max(axis=1, initial=0)))
+    return _drawn(rays, np.ceil(share * np.bincount(rays.owner)), key)
+
+
+def _drawn(rays: Ends, left: np.ndarray, key: tuple[int, ...]) -> Ends:
+    """A sample of about ``left`` (owners,) of each owner's ``rays``, drawn at equal steps of their weights (systematic
     resampling; Douc and Cappé 2005, section 2.4). Each owner keeps the sum of its weights, so that even light has no
-    noise; and as many rays as make these about as large as ``before`` they were reflected, rounded up, or
-    ``by_chance``: then there may be none."""
+    noise."""
     rays = rays.take(np.argsort(rays.owner, kind="stable"))
     weight = rays.weight.max(axis=1, initial=0)
     first = np.flatnonzero(np.diff(rays.owner, prepend=-1))
     number = np.diff(np.append(first, len(weight)))
     owner = np.repeat(np.arange(len(first)), number)
-    total = np.bincount(owner, weight)
-    sizes = before.weight.max(axis=1, initial=0)
-    before_total, before_number = (np.bincount(before.owner, each)[rays.owner[first]] for each in (sizes, None))
-    left = before_number * (total / before_total)
-    if not by_chance:
-        left = np.ceil(left)
+    total, left = np.bincount(owner, weight), left[rays.owner[first]]
     until = np.cumsum(weight)
     start = until[first] - weight[first]
     steps = (until - start[owner]) * (left / total)[owner] + uniform((len(first),), *key, 1)[owner]
