@@ -28,7 +28,7 @@ LAST_BOUNCES = 6  # number [bounces] after which Russian roulette ends the last 
 NEAR_BOUNCES = 24  # number [bounces] of rays that go on from near patches, too, after which both hold for these
 BACK = 4 * OFFSET  # distance [unit box] before its end at which a ray goes on; of a short ray half of its length
 FOLLOWED_PER_CHUNK = 1 << 15  # number [rays] of a chunk
-TINY = 1e-300  # weight: keeps quotients finite
+TINY = 1e-300  # weight [of an owner's rays], at least, so that quotients are finite
 PHASE = "transport"
 
 
