@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bake.layers import FARTHEST, within_range
+from ..figures import quoted
 from .material_slots import Palette, slot_keys
 from .mesh_arrays import sound_triangles
 from .parts import Part, is_mirrored, world_vertices
-from .remarks import some_names
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def _unsound_warnings(unsound: dict[str, np.ndarray]) -> list[str]:
         worst = sorted(counts, key=counts.get, reverse=True)
         if worst:
             start = "objects" if len(worst) > 1 else "object"
-            warnings.append(f"{start} {some_names(worst)}: {sum(counts.values())} triangles {fault} left out")
+            warnings.append(f"{start} {quoted(worst)}: {sum(counts.values())} triangles {fault} left out")
     return warnings
 
 

@@ -10,12 +10,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..figures import quoted
 from ..settings import Pass, Settings
 from ..solver.scene import Material
 from .colors import NO_LIGHT, Color, NotSimple, constant, extremes, sound, to_field, values
 from .images import working_space_is_rec709
 from .parts import material_key
-from .remarks import bare_remarks, fed_back_remarks, material_remarks, moved_remarks, some_names
+from .remarks import bare_remarks, fed_back_remarks, material_remarks, moved_remarks
 from .shaders import SurfaceShader, read_sides
 from .sockets import Reader
 
@@ -153,8 +154,8 @@ def _misdirected(palette: Palette, settings: Settings) -> list[str]:
     return [
         f"metals, gloss and coatings mirror up to {100 * max(shares.values()):.0f} % of the light. In the bake, this light "
         "goes on in all directions, as from matte surfaces. The estimated error does not include what that changes. "
-        f"Materials: {some_names(list(shares))}",
-        *([f"materials that mostly mirror are dark in the bake, which shows the diffuse part alone: {some_names(mirrors)}"]
+        f"Materials: {quoted(list(shares))}",
+        *([f"materials that mostly mirror are dark in the bake, which shows the diffuse part alone: {quoted(mirrors)}"]
           if mirrors else []),
     ]
 
@@ -168,12 +169,12 @@ def _left_out(palette: Palette, settings: Settings) -> list[str]:
     }
     said = []
     if mirrors:
-        said.append(f"of materials that mostly mirror, only the diffuse part is solved: {some_names(mirrors)}")
+        said.append(f"of materials that mostly mirror, only the diffuse part is solved: {quoted(mirrors)}")
     if coated:
         said.append(
             f"glossy bounces are off: the light that coatings mirror, up to {100 * max(coated.values()):.0f} %, is left out. "
             "Indirect light is darker than in Cycles by about as much, and by more in bright closed rooms. The estimated "
-            f"error does not include that. Materials: {some_names(list(coated))}"
+            f"error does not include that. Materials: {quoted(list(coated))}"
         )
     return said
 

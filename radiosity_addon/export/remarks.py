@@ -9,12 +9,12 @@ import numpy as np
 
 from ..bake.bake_notes import read_made
 from ..bake.image import MARK
+from ..figures import quoted
 from .colors import INFINITE
 from .images import is_missing
 from .sockets import source, uses_nodes
 
 MAX_DEPTH = 16  # depth [groups in groups], at most
-NAMED = 3  # number [names] of many objects or materials that a warning has
 TRANSLUCENT = "ShaderNodeBsdfTranslucent"
 # By type of node, the property that names the attribute that it shows.
 NAME_OF_ATTRIBUTE = {"ShaderNodeVertexColor": "layer_name", "ShaderNodeAttribute": "attribute_name"}
@@ -73,7 +73,7 @@ def library_remarks() -> list[str]:
             if item.is_missing and item.library is not None:
                 lost.setdefault(item.library.filepath, []).append(item.name)
     return [
-        f"linked data is missing and takes no part in the bake: {some_names(list(dict.fromkeys(names)))}, from {path}, a file "
+        f"linked data is missing and takes no part in the bake: {quoted(list(dict.fromkeys(names)))}, from {path}, a file "
         "that is not there or no longer contains it. Find it by File > External Data > Find Missing Files, or reload it"
         for path, names in lost.items()
     ]
@@ -110,7 +110,7 @@ def bare_remarks(parts) -> list[str]:
     names = list(dict.fromkeys(
         part.name for part in parts if any(m is None for m in _used_materials(part))
     ))  # fmt: skip
-    return [f"faces without material are gray, as in Cycles; objects: {some_names(names)}"] * bool(names)
+    return [f"faces without material are gray, as in Cycles; objects: {quoted(names)}"] * bool(names)
 
 
 def bent_remarks(materials) -> list[str]:
@@ -118,7 +118,7 @@ def bent_remarks(materials) -> list[str]:
     names = [material.name for material in materials]
     return [
         "vertex colors do not show normal and bump maps; bake images to show them; "
-        f"materials: {some_names(names)}"
+        f"materials: {quoted(names)}"
     ] * bool(names)
 
 
@@ -127,7 +127,7 @@ def moved_remarks(materials) -> list[str]:
     names = [m.name for m in materials if _has_displacement(m) and m.displacement_method != "BUMP"]
     return [
         "displacement maps do not move surfaces in the bake; apply them as modifiers; materials: "
-        f"{some_names(names)}"
+        f"{quoted(names)}"
     ] * bool(names)
 
 
@@ -164,16 +164,10 @@ def _has_displacement(material) -> bool:
 def blurred_remark(name: str, materials, lost: float) -> str:
     """Of an object whose materials Cycles has to evaluate, in pictures that lack so much of their detail, relative."""
     return (
-        f'object "{name}": Cycles evaluates its materials, {some_names(list(materials))}, in a picture that is too coarse for '
+        f'object "{name}": Cycles evaluates its materials, {quoted(list(materials))}, in a picture that is too coarse for '
         f"the image: its colors are about {100 * lost:.2g} % off. Use image textures, bake without the color pass, or bake a "
         "larger image: up to about 1024² the picture gets finer with it"
     )
-
-
-def some_names(names: list[str]) -> str:
-    """The first few of them, and how many more there are."""
-    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
-    return ", ".join(f'"{name}"' for name in names[:NAMED]) + more
 
 
 def _used_materials(part) -> set:

@@ -149,15 +149,15 @@ def test_unsound_faces_are_left_out_with_a_warning(blender, export):
     assert len(exported.scene.triangles) == 1
     assert np.all(np.isfinite(exported.scene.vertices))
     assert exported.warnings[:2] == (
-        'object "Broken": 2 triangles with vertices that are NaN, infinite or beyond 1e+18 left out',
-        'object "Broken": 1 triangles without area left out',
+        "object 'Broken': 2 triangles with vertices that are NaN, infinite or beyond 1e+18 left out",
+        "object 'Broken': 1 triangles without area left out",
     )
 
 
 @pytest.mark.parametrize("count, told", [
-    (1, 'object "Broken0": 1 triangles'),
-    (2, 'objects "Broken1", "Broken0": 3 triangles'),
-    (5, 'objects "Broken4", "Broken3", "Broken2" and 2 more: 15 triangles'),
+    (1, "object 'Broken0': 1 triangles"),
+    (2, "objects 'Broken1', 'Broken0': 3 triangles"),
+    (5, "objects 'Broken4', 'Broken3', 'Broken2' and 2 more: 15 triangles"),
 ])  # fmt: skip
 def test_triangles_left_out_of_several_objects_are_told_at_once(blender, export, count, told):
     """Each object has one more without area than the one before."""
@@ -246,7 +246,7 @@ def test_what_a_missing_library_held_is_named(blender, export, tmp_path):
     library.unlink()
     blender.ops.wm.open_mainfile(filepath=str(scene))
     (text,) = [each for each in export().warnings if "library.blend" in each]
-    assert '"Lost"' in text and "missing" in text
+    assert "'Lost'" in text and "missing" in text
     (*_, (name, reason)) = export(objects=("Lost", "Plane")).skipped
     assert name == "Lost" and "library.blend" in reason
     blender.data.objects.remove(blender.data.objects["Plane"])

@@ -199,12 +199,12 @@ def test_what_has_a_direction_is_named(blender, export):
         material.name = name
         add_plane(blender, name, material=material)
     (text,) = said(error=0.03)
-    assert '"Lacquer"' in text and '"Steel"' in text and "Dull" not in text
+    assert "'Lacquer'" in text and "'Steel'" in text and "Dull" not in text
     assert not said(error=0.03, passes=("direct", "color"))
     (text,) = said(error=0.1)
     assert "Lacquer" not in text
     (text,) = said(error=0.01)
-    assert '"Dull"' in text
+    assert "'Dull'" in text
 
 
 def test_what_is_left_out_is_named_where_gloss_is_off(blender, export):
@@ -219,7 +219,7 @@ def test_what_is_left_out_is_named_where_gloss_is_off(blender, export):
     steel.name = "Steel"
     add_plane(blender, "Steel", material=steel)
     assert any("mostly mirror" in w for w in export(glossy_bounces=False).warnings)
-    assert [w for w in export(error=0.03).warnings if w.endswith('part alone: "Steel"')]
+    assert [w for w in export(error=0.03).warnings if w.endswith("part alone: 'Steel'")]
 
 
 def furnace(blender, plane, cosines, samples) -> np.ndarray:

@@ -175,8 +175,8 @@ def test_faces_without_material_are_named_once(blender, export):
         add_plane(blender, f"Bare {number}")
     add_plane(blender, "Painted", material=diffuse(blender))
     said = [w for w in export().warnings if "without material" in w]
-    assert said == ['faces without material are gray, as in Cycles; objects: "Bare 0", "Bare 1", '
-                    '"Bare 2" and 2 more']  # fmt: skip
+    assert said == ["faces without material are gray, as in Cycles; objects: 'Bare 0', 'Bare 1', "
+                    "'Bare 2' and 2 more"]  # fmt: skip
 
 
 def test_cyclic_tree_is_named_and_read(blender, export):
@@ -230,7 +230,7 @@ def test_maps_that_bend_the_surface_are_named(blender, export):
     for material in (matte, moved, idle):
         add_plane(blender, material=material)
     (found,) = [w for w in export().warnings if "bump" in w]
-    assert found.endswith('materials: "Brick", "Sand"')
+    assert found.endswith("materials: 'Brick', 'Sand'")
 
 
 def test_nothing_is_said_of_flat_materials(blender, export):

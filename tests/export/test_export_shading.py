@@ -120,7 +120,7 @@ def test_vertex_colors_say_that_they_do_not_show_maps(blender, export):
     exported = export()
     assert exported.objects[0].texel_normals is None
     [warning] = [text for text in exported.warnings if "normal and bump maps" in text]
-    assert '"Mapped"' in warning and "bake images" in warning
+    assert "'Mapped'" in warning and "bake images" in warning
 
 
 @pytest.mark.parametrize("method, warned", [("BUMP", False), ("BOTH", True)])
