@@ -11,7 +11,7 @@ import numpy as np
 from ..geometry.triangles import Geometry
 from ..scene import Scene
 from .light_batch import LightBatch
-from .light_tree import morton_order
+from .light_blocks import morton_order
 
 GROUPS = 256  # number [boxes around neighboring triangles] by which it is decided what lights may reach
 

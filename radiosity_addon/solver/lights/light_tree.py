@@ -16,13 +16,13 @@ import numpy as np
 from ..array_struct import ArrayStruct
 from ..geometry.vectors import columns, dot
 from ..workers.parallel import ranges
+from .light_blocks import light_blocks
 
 LEAST = 0.02  # share [of a node's power] that is always taken to leave toward a point
 SLACK = 0.25  # share [of a node's power, times its apparent size] that is added to that, as its lights face different ways
 NEAREST = 1e-6  # squared distance [unit box], at least: float32 is too coarse for smaller ones
 PLACES = 1 << 14  # number [descents] at a time: their arrays stay in the cache
 WEIGHED = 1 << 15  # number [nodes of the first level, times places] at a time: their arrays do, too
-BITS = 10  # number [bits] of each coordinate in Morton's order
 
 
 @dataclass(frozen=True)
@@ -129,33 +129,13 @@ def sample_discrete(
 def build_tree(emitters: Emitters, top: int, size: int) -> LightTree:
     """A tree whose first level has at most ``top`` nodes and whose last has ``size`` lights in
     each."""
-    count = len(emitters.front)
     brightest = max(float((emitters.front + emitters.back).max()), 1e-300)  # float32 takes no 1e39
     emitters = replace(emitters, front=emitters.front / brightest, back=emitters.back / brightest)
-    order = morton_order(emitters.center)
-    blocks = 1
-    while blocks * size < count:
-        blocks *= 2
-    lights = np.full(blocks * size, -1)
-    # Spread evenly, so that no node is nearly empty.
-    lights[(np.arange(count) * (blocks * size)) // count] = order
-    lights = lights.reshape(blocks, size)
+    lights = light_blocks(emitters.center, size)
     levels = [_nodes(emitters, lights)]
     while levels[0].count > top:
         levels.insert(0, _halved(levels[0]))
     return LightTree(tuple(levels), lights)
-
-
-def morton_order(center: np.ndarray) -> np.ndarray:
-    """(n,) int: the order of positions (n, 3) along Morton's curve, on which neighbors are near in space."""
-    low, high = center.min(axis=0), center.max(axis=0)
-    extent = max(float((high - low).max()), 1e-300)
-    voxel = ((center - low) / extent * (2**BITS - 1)).astype(np.int64)
-    code = np.zeros(len(center), np.int64)
-    for bit in range(BITS):
-        for axis in range(3):
-            code |= ((voxel[:, axis] >> bit) & 1) << (3 * bit + axis)
-    return np.argsort(code, kind="stable")
 
 
 def _nodes(emitters: Emitters, lights: np.ndarray) -> Nodes:
