@@ -1,6 +1,6 @@
 """Light blocks: lights in small groups that lie together, the leaves of a light tree.
 
-A point weighs a block by where its lights lie in the mean. One that holds a light nearby and others far away weighs next to
+A block is weighed by where its lights lie in the mean. One that holds a light nearby and others far away weighs next to
 nothing there, though the one nearby may bring nearly all light: so lamps that are apart are not cut in pieces, parts of which
 share a block.
 """
@@ -22,8 +22,8 @@ def light_blocks(center: np.ndarray, size: int) -> np.ndarray:
         blocks *= 2
     lights = np.full((blocks, size), -1)
     if count > MANY:
-        place = (np.arange(count) * (blocks * size)) // count  # spread evenly, so that no block is nearly empty
-        lights.reshape(-1)[place] = morton_order(center)
+        spread = (np.arange(count) * (blocks * size)) // count  # evenly, so that no block is nearly empty
+        lights.reshape(-1)[spread] = morton_order(center)
         return lights
     parts = [(np.arange(count), 0, blocks)]
     while parts:
