@@ -13,6 +13,7 @@ from radiosity_addon.solver.lights.light_sampler import (
     sample_lights,
 )
 from radiosity_addon.solver.lights.light_tree import Emitters, build_tree, sample_discrete
+from radiosity_addon.solver.lights.polygons import Polygons
 from radiosity_addon.solver.materials.emissive_parts import undivided
 from radiosity_addon.solver.progress import silent
 from radiosity_addon.solver.scene import AreaLamp, PointLamp
@@ -84,6 +85,19 @@ def test_choices_bring_the_sum(count, reach, uneven):
         # ``count`` lights of such powers scatters by √count and more. What uneven lamps near a
         # dark place waste, the tree does not know.
         assert uneven or values.std() < 3 * values.mean()
+
+
+def test_blocks_are_filled_up_where_the_last_light_is_of_a_larger_kind():
+    """A block of one kind of light, filled up with −1, in a scene whose last light has a number beyond that kind's: it ended a bake."""
+    few, many = (hall(count, seed=1) for count in (9, 60))
+    kind = next(k for k, batch in enumerate(few.batches) if isinstance(batch, Polygons))
+    sources = few.with_polygons(many.batches[kind])
+    mine = np.flatnonzero(few.batch == kind)
+    light = np.append(mine, -1)[:, None]
+    place = np.full((3, 1), 0.1, np.float32), np.array([[0], [0], [1]], np.float32), np.zeros(1, np.float32)
+    found = sources.importance(light, *place)
+    assert found[-1] == 0
+    np.testing.assert_array_equal(found[:-1], few.importance(mine[:, None], *place))
 
 
 def test_every_light_is_in_one_block():

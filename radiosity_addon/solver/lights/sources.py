@@ -55,7 +55,8 @@ class Sources:
         batches = np.where(light >= 0, np.take(self.batch, light), -1)
         last = int(batches.max(initial=-1))
         if last >= 0 and (batches[batches >= 0] == last).all():
-            found = self.batches[last].importance(np.take(self.index, light), position, normal, extent)
+            index = np.where(light >= 0, np.take(self.index, light), 0)
+            found = self.batches[last].importance(index, position, normal, extent)
             return np.where(light >= 0, found, 0)
         importance = np.zeros(np.broadcast_shapes(light.shape, extent.shape))
         wide = np.broadcast_to(light, importance.shape)
