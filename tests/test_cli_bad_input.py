@@ -169,7 +169,7 @@ def test_vertex_that_is_not_finite_is_warned_of(value, words, room, blender):
 
     edit(blender, room, spoil)
     warnings = warnings_of([room, *words], room.parent)
-    assert '"Box"' in warnings and "NaN, infinite" in warnings
+    assert "'Box'" in warnings and "NaN, infinite" in warnings
     assert "without area" not in warnings
 
 
