@@ -143,6 +143,13 @@ def test_what_does_not_fit_is_told(yard, tmp_path, capfd):
     assert bake(yard, tmp_path / "o.blend", "--atlas", "A", "--resolution", 128, "--density", 100) == 1
     said = capfd.readouterr().err
     assert "do not fit into one image of 128 x 128" in said and "--density" in said
+
+
+def test_what_does_not_fit_is_told_without_a_density(yard, tmp_path, capfd):
+    """Even the smallest charts have a margin around them."""
+    assert bake(yard, tmp_path / "o.blend", "--atlas", "A", "--resolution", 16, "--margin", 16) == 1
+    said = capfd.readouterr().err
+    assert "do not fit into one image of 16 x 16 texels at a margin of 16" in said and "--density" not in said
     assert not (tmp_path / "o.blend").exists()
 
 

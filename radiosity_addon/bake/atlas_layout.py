@@ -149,10 +149,10 @@ def _too_large(names, parts, tried: list[Packed], settings) -> str:
     width, height = settings.size
     most = max(used / edge for each in tried for used, edge in zip(each.extent, settings.size))
     images = "one image" if len(parts) == 1 else f"{len(parts)} images"
-    asked = f"{settings.density:g} texels per meter and a margin of {settings.margin}"
-    lower = f"lower --density (about {0.9 * (settings.density or 0) / most:.2g} fit) or --margin"
-    if settings.density is None:
-        asked, lower = f"a margin of {settings.margin}", "lower --margin"
+    asked, lower = f"a margin of {settings.margin}", "lower --margin"
+    if settings.density is not None:
+        asked = f"{settings.density:g} texels per meter and {asked}"
+        lower = f"lower --density (about {0.9 * settings.density / most:.2g} fit) or --margin"
     return (
         f"the charts of {len(names)} objects do not fit into {images} of {width} x {height} texels "
         f"at {asked}: they take {most:.3g} times an edge; {lower}, raise "
