@@ -143,6 +143,7 @@ def test_what_does_not_fit_is_told(yard, tmp_path, capfd):
     assert bake(yard, tmp_path / "o.blend", "--atlas", "A", "--resolution", 128, "--density", 100) == 1
     said = capfd.readouterr().err
     assert "do not fit into one image of 128 x 128" in said and "--density" in said
+    assert not (tmp_path / "o.blend").exists()
 
 
 def test_what_does_not_fit_is_told_without_a_density(yard, tmp_path, capfd):

@@ -115,8 +115,8 @@ def test_every_light_is_in_one_block():
 
 
 def test_a_lamp_of_several_faces_is_found_from_nearby():
-    """25 lamps of six faces each, 4 and 6 m apart. 65 cm beside each, the light of a block over the chance that it is taken
-    has a mean square of its mean's, nearly. It was up to 500 times that, where a block held one face of the lamp nearby and others far away."""
+    """25 lamps of six faces each, 4 and 6 m apart. 65 cm beside each, a block's light over the chance that it is taken has a
+    mean square of at most 1.5 times its mean, squared. It was 500 times that, where a block held one face of the lamp nearby and others far away."""
     lamps = np.stack(np.meshgrid(6.0 * np.arange(5), 4.0 * np.arange(5), [2.5]), -1).reshape(-1, 3)
     faces = 0.05 * np.vstack([np.eye(3), -np.eye(3)]) * [15, 1, 0.6]
     center = (lamps[:, None] + faces).reshape(-1, 3)
