@@ -22,11 +22,11 @@ class Asked:
     seed, passes, target_error = 0, ("direct", "indirect"), 0.03
 
 
-def furnace(reflectance: float, divisions: int = 2):
+def furnace(reflectance: float, divisions: int = 2, asked: type = Asked):
     """A box whose radiosity is 1, of which ``reflectance`` is reflected; a replicate of it, solved."""
     corners, _ = meshes.box_polygons()
     scene = meshes.scene([meshes.grid(face, 4) for face in corners], reflectance, 1 - reflectance)
-    replicate = build_replicate(scene, meshes.triangle_receivers(scene, divisions), Asked(), 1)
+    replicate = build_replicate(scene, meshes.triangle_receivers(scene, divisions), asked(), 1)
     replicate.solve(make_plan(0.03, replicate.placed.footprints.count, False))
     return replicate
 
@@ -53,6 +53,16 @@ def test_a_right_table_lacks_nothing():
         replicate.context, replicate.placed.footprints, replicate.radiosity, PATHS, 0, 5
     )
     assert np.abs(residuals.paths.lack.mean()) * replicate.context.unit < 2e-3
+
+
+@pytest.mark.parametrize(("passes", "baked"), [(("direct", "indirect"), 1.0), (("indirect",), 0.5)])
+def test_a_bias_is_told_relative_to_the_light_that_is_baked(passes, baked):
+    """Where indirect light is baked alone, direct light beside it makes no bias smaller."""
+    replicate = furnace(0.5, asked=type("Passes", (Asked,), {"passes": passes}))
+    everyone = np.arange(replicate.placed.footprints.count)
+    replicate.add([], [(everyone, 16)], 0, None, False)
+    irradiance = replicate.residuals.paths.irradiance.mean() * replicate.context.unit
+    assert irradiance == pytest.approx(baked, rel=0.02)
 
 
 def paths(lack: np.ndarray, owner: np.ndarray) -> Residuals:

@@ -1,14 +1,19 @@
 """Patches that light varies inside, of which a part is seen: rays end on none of them."""
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
 from radiosity_addon.settings import Settings
 from radiosity_addon.solver.adaptive.placed_receivers import placed
 from radiosity_addon.solver.adaptive.plan import make_plan
+from radiosity_addon.solver.scene import Sky, SunLamp
 from radiosity_addon.solver.sequence import open_scene
 from radiosity_addon.solver.transport.solve_patches import varied_patches
 from verification import meshes
 from verification.build import Build
+from verification.comparable_texels import texel_receivers
 
 LENGTH, WIDTH, HEIGHT = 4.0, 2.0, 2.5  # of a room [m]
 DEPTH, PIECES = 0.12, 10  # of a groove along its ceiling [m], and of all that is in it: number
@@ -44,3 +49,32 @@ def test_beside_a_lamp_of_many_faces_light_varies():
     width = np.ptp(corners, axis=1)
     sides = (corners[:, :, 2].max(axis=1) > HEIGHT + 0.9 * DEPTH) & (width[:, 1] < 1e-6) & (width[:, 2] > 0.9 * DEPTH)
     assert sides.sum() == 2 * PIECES * 2 * 4 and varied[sides].mean() > 0.75
+
+
+SIDE, LOW, HIGH = 8, 0.31, 0.69  # texels along each side of a floor, and what lies over the floor between these [m]
+SUN = {"lamps": (SunLamp("Sun", np.array([0, 0, -1.0]), np.ones(3)),)}
+SKY = {"sky": Sky(np.ones((1, 1, 3), np.float32))}
+
+
+@pytest.mark.parametrize(("glow", "outside"), [(0.0, SUN), (20.0, SUN), (0.0, SKY), (20.0, SKY)])
+def test_rays_read_no_texel_of_which_something_covers_a_part_that_is_lit_otherwise(glow, outside):
+    """A floor under sun or sky, and a finger's width above it a board, dark or glowing: of the texels under its rim, rays
+    from above see the part alone that lies outside."""
+    build = Build()
+    build.quad([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], build.material(0.5))
+    build.quad([(LOW, LOW, 0.01), (LOW, HIGH, 0.01), (HIGH, HIGH, 0.01), (HIGH, LOW, 0.01)], build.material(0.0, glow))
+    scene = replace(build.scene(), **outside)
+    uv = np.array([[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1.0]]])
+    receivers = texel_receivers(uv, np.arange(2), SIDE)
+    context = open_scene(scene, receivers, Settings(threads=1))
+    own = placed(context, receivers).patches(16)
+    plan = make_plan(0.03, receivers.count, True)
+    geometry = context.geometry
+    texel = np.floor(SIDE * (own.footprints.middle()[0] * geometry.scale + geometry.center))[:, :2]
+    low, high = int(LOW * SIDE), int(HIGH * SIDE)
+    inside = ((texel >= low) & (texel <= high)).all(axis=1)
+    within = ((texel > low) & (texel < high)).all(axis=1)
+    for seed in range(4):
+        varied, _ = varied_patches(context, own, plan, 0.03, (seed, 1))
+        kept = np.count_nonzero(inside & ~within & ~varied)
+        assert kept <= (0 if glow else 1) and not varied[~inside].any(), seed  # a dark corner's share is below a tenth of 3 %

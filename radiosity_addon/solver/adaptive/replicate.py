@@ -150,9 +150,9 @@ class Replicate:
         random numbers of its own: noise that chose elements is not measured again with them."""
         elements = radiosity.patches.elements.count
         context, radiosity = lit_as_rows(self.reflectors, self.split.reflected, radiosity)
+        key = (self.context.seed, Stream.RESIDUAL, purpose, elements, before, self.number, self.placed.tile)
         return follow_residual(
-            context, self.placed.footprints, radiosity, paths,
-            self.context.seed, Stream.RESIDUAL, purpose, elements, before, self.number, self.placed.tile,
+            context, self.placed.footprints, radiosity, paths, *key, direct=self.requirements.explicit
         )
 
     def take(self, radiosity: Radiosity) -> SolveFigures:

@@ -40,7 +40,7 @@ class Paths(ArrayStruct):
     """n paths from receivers."""
 
     owner: np.ndarray  # (n,) int: the receiver a path starts at
-    irradiance: np.ndarray  # (n, channels) float32: one sample of all light that is known there
+    irradiance: np.ndarray  # (n, channels) float32: one sample of all light that is known there and baked
     lack: np.ndarray  # (n, channels) float32 irradiance: what the path adds up to
 
 
@@ -68,14 +68,16 @@ class Residuals:
 
 
 def follow_residual(
-    context: Context, footprints: Footprints, radiosity: Radiosity, paths: int, *key: int
+    context: Context, footprints: Footprints, radiosity: Radiosity, paths: int, *key: int,
+    direct: bool = True,
 ) -> Residuals:
-    """``paths`` paths from receivers, as many from a receiver as its share of the area makes."""
+    """``paths`` paths from receivers, as many from a receiver as its share of the area makes. ``direct``: light that comes
+    straight from its source counts as irradiance, as it is baked, too."""
     target = (np.arange(paths) + uniform((paths,), *key, 1)) / paths * footprints.cumulative[-1]
     ends = footprints.cumulative[footprints.start[1:]]
     owners = np.minimum(np.searchsorted(ends, target, "right"), footprints.count - 1)
     table = first_hand_table(context, radiosity)
-    work = _ResidualChunk(context, footprints, radiosity.table(), table, owners, key)
+    work = _ResidualChunk(context, footprints, radiosity.table(), table, owners, direct, key)
     return join_residuals(context.map_chunks(work, ranges(paths, PATHS_PER_CHUNK), PHASE))
 
 
@@ -88,11 +90,12 @@ class _ResidualChunk:
     radiosity: Radiosity
     table: np.ndarray | None
     owners: np.ndarray
+    direct: bool
     key: tuple[int, ...]
 
     def __call__(self, chunk: slice) -> Residuals:
         return _follow(self.context, self.footprints, self.radiosity, self.table,
-                       self.owners[chunk], (*self.key, chunk.start))  # fmt: skip
+                       self.owners[chunk], self.direct, (*self.key, chunk.start))  # fmt: skip
 
 
 def join_residuals(parts: list[Residuals]) -> Residuals:
@@ -104,17 +107,20 @@ def join_residuals(parts: list[Residuals]) -> Residuals:
 
 def _follow(
     context: Context, footprints: Footprints, radiosity: Radiosity, table: np.ndarray | None,
-    owners: np.ndarray, key: tuple[int, ...],
+    owners: np.ndarray, direct: bool, key: tuple[int, ...],
 ) -> Residuals:
-    """Paths from ``owners`` (n,)."""
+    """Paths from ``owners`` (n,); ``direct`` as in ``follow_residual``."""
     count = len(owners)
     points = footprint_points(footprints, owners, uniform((count, 3), *key, 2), 1, *key)
     shot = _shoot(context, radiosity, points, 1, *key, 3)
-    known, ends = _arrived(context, radiosity, table, shot, (*key, 6), near_goes_onward=True)
+    known, first, ends = _arrived(context, radiosity, table, shot, (*key, 6), near_goes_onward=True)
+    if direct:
+        known = known + first
     if points.shade is not None:
         share = points.shade.share_of_rays(shot.directions)
         known, ends = known * share, replace(ends, weight=ends.weight * share[ends.owner])
-    known = known + _direct(context, points, (*key, 4))
+    if direct:
+        known = known + _direct(context, points, (*key, 4))
     lack = np.zeros((count, context.channels))
     visits = []
     # Where rays of the gather end on sides without a row, these get one that lacks nothing
@@ -142,17 +148,19 @@ def _shoot(context: Context, radiosity: Radiosity, points: Points, rays: int, *k
 def _arrived(
     context: Context, radiosity: Radiosity, table: np.ndarray | None, shot: Shot,
     key: tuple[int, ...], near_goes_onward: bool = False,
-) -> tuple[np.ndarray, Ends]:
-    """(R, channels) irradiance that rays bring by the table, and where the first of each of the R owners' rays ended,
+) -> tuple[np.ndarray, np.ndarray, Ends]:
+    """(R, channels) irradiance that rays bring by the table, reflected and first-hand, and where the first of each of the R owners' rays ended,
     with all that it met on its way. Those that go on do so ``near_goes_onward``, as rays of the gather; the residual
     is less noisy if they do not, and its mean is right either way."""
-    arriving, patches, (rays, count) = 0.0, radiosity.patches, shot.directions.shape[:2]
+    patches, (rays, count) = radiosity.patches, shot.directions.shape[:2]
+    reflected, emitted = np.zeros((2, count, context.channels))
     ends, onward = [], []
     for part in shot.met:
         light = np.take(radiosity.reflected, part.entry, axis=0)
+        reflected += mean_of_rays(light, part, rays, count)
         direct = first_hand(context, radiosity, table, part, shot.directions)
-        light = light if direct is None else light + direct
-        arriving = arriving + mean_of_rays(light, part, rays, count)
+        if direct is not None:
+            emitted += mean_of_rays(direct, part, rays, count)
         number = part.numbers
         for parts, some in (
             (ends, (number < count) & patches.somewhere(part.entry)),
@@ -165,10 +173,11 @@ def _arrived(
     light, first, after = follow_onward(
         context, radiosity, onward, rays * count, key, near_goes_onward
     )
-    light += first + light_at(radiosity.reflected, after, rays * count)
-    arriving = arriving + light.reshape(rays, count, -1).mean(axis=0)
+    light += light_at(radiosity.reflected, after, rays * count)
+    reflected += light.reshape(rays, count, -1).mean(axis=0)
+    emitted += first.reshape(rays, count, -1).mean(axis=0)
     ends.append(after.take(np.flatnonzero(after.owner < count)))
-    return arriving, join_ends(ends, context.channels)
+    return reflected, emitted, join_ends(ends, context.channels)
 
 
 def _step(
@@ -180,8 +189,8 @@ def _step(
     points = places.points(context.geometry, uniform((len(places.front), 3), *key, 1))
     reflectance = context.reflectance(places.triangle, places.uv, places.front)
     shot = _shoot(context, radiosity, points, NEXT_RAYS, *key, 2)
-    arriving, after = _arrived(context, radiosity, table, shot, (*key, 7))
-    arriving = arriving + _direct(context, points, (*key, 3))
+    reflected, emitted, after = _arrived(context, radiosity, table, shot, (*key, 7))
+    arriving = reflected + emitted + _direct(context, points, (*key, 3))
     known = radiosity.reflected[places.entry]
     residual = reflectance * arriving - known
     back = after.weight * (ends.weight * reflectance)[after.owner]

@@ -76,7 +76,15 @@ def mean_light(
     context: Context, footprints: Footprints, some: np.ndarray, per: int, key: tuple[int, ...]
 ) -> np.ndarray:
     """(k, channels) mean of reflectance × direct irradiance over ``per`` points on ``some`` (k,) int footprints."""
-    return _lit_at(context, _points_on(footprints, some, per, key), key)[1].mean(axis=0)
+    return lit_on(context, footprints, some, per, key)[1].mean(axis=0)
+
+
+def lit_on(
+    context: Context, footprints: Footprints, some: np.ndarray, per: int, key: tuple[int, ...]
+) -> tuple[Points, np.ndarray]:
+    """``per`` points on each of ``some`` (k,) int footprints, and reflectance × direct irradiance (per, k, channels) there."""
+    points = _points_on(footprints, some, per, key)
+    return points, _lit_at(context, points, key)[1]
 
 
 def _points_on(

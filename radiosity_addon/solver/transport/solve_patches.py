@@ -18,6 +18,7 @@ from ..lights.context import Context
 from ..sampling.points import PointSampler
 from ..scene import Scene
 from ..workers.parallel import ranges
+from .covered import lit_unlike_cover
 from .emission import emission_to_find
 from .lit_patches import LitPatches, brightness_and_noise, light_patches, light_receivers
 from .patches import Patches
@@ -111,6 +112,7 @@ def varied_patches(
             context, own.footprints, bright, BRIGHT_POINTS, (*key, 17)
         )
         varied[bright] |= (brightness > BRIGHT * unit) & (noise > VARIED * unit)
+    varied[lit_unlike_cover(context, own.footprints, tolerance, (*key, 18))] = True
     return varied, lit.lit.astype(np.float32)
 
 
