@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..gather.lighting import Lighting, Samples
-from ..sampling.guide import USEFUL, Guide, joined, make_guide
+from ..sampling.guide import USEFUL, Guide, Learning, joined, make_guide
 from .allocation import (
     MAX_SAMPLES,
     Lacking,
@@ -85,27 +85,26 @@ class Rounds:
     useful: float = USEFUL  # gain of variance from which on rays are guided
 
     def run(self, plan: Plan) -> tuple[Estimate, list[SolveFigures]]:
-        """A first round for all receivers, then more where the error is, with rays aimed by what
-        the first brought; finer elements first where the error is theirs."""
+        """A first round for all receivers, then more where the error is, with rays aimed by what the first brought; finer elements before."""
         everyone = np.arange(self.first.placed.count)
         if not self.radiosity_given:
             plan = self._solve(plan)
         direct, gathered = [(everyone, plan.points)], [(everyone, plan.rays)]
         learning, guide, learns, history = None, None, True, list[Past]()
-        settled, disputed = np.zeros(len(everyone), bool), everyone[:0]
+        settled, disputed, checked = np.zeros(len(everyone), bool), everyone[:0], False
         for step in range(MAX_ROUNDS):
             began, work = time.perf_counter(), _samples(direct, gathered)
             request, disputed = AddLight(direct, gathered, step, guide, learns, disputed), everyone[:0]
             replicates, light, estimate = self._gathered(request, plan.enough)
             pace = (time.perf_counter() - began) / max(work, 1)
             if estimate.error <= plan.enough:
-                direct, gathered = ([], []) if step else self._at_worst(estimate, plan, light)
+                direct, gathered = ([], []) if checked else self._at_single_places(estimate, plan, light, step)
+                checked = True
                 if self._pays(_samples(direct, gathered), pace):
                     continue
                 break
             if learns:
-                learning = joined(learning, *self._both(Learn()))
-                guide = make_guide(learning, self.useful)
+                learning, guide = self._learned(learning)
                 learns = guide is not None  # the first rays tell well enough whether one pays
             floor = _least_error(history, estimate, light, plan)
             excess = max(_of_elements(replicates, estimate), floor) / (ELEMENTS_SHARE * plan.goal)
@@ -143,6 +142,11 @@ class Rounds:
         self.clock.lap("gather")
         return replicates, light[0], estimate
 
+    def _learned(self, before: Learning | None) -> tuple[Learning, Guide | None]:
+        """What rays have told since and ``before``, and a guide by that, where one pays."""
+        learning = joined(before, *self._both(Learn()))
+        return learning, make_guide(learning, self.useful)
+
     def _held_out(self, light: Lighting, step: int) -> list[Lighting] | None:
         """The held-out light of both replicates after the round ``step``; None where none is."""
         chosen = self.estimator.held_out
@@ -159,12 +163,16 @@ class Rounds:
         points, rays = map(np.maximum, lacking, lacking_at_worst(estimate, plan.goal, light))
         return points, rays
 
-    def _at_worst(self, estimate: Estimate, plan: Plan, light: Lighting) -> tuple[Samples, Samples]:
-        """What those lack that are worse than they may be, where they are so many that a round pays."""
-        points, rays = lacking_at_worst(estimate, plan.goal, light)
-        few = estimate.share[(points > 0) | (rays > 0)].sum() <= UNEVEN
-        if few or self.estimator.project is not None:
+    def _at_single_places(
+        self, estimate: Estimate, plan: Plan, light: Lighting, step: int
+    ) -> tuple[Samples, Samples]:
+        """What receivers lack where the mean error is ``enough``: those that stand out, as rays of the last round may have met
+        something bright there, and, after the first round, those that are worse than they may be, where they are so many that this pays."""
+        if self.estimator.project is not None:
             return [], []
+        points, rays = lacking_at_worst(estimate, plan.goal, light)
+        if step or estimate.share[(points > 0) | (rays > 0)].sum() <= UNEVEN:
+            points, rays = np.zeros((2, len(points)))
         return _bundled((points, rays), light, None, self._at_once(estimate, light, np.zeros(0, int)))
 
     def _at_once(self, estimate: Estimate, light: Lighting, disputed: np.ndarray) -> np.ndarray:
