@@ -7,11 +7,13 @@ and beyond the outermost middles constant.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from ..solver.array_struct import ArrayStruct
 
+DENSE = 4  # factor [texels that have numbers]: where all between the first and the last are no more, a table finds them
 SEEN = 1e-6  # weight [of 1]: a texel with less is not seen at a place
 
 
@@ -52,8 +54,20 @@ class Sheets:
         texel = np.where(inside, self._first[sheet] + row * self.width[sheet] + column, -1)
         if self.some is None or not len(self.some):
             return texel if self.some is None else np.full_like(texel, -1)
+        if self._table is not None:
+            return self._table[np.clip(texel - self.some[0] + 1, 0, len(self._table) - 1)]
         at = np.minimum(np.searchsorted(self.some, texel), len(self.some) - 1)
         return np.where(self.some[at] == texel, at, -1)
+
+    @cached_property
+    def _table(self) -> np.ndarray | None:
+        """Numbers of the texels from before the first of ``some`` to behind the last, -1 of those without; None where most have none."""
+        span = int(self.some[-1] - self.some[0]) + 1
+        if span > DENSE * len(self.some):
+            return None
+        table = np.full(span + 2, -1, np.int64)
+        table[self.some - self.some[0] + 1] = np.arange(len(self.some))
+        return table
 
     def locate(self, texel: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(sheet, row, column) of texels' numbers."""

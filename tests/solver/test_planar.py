@@ -41,12 +41,13 @@ def test_areas_and_middles_of_cells():
     assert cell_middles(corners, square).tolist() == [[2.0, 2.5], [5 / 3, 2.0]]
 
 
-@pytest.mark.parametrize("far", [1, 1 << 40])
-def test_labels_ascend_without_gaps(far):
-    """The first column is foremost; keys that are too many for one number are told apart, too."""
+@pytest.mark.parametrize(("far", "times"), [(1, 1), (1, 1000), (1 << 40, 1)])
+def test_labels_ascend_without_gaps(far, times):
+    """The first column is foremost; keys that are too many for one number, or few for the things, are told apart, too."""
     one = np.array([3, 1, 3, 1, 2]) * far
     two = np.array([[0, 5], [7, -5], [0, 5], [7, -6], [0, 0]]) * far
-    assert labels(one, two).tolist() == [3, 1, 3, 0, 2]
+    found = labels(np.tile(one, times), np.tile(two, (times, 1)))
+    assert found.tolist() == times * [3, 1, 3, 0, 2]
     assert labels(one[:0], two[:0]).tolist() == []
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from radiosity_addon.solver.adaptive.correction import find_correction, regions_of
+from radiosity_addon.solver.adaptive.correction import find_correction, regions_of, usable_levels
 from radiosity_addon.solver.adaptive.plan import make_plan
 from radiosity_addon.solver.adaptive.requests import build_replicate
 from radiosity_addon.solver.gather.residual import Paths, Residuals, Visits, follow_residual
@@ -90,7 +90,7 @@ def test_a_bias_of_one_side_is_corrected_there():
     owner = random.integers(0, footprints.count, 20_000)
     true = np.where(footprints.middle()[0][:, 0] > 0, 0.2, 0.0)
     lack = true[owner] + 0.3 * random.normal(size=len(owner))
-    correction = find_correction(paths(lack, owner), regions_of(footprints, len(owner)), *even(footprints))
+    correction = find_correction(paths(lack, owner), usable_levels(regions_of(footprints), len(owner)), *even(footprints))
     found = correction.lack[correction.region, 0]
     assert np.sqrt(((found - true) ** 2).mean()) < 0.02
     assert correction.found == pytest.approx(0.2 / np.sqrt(2), rel=0.15)
@@ -103,7 +103,7 @@ def test_noise_alone_is_not_corrected_and_what_it_hides_is_told():
     random = np.random.default_rng(1)
     owner = random.integers(0, footprints.count, 2000)
     correction = find_correction(
-        paths(2 * random.normal(size=2000), owner), regions_of(footprints, 2000), *even(footprints)
+        paths(2 * random.normal(size=2000), owner), usable_levels(regions_of(footprints), 2000), *even(footprints)
     )
     assert np.abs(correction.lack).max() < 0.05
     assert np.sqrt(correction.uncorrected.mean()) == pytest.approx(2 / np.sqrt(2000), rel=0.5)

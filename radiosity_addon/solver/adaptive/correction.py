@@ -56,9 +56,8 @@ class Correction:
         return (gathered * share[self.region]).astype(np.float32), square[self.region]
 
 
-def regions_of(footprints: Footprints, paths: int) -> list[np.ndarray]:
-    """Numbers (R,) int of the regions that receivers lie in, coarse to fine, nested; as many levels
-    as ``paths`` can tell of."""
+def regions_of(footprints: Footprints) -> list[np.ndarray]:
+    """Numbers (R,) int of the regions that receivers lie in, coarse to fine, nested."""
     position, normal = footprints.middle()
     facing = facings(unit_rows(normal))
     corner = position.min(axis=0) if len(position) else np.zeros(3)
@@ -66,11 +65,15 @@ def regions_of(footprints: Footprints, paths: int) -> list[np.ndarray]:
     levels = [np.zeros(len(position), np.int64)]
     for level in range(LEVELS):
         cube = np.minimum((position - corner) * (2**level / extent), 2**level - 1).astype(np.int64)
-        numbers = labels(cube, facing)
-        if (int(numbers.max(initial=0)) + 1) * PER_REGION > paths:
-            break
-        levels.append(numbers)
+        levels.append(labels(cube, facing))
     return levels
+
+
+def usable_levels(levels: list[np.ndarray], paths: int) -> list[np.ndarray]:
+    """Those of the ``levels`` of regions that ``paths`` can tell of, at least the coarsest."""
+    regions = [int(numbers.max(initial=0)) + 1 for numbers in levels]
+    few = [number * PER_REGION <= paths for number in regions[1:]]
+    return levels[: 1 + (few + [False]).index(False)]
 
 
 def find_correction(

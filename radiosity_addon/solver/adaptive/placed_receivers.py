@@ -14,6 +14,7 @@ from ..materials.region_means import footprint_means
 from ..receivers import Receivers
 from ..sampling.guide import clusters_of
 from ..transport.receiver_patches import ReceiverPatches, build_receiver_patches, squares_of_texels
+from .correction import regions_of, usable_levels
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,14 @@ class PlacedReceivers:
     def clusters(self) -> np.ndarray:
         """(count,) of receivers that learn together."""
         return clusters_of(*self.footprints.middle(), self.footprints.area)
+
+    def regions(self, paths: int) -> list[np.ndarray]:
+        """(count,) int each: regions that corrections are found for by so many ``paths``, coarse to fine."""
+        return usable_levels(self._regions, paths)
+
+    @cached_property
+    def _regions(self) -> list[np.ndarray]:
+        return regions_of(self.footprints)
 
     @property
     def reflectance(self) -> np.ndarray:

@@ -30,7 +30,7 @@ from ..sampling.streams import Stream
 from ..transport.radiosity import Radiosity
 from ..transport.receiver_patches import ReceiverPatches
 from ..transport.solve_patches import divided, solve_radiosity, without_reflection
-from .correction import Correction, biased_elements, find_correction, irradiance_scale, regions_of
+from .correction import Correction, biased_elements, find_correction, irradiance_scale
 from .held_out import HeldOut, HeldOutLight, no_held_out_light
 from .placed_receivers import PlacedReceivers, placed
 from .plan import Plan
@@ -129,7 +129,7 @@ class Replicate:
         )
 
     def _regions(self, residuals: Residuals) -> list[np.ndarray]:
-        return regions_of(self.placed.footprints, len(residuals.paths.owner))
+        return self.placed.regions(len(residuals.paths.owner))
 
     def _followed(self, radiosity: Radiosity, purpose: PathsFor, most: int) -> Residuals:
         """As many paths along the residual as the error asked for wants, at ``most``. Few tell too small a deviation
