@@ -17,8 +17,11 @@ from .sockets import Reader, source, uses_nodes
 
 SMOOTH_WIDTH, SMOOTH_SAMPLES = 512, 4  # width [pixels], and samples of one, of skies made by formulas
 # Width [pixels], and samples of one, of the widest skies that show images; narrower ones get more
-# samples: a sun of few pixels, turned or not, must keep its light.
+# samples.
 IMAGE_WIDTH, IMAGE_SAMPLES = 2048, 4
+# Share [of the sky's light] of a pixel, from which on it and those up to so far [pixels] around are rendered again; samples of one of
+# these, and of all of them together, at most; number [boxes] of such pixels, at most.
+BRIGHT, AROUND, BRIGHT_SAMPLES, ALL_SAMPLES, MOST_BOXES = 1e-3, 2, 1024, 1 << 22, 16
 CLOSE_UP, DISK_SAMPLES = 64, 4  # edge [pixels] across twice the sun's disk, and samples of a pixel
 
 
@@ -80,7 +83,7 @@ def _rendered(scene, warnings: list[str]) -> tuple[Sky | None, list[SunLamp]]:
         node.sun_disc = False
         for link in list(node.inputs["Vector"].links):  # which a sky with a disk ignores
             node.id_data.links.remove(link)
-    pixels = panorama(temporary, *_resolution(world.node_tree))
+    pixels = _with_bright_pixels(temporary, panorama(temporary, *_resolution(world.node_tree)))
     pixels = _sound(pixels, scene.world, warnings)
     if pixels.max() == pixels.min() or np.ptp(pixels, axis=(0, 1)).max() < 1e-5 * pixels.max():
         pixels = pixels.mean(axis=(0, 1), keepdims=True)
@@ -88,6 +91,27 @@ def _rendered(scene, warnings: list[str]) -> tuple[Sky | None, list[SunLamp]]:
     for index, node in enumerate(suns):
         lamps += _sun_lamp(temporary, node, f"{scene.world.name} sun {index + 1}", pixels)
     return (Sky(pixels) if np.any(pixels > 0.0) else None), lamps
+
+
+def _with_bright_pixels(temporary, pixels: np.ndarray) -> np.ndarray:
+    """The panorama ``pixels`` (height, width, 3), those that bring much of its light rendered with many samples: a photograph's sun is
+    a pixel or two, and between the middles of its own pixels as steep as a tent."""
+    light = pixels.mean(axis=2) * np.cos(np.pi * ((np.arange(len(pixels)) + 0.5) / len(pixels) - 0.5))[:, None]
+    bright = light > BRIGHT * light.sum()
+    if not bright.any():  # as where a pixel is no number
+        return pixels
+    from scipy import ndimage
+
+    bright = ndimage.binary_dilation(bright, np.ones((3, 3)), AROUND)
+    regions = ndimage.label(bright)[0]
+    boxes = ndimage.find_objects(regions)
+    order = np.argsort(-ndimage.sum_labels(light, regions, np.arange(1, len(boxes) + 1)))[:MOST_BOXES]
+    pixels = pixels.copy()
+    for rows, columns in (boxes[k] for k in order):
+        part = pixels[rows, columns]
+        samples = int(np.clip(ALL_SAMPLES // part[..., 0].size, 1, BRIGHT_SAMPLES))
+        part[:] = panorama(temporary, pixels.shape[1], samples, (rows, columns))
+    return pixels
 
 
 def _has_disk(node) -> bool:
