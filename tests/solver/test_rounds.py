@@ -1,12 +1,18 @@
 """What rounds decide by: errors that no rays lower, and what elements get wrong alike in both replicates."""
 
+import time
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from radiosity_addon.solver.adaptive.allocation import SURE_RAYS, lacking_where_outstanding
+from radiosity_addon.solver.adaptive.allocation import (
+    SURE_RAYS,
+    bundled,
+    lacking_where_outstanding,
+    total,
+)
 from radiosity_addon.solver.adaptive.clock import Clock
 from radiosity_addon.solver.adaptive.estimate import Estimate, uncertainty_of
 from radiosity_addon.solver.adaptive.plan import MOST_ELEMENTS, make_plan
@@ -165,6 +171,22 @@ def test_receivers_that_stand_out_after_the_last_round_get_one_of_their_own(good
     asked = rounds.asked
     assert found.error < 0.03 and len(asked) == good + 1
     assert np.flatnonzero(asked[-1]).tolist() == SPECKS and (sum(asked)[SPECKS] > SURE_RAYS / 2).all()
+
+
+@pytest.mark.parametrize(("seconds", "low", "high"), [(None, 1, 1), (100, 1, 1), (5, 0.2, 0.5), (2, 0.05, 0.2), (0.5, 1, 1)])
+def test_what_there_is_no_time_for_is_done_in_part(seconds, low, high):
+    """Bakes stopped at a third of their time limit, where the next round would have taken longer than the rest. Next to no time is left
+    alone: all that is lacking is more than pays."""
+    light = no_light(2000, 1)
+    light.rays[:], light.points[:] = 1000, 1000
+    random = np.random.default_rng(0)
+    lacking = random.uniform(100, 5000, 2000), random.uniform(100, 5000, 2000)
+    deadline = seconds and time.perf_counter() + seconds
+    rounds = Rounds(None, None, None, deadline, Clock(), None)
+    whole = total(*bundled(lacking, light, None, np.zeros(2000)))
+    pace = 10 / whole
+    found = total(*rounds._in_time(pace, lacking, light, None, np.zeros(2000)))
+    assert low <= found / whole <= high and rounds._pays(found, pace) == (seconds != 0.5)
 
 
 def test_elements_have_a_limit():

@@ -13,6 +13,7 @@ import numpy as np
 from ..filtering.neighborhood import Neighborhood
 from ..filtering.smooth import dilate, smooth_map
 from ..gather.lighting import Lighting, Samples
+from ..sampling.guide import Guide
 from .estimate import Estimate
 
 # Errors [of the goal] of explicit and of gathered light that are allowed at single places: a place where the expected
@@ -26,6 +27,9 @@ DISPUTED, ENOUGH_RAYS = 0.5, 32
 # number [rays] up to which a receiver that stands out gets more; share [of all]: where more stand out, it is noise as usual.
 OUTSTANDING, DIM, SURE_RAYS, RARE = 1.3, 0.25, 128, 0.02
 LEAST_MORE = 1.25  # factor [samples of a receiver]: one that needs fewer than so many times as many gets none
+GROWTH = 8  # factor [samples of a receiver so far] by which they grow in one round, at most
+# Number [rays] of a large round, and factor [as GROWTH] of it: should elements be too coarse, fewer rays are wasted.
+LARGE_ROUND, LARGE_GROWTH = 1.5e7, 3
 MAX_SAMPLES = 1 << 14  # number [rays or points of a receiver] in one round, at most
 
 Lacking = tuple[np.ndarray, np.ndarray]  # numbers of points and of rays, (count,) float64 each
@@ -76,6 +80,29 @@ def lacking_where_outstanding(estimate: Estimate, light: Lighting, neighborhoods
     around = np.maximum(smooth_map(neighborhoods, level), DIM * (estimate.share @ level))
     stands_out = (level > OUTSTANDING * around) & (rays < SURE_RAYS)
     return np.where(stands_out & (stands_out.mean() <= RARE), SURE_RAYS - rays, 0)
+
+
+def bundled(
+    lacking: Lacking, light: Lighting, guide: Guide | None, more: np.ndarray, part: float = 1.0
+) -> tuple[Samples, Samples]:
+    """[(owners, samples of each)] to add to ``light``, of points for direct light and of rays, of which ``more`` (count,)
+    come beyond GROWTH; a ``part`` of all of these."""
+    points = _bounded(lacking[0], light.points[:, 0], GROWTH)
+    large = GROWTH * light.rays.sum() > LARGE_ROUND
+    rays = _bounded(lacking[1], light.rays[:, 0], LARGE_GROWTH if large else GROWTH) + more
+    if guide is not None:
+        rays = rays / guide.worth[guide.cluster]
+    return alike_samples(part * points, 4), alike_samples(part * rays, 8)
+
+
+def total(*rounds: Samples) -> int:
+    """Points and rays of rounds of [(owners, samples of each)]."""
+    return sum(len(owners) * samples for parts in rounds for owners, samples in parts)
+
+
+def _bounded(more: np.ndarray, number: np.ndarray, growth: float) -> np.ndarray:
+    """(count,) samples to add to ``number`` (count,), to ``growth`` times as many at most."""
+    return np.minimum(more, (growth - 1) * number)
 
 
 def alike_samples(samples: np.ndarray, least: int) -> Samples:

@@ -16,11 +16,12 @@ from ..sampling.guide import USEFUL, Guide, Learning, joined, make_guide
 from .allocation import (
     MAX_SAMPLES,
     Lacking,
-    alike_samples,
+    bundled,
     disputed_receivers,
     lacking_at_worst,
     lacking_in_mean,
     lacking_where_outstanding,
+    total,
 )
 from .clock import Clock
 from .error_estimator import ErrorEstimator
@@ -47,9 +48,8 @@ MAX_ROUNDS = 20  # number [rounds] of a bake, at most
 ELEMENTS_SHARE = 0.8  # error [of the goal] that finer elements would lower: above it elements get finer
 LAST_RESTART = 6  # number [rounds] after which nothing is solved anew: too many samples would be thrown away
 RISEN = 2.0  # factor [error of coarser elements]: where that of finer ones is so much larger, it is not the elements'
-GROWTH = 8  # factor [samples of a receiver so far] by which they grow in one round, at most
-# Number [rays] of a large round, and factor [as GROWTH] of it: should elements be too coarse, fewer rays are wasted.
-LARGE_ROUND, LARGE_GROWTH = 1.5e7, 3
+# Part [of a round] that there is time for: with less none is begun; and part [of that] that it is made of, as numbers are rounded.
+LEAST_PART, SAFE_PART = 0.1, 0.7
 # Error [of the goal] by a bias that is known and not corrected: above it more paths along the residual are followed.
 BIAS_SHARE = 0.7
 MOST_MORE_PATHS = 8  # factor [paths along the residual so far] by which they grow in one round, at most
@@ -93,14 +93,14 @@ class Rounds:
         learning, guide, learns, history = None, None, True, list[Past]()
         settled, disputed, checked = np.zeros(len(everyone), bool), everyone[:0], False
         for step in range(MAX_ROUNDS):
-            began, work = time.perf_counter(), _samples(direct, gathered)
+            began, work = time.perf_counter(), total(direct, gathered)
             request, disputed = AddLight(direct, gathered, step, guide, learns, disputed), everyone[:0]
             replicates, light, estimate = self._gathered(request, plan.enough)
             pace = (time.perf_counter() - began) / max(work, 1)
             if estimate.error <= plan.enough:
                 direct, gathered = ([], []) if checked else self._at_single_places(estimate, plan, light, step)
                 checked = True
-                if self._pays(_samples(direct, gathered), pace):
+                if self._pays(total(direct, gathered), pace):
                     continue
                 break
             if learns:
@@ -108,10 +108,8 @@ class Rounds:
                 learns = guide is not None  # the first rays tell well enough whether one pays
             floor = _least_error(history, estimate, light, plan)
             excess = max(_of_elements(replicates, estimate), floor) / (ELEMENTS_SHARE * plan.goal)
-            if self._may_restart(step, plan, excess):
+            if self._may_restart(step, plan, excess) and self._time_for(self._seconds_of_restart()):
                 plan, history, settled = plan.refined(excess), [], np.zeros_like(settled)
-                if not self._time_for(self._seconds_of_restart()):
-                    break
                 rays, plan = round_up(np.median(light.rays), 4, MAX_SAMPLES), self._solve(plan)  # which forgets rays
                 direct, gathered = [], [(everyone, rays)]
                 continue
@@ -120,9 +118,9 @@ class Rounds:
                 break
             disputed = disputed_receivers(estimate, light, settled)
             settled[disputed] = True
-            at_once = self._at_once(estimate, light, disputed)
-            direct, gathered = _bundled(self._lacking(estimate, plan, light), light, guide, at_once)
-            if not self._pays(_samples(direct, gathered), pace, followed):
+            lacking, at_once = self._lacking(estimate, plan, light), self._at_once(estimate, light, disputed)
+            direct, gathered = self._in_time(pace, lacking, light, guide, at_once)
+            if not self._pays(total(direct, gathered), pace, followed):
                 break
         return estimate, [replicate.figures for replicate in replicates]
 
@@ -173,7 +171,7 @@ class Rounds:
         points, rays = lacking_at_worst(estimate, plan.goal, light)
         if step or estimate.share[(points > 0) | (rays > 0)].sum() <= UNEVEN:
             points, rays = np.zeros((2, len(points)))
-        return _bundled((points, rays), light, None, self._at_once(estimate, light, np.zeros(0, int)))
+        return bundled((points, rays), light, None, self._at_once(estimate, light, np.zeros(0, int)))
 
     def _at_once(self, estimate: Estimate, light: Lighting, disputed: np.ndarray) -> np.ndarray:
         """Rays (count,) that are added beyond GROWTH: to receivers that stand out, and to the ``disputed`` (k,) int, whose rays are
@@ -184,6 +182,16 @@ class Rounds:
             rays = lacking_where_outstanding(estimate, light, self.estimator.neighborhoods)
         rays[disputed] += light.rays[disputed, 0]
         return rays
+
+    def _in_time(
+        self, pace: float, lacking: Lacking, light: Lighting, guide: Guide | None, at_once: np.ndarray
+    ) -> tuple[Samples, Samples]:
+        """Samples to add of those ``lacking``, or the part of them that there is time for, at a ``pace`` [s] of each."""
+        found = bundled(lacking, light, guide, at_once)
+        if self.deadline is None:
+            return found
+        part = (self.deadline - time.perf_counter()) / max(pace * total(*found), 1e-9)
+        return bundled(lacking, light, guide, at_once, SAFE_PART * part) if LEAST_PART < part < 1 else found
 
     def _pays(self, samples: int, pace: float, followed: bool = False) -> bool:
         """There is something to add, at a ``pace`` [s] of each sample, and time for it."""
@@ -242,24 +250,6 @@ class Rounds:
         return True
 
 
-def _bundled(
-    lacking: Lacking, light: Lighting, guide: Guide | None, more: np.ndarray
-) -> tuple[Samples, Samples]:
-    """[(owners, samples of each)] to add to ``light``, of points for direct light and of rays, of which ``more`` (count,)
-    come beyond GROWTH."""
-    points = _bounded(lacking[0], light.points[:, 0], GROWTH)
-    large = GROWTH * light.rays.sum() > LARGE_ROUND
-    rays = _bounded(lacking[1], light.rays[:, 0], LARGE_GROWTH if large else GROWTH) + more
-    if guide is not None:
-        rays = rays / guide.worth[guide.cluster]
-    return alike_samples(points, 4), alike_samples(rays, 8)
-
-
-def _bounded(more: np.ndarray, number: np.ndarray, growth: float) -> np.ndarray:
-    """(count,) samples to add to ``number`` (count,), to ``growth`` times as many at most."""
-    return np.minimum(more, (growth - 1) * number)
-
-
 def _of_elements(replicates: tuple[RoundResult, RoundResult], estimate: Estimate) -> float:
     """The relative error that finer elements would lower: the error that neighbors have in common, or, where
     it is larger, the bias that paths along the residual found on elements. That bias is the geometric mean
@@ -289,8 +279,3 @@ def least_error_of(history: list[Past], shadows: float, enough: float) -> float:
     left -= SURE * np.hypot(*(past.rays * past.square * past.uncertainty for past in (before, now)))
     floor = np.sqrt(max(left, 0.0) / (now.rays - before.rays) + shadows)
     return floor if floor > CLOSE * enough else 0.0
-
-
-def _samples(*rounds: Samples) -> int:
-    """Points and rays of rounds of [(owners, samples of each)]."""
-    return sum(len(owners) * samples for parts in rounds for owners, samples in parts)
