@@ -140,7 +140,6 @@ def test_one_channel_gives_what_three_give_in_less_time(monkeypatch):
     [
         (furnished(sky=GRAY_SKY), ("direct",), (True, True, False)),
         (furnished(), ("direct",), (True, False, False)),
-        (furnished(sky=GRAY_SKY), ("indirect",), (False, False, True)),
         (furnished(sky=GRAY_SKY), ("emit", "color"), (False, False, False)),
         (room(reflectance=0.0), ALL, (True, False, False)),
         (furnished(lamps=()), ALL, (True, False, False)),

@@ -152,7 +152,7 @@ class Replicate:
         context, radiosity = lit_as_rows(self.reflectors, self.split.reflected, radiosity)
         key = (self.context.seed, Stream.RESIDUAL, purpose, elements, before, self.number, self.placed.tile)
         return follow_residual(
-            context, self.placed.footprints, radiosity, paths, *key, direct=self.requirements.explicit
+            context, self.placed.footprints, radiosity, paths, *key, direct=self.requirements.direct
         )
 
     def take(self, radiosity: Radiosity) -> SolveFigures:
@@ -255,7 +255,7 @@ class Replicate:
     def _use_gathered(self) -> None:
         """Let rays read, where they end on receivers, the mean of what the rows' rays brought and of what
         has been gathered there: more rays, one reflection later."""
-        if self._own_patches is None or not self.requirements.everything:
+        if self._own_patches is None or not self.requirements.reflected:
             return
         light, turned = self.light, self.placed.footprints.turned()
         known = light.rays[:, 0] > 0

@@ -37,17 +37,18 @@ class SolverSettings(Protocol):
 
 @dataclass(frozen=True)
 class Requirements:
-    """Light from sources that are sampled ``explicit``-ly; light that rays meet ``first``-hand,
-    from the sky and from what glows; and light that was ``reflected`` on its way."""
+    """Light that is baked straight from its sources, ``direct``; light that rays meet ``first``-hand, from the sky and from
+    what glows; and light that was ``reflected`` on its way. Reflected light is found by all light of the receivers that
+    reflect it, whether that is baked or not."""
 
-    explicit: bool
+    direct: bool
     first: bool
     reflected: bool
 
     @property
-    def everything(self) -> bool:
-        """Whether receivers' light is found as a whole, so that it can be reflected."""
-        return self.explicit and self.reflected
+    def explicit(self) -> bool:
+        """Whether receivers need the light of sources that are sampled explicitly."""
+        return self.direct or self.reflected
 
     @property
     def rays(self) -> bool:
@@ -60,8 +61,5 @@ def requirements_of(context: Context, passes: tuple[Pass, ...]) -> Requirements:
     reflects = not all(is_black(side.reflectance) for side in used_sides(context.scene))
     found_by_rays = context.glows or context.sky is not None
     lit = found_by_rays or context.sources.count > 0
-    return Requirements(
-        explicit=Pass.DIRECT in passes,
-        first=Pass.DIRECT in passes and found_by_rays,
-        reflected=Pass.INDIRECT in passes and reflects and lit,
-    )
+    direct, reflected = Pass.DIRECT in passes, Pass.INDIRECT in passes and reflects and lit
+    return Requirements(direct, (direct or reflected) and found_by_rays, reflected)
